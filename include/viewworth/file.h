@@ -1,0 +1,24 @@
+// Files: whole reads, atomic writes, names.
+#ifndef VIEWWORTH_FILE_H
+#define VIEWWORTH_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+// Reads a whole file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after its end.
+enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
+// Writes to `path` through a temporary file beside it: write, fsync, rename. On failure nothing is left behind.
+enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
+bool vw_file_exists(const char *path);
+bool vw_folder_exists(const char *path);
+// Creates a folder and its parents; an existing folder is fine.
+enum vw_status vw_folder_create(const char *path);
+// "folder/name", owned by the caller; NULL when memory is short. An absolute `name` is returned as it is.
+char *vw_path_join(const char *folder, const char *name);
+// The folder part of a path ("." when it has none), owned by the caller.
+char *vw_path_folder(const char *path);
+
+#endif

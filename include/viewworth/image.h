@@ -1,0 +1,38 @@
+// Photos in host memory, read and written through OpenImageIO (behind src/image/oiio_shim.cpp).
+#ifndef VIEWWORTH_IMAGE_H
+#define VIEWWORTH_IMAGE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+enum vw_pixel_format { VW_PIXEL_UINT8, VW_PIXEL_UINT16, VW_PIXEL_FLOAT32 };
+
+// RGBA, 4 channels, interleaved, rows top to bottom, unassociated (straight) alpha, values as stored (sRGB-encoded); alpha is 1
+// where the file has none. Grey is spread to RGB.
+struct vw_image {
+    uint32_t width_px, height_px;
+    enum vw_pixel_format format;
+    bool has_alpha;        // the file has an alpha channel and some pixel's alpha is below 1
+    uint64_t clamped_count; // float input: channel values above 1 that were clamped
+    uint64_t masked_count; // pixels with a NaN, infinite or negative channel: set to RGBA 0 (alpha 0 = excluded), see design, decision 10
+    void *pixels;          // owned; freed by vw_image_clear
+};
+
+// Reads the header only.
+enum vw_status vw_image_probe(const char *path, uint32_t *width_px, uint32_t *height_px);
+
+// Reads a whole image of 8 or 16 bit integers or of floats, as unassociated alpha, ignoring EXIF orientation. With `downscale` > 1
+// it is filtered (on premultiplied colour) down to floor(size / downscale) pixels, at least 1, and kept as UINT16 (FLOAT32 for float
+// input). Float values are clamped to [0,1] and counted. More than 5 % masked pixels is VW_ERROR_INPUT.
+enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image);
+// Writes 3- or 4-channel float pixels in [0,1] as the extension of `path` says (PNG: 8 bit, EXR: half or float), through a temporary
+// file that is renamed, so no half-written output is left.
+enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, const float *pixels);
+void vw_image_clear(struct vw_image *image); // frees the pixels and zeroes the struct
+
+// One pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.
+void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, float rgba[4]);
+
+#endif

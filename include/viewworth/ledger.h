@@ -1,0 +1,68 @@
+// The ledger: OUT/ledger.db, an SQLite file with the tables of the contract (run, image, step, view, score). One run per OUT.
+//
+// Rows are hash-chained: run.row_hash covers the run's fixed columns and all image rows; each step's row_hash covers the previous
+// row_hash, the step's columns and its view rows, in order. run.final_hash (appended column) covers the last step's row_hash,
+// finished_utc, status and all score rows. Every append is one synced transaction in rollback-journal mode.
+#ifndef VIEWWORTH_LEDGER_H
+#define VIEWWORTH_LEDGER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/hash.h"
+#include "viewworth/status.h"
+#include "viewworth/step_record.h"
+
+struct vw_ledger;
+
+struct vw_ledger_run {
+    const char *run_id;      // 64 hex digits
+    const char *scene_hash;  // 64 hex digits
+    const char *scene_path;
+    int64_t seed;
+    const char *config_json;
+    const char *subset_hash; // 64 hex digits: of the names trained on
+    const char *device, *driver;
+    const char *shader_hash; // 64 hex digits
+    const char *version;
+    const char *started_utc; // ISO 8601, "2026-11-21T03:04:05Z"
+};
+
+struct vw_ledger_image {
+    uint32_t image_id;       // the view's index in the scene
+    const char *name, *split, *provider;
+    const char *sha256;      // 64 hex digits
+    const char *truth;       // NULL, or the recipe's planted defect (appended column)
+};
+
+struct vw_ledger_score {
+    uint32_t image_id;
+    const char *method;      // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
+    double value;            // positive = helps
+    const char *unit;        // "dB", "mean absolute error"
+    double standard_error;   // NaN becomes NULL
+    uint32_t visits;         // steps that count into the value
+};
+
+// Creates `path`; a file that exists is VW_ERROR_USAGE (the message names --resume and another --out).
+enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images, uint32_t image_count,
+                                struct vw_ledger **ledger);
+// Opens an existing ledger for reading. VW_ERROR_INPUT when it is not one.
+enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
+void vw_ledger_close(struct vw_ledger **ledger);
+
+// Appends steps and their view rows as one synced transaction. `validation_views` gives the image_id of each entry of record->views.
+enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count, const uint32_t *validation_views);
+// Replaces the run's scores and sets finished_utc, status ("finished", "interrupted", "failed") and final_hash, in one transaction.
+enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
+                                const struct vw_ledger_score *scores, uint32_t score_count);
+
+// The run row; the strings belong to the ledger and live until it is closed.
+enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run *run);
+// The image rows by image_id; array and strings belong to the ledger and live until it is closed.
+enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count);
+// All step rows in order, without view rows (`views` NULL); `*records` is owned by the caller (free). NULL columns come back as NaN.
+enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count);
+
+#endif

@@ -1,0 +1,99 @@
+// A scene: posed photos, their cameras and splits, and the box the field lives in. Immutable once opened, and hashed.
+//
+// World coordinates are double and stay on the host. The field sees *box* coordinates: box = (world - centre) / (2 half_extent) + 1/2,
+// so that the box is the unit cube.
+#ifndef VIEWWORTH_SCENE_H
+#define VIEWWORTH_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/image.h"
+#include "viewworth/status.h"
+
+enum vw_split { VW_SPLIT_TRAIN, VW_SPLIT_VAL, VW_SPLIT_TEST, VW_SPLIT_EXCLUDED };
+const char *vw_split_name(enum vw_split split); // "train", "val", "test", "excluded"
+
+enum { VW_HASH_BYTES = 32 };
+
+// A pinhole with OpenCV distortion. Pixel (column, row) has its centre at (column + 0.5, row + 0.5) px; y runs down.
+// With x = X/Z, y = Y/Z in the OpenCV camera frame (x right, y down, z forward), r2 = x*x + y*y:
+//   x' = x (1 + k1 r2 + k2 r2^2) + 2 p1 x y + p2 (r2 + 2 x x);  y' = y (1 + k1 r2 + k2 r2^2) + p1 (r2 + 2 y y) + 2 p2 x y
+//   column = focal_x x' + centre_x, row = focal_y y' + centre_y
+struct vw_camera {
+    uint32_t width_px, height_px;        // of the photo as loaded (after --downscale); intrinsics match it
+    double focal_x_px, focal_y_px;       // > 0
+    double centre_x_px, centre_y_px;     // principal point
+    double k1, k2, p1, p2;               // 0 without distortion
+};
+
+struct vw_view {
+    char *name;                          // owned; path relative to the scene folder, as the scene file spells it; unique
+    char *provider;                      // owned; "" when unknown
+    char *truth;                         // owned; recipes: the planted defect ("noise", "blur", ...) or "clean"; NULL elsewhere
+    enum vw_split split;
+    struct vw_camera camera;
+    double camera_to_world[3][4];        // rotation and position; OpenGL camera axes: x right, y up, looking along -z; world units
+    struct vw_image image;
+    uint8_t sha256[VW_HASH_BYTES];       // of the image file's bytes; of the 8-bit pixels for a recipe
+};
+
+// A surface point with the views that see it, as structure from motion emits them.
+struct vw_point {
+    double position_world[3];
+    float rgb[3];                        // [0,1]
+    uint32_t first_track, track_count;   // range in vw_scene.tracks
+};
+
+struct vw_track {
+    uint32_t view;                       // index in vw_scene.views
+    float x_px, y_px;                    // where that view sees the point
+};
+
+struct vw_box {
+    double centre_world[3];
+    double half_extent_world;            // > 0; the box is a cube
+};
+
+struct vw_scene {
+    char *path;                          // owned; as given
+    char *format;                        // owned; "transforms", "recipe"
+    struct vw_view *views;               // owned; in the order of the scene file (train, val, test file after one another)
+    uint32_t view_count;
+    uint32_t split_count[4];             // by enum vw_split
+    struct vw_box box;
+    char *box_source;                    // owned; how the box was chosen, for `info`
+    float background[3];                 // colour behind transparent pixels, [0,1]
+    bool has_alpha;                      // some view has transparent pixels
+    struct vw_point *points;             // owned; empty when unknown
+    struct vw_track *tracks;             // owned
+    uint32_t point_count, track_count;
+    char **notes;                        // owned; what was skipped or repaired, one line each, for `info`
+    uint32_t note_count;
+    uint8_t hash[VW_HASH_BYTES];         // of everything above that bears on training: names, splits, image hashes, cameras, poses,
+                                         // box, background, downscale; not of the path
+};
+
+struct vw_gpu;
+
+struct vw_scene_params {
+    const char *path;                    // folder, transforms*.json or recipe .json
+    const char *format;                  // NULL: probe; "transforms" | "recipe"
+    const char *train_list, *val_list, *test_list; // NULL, or files of names, one a line
+    const char *providers;               // NULL, or a CSV with the header name,provider
+    uint32_t downscale;                  // 0 = 1
+    bool headers_only;                   // read image headers but no pixels and no file hashes (`info`); hash stays zero
+    struct vw_gpu *gpu;                  // used to ray-trace recipes; may be NULL for other formats
+};
+
+enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
+void vw_scene_close(struct vw_scene **scene);
+
+// The direction in camera axes (OpenGL, unnormalised, z = -1) of the ray through image position (x_px, y_px), distortion undone by
+// Newton's method in double. Returns false when the distortion has no inverse there.
+bool vw_camera_unproject(const struct vw_camera *camera, double x_px, double y_px, double direction_camera[3]);
+// The image position of a direction in camera axes (OpenGL); false when it points backwards (z >= 0).
+bool vw_camera_project(const struct vw_camera *camera, const double direction_camera[3], double *x_px, double *y_px);
+
+#endif

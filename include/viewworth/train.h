@@ -1,0 +1,112 @@
+// Training: configuration, effects, and the trainer that turns steps into step records.
+#ifndef VIEWWORTH_TRAIN_H
+#define VIEWWORTH_TRAIN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/gpu.h"
+#include "viewworth/hash.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/step_record.h"
+
+enum vw_loss { VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER };
+enum vw_optimizer {
+    VW_OPTIMIZER_LAZY_ADAM,  // a grid entry without gradient keeps its moments and its own step count (decision 4)
+    VW_OPTIMIZER_DENSE_ADAM, // every entry decays every step
+    VW_OPTIMIZER_SGD,        // plain gradient descent on the mean gradient
+};
+
+// Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
+struct vw_config {
+    uint64_t seed;              // 0 to 2^63-1
+    uint32_t epochs;            // not part of the run's identity: a run can be extended
+    uint32_t burn_in_epochs;    // likewise: it concerns scores only
+    uint32_t rays;              // per step, 1 to 65536
+    uint32_t samples;           // per ray, 1 to 4096
+    uint32_t val_rays;          // in total; at least 32 per validation view are taken
+    enum vw_loss loss;
+    enum vw_optimizer optimizer;
+    double learning_rate;       // > 0; constant
+    double beta1;               // [0,1); 0: no momentum
+    double beta2;               // [0,1)
+    uint32_t levels;            // of the hash grid, 1 to 16; levels * features is a multiple of 4
+    uint32_t features;          // per entry, 2 or 4
+    uint32_t log2_table;        // entries per level at most 2^log2_table, 0 to 22
+    uint32_t base_resolution;   // cells per axis of level 0, 1 to 1024
+    double growth;              // resolution ratio of neighbouring levels, 1 to 4
+    uint32_t width;             // of the hidden layers: 16, 32 or 64
+    char effects[256];          // as --effects takes it: auto | none | LIST | +a,-b
+};
+
+extern const struct vw_config vw_config_default;
+// Checks every range; the message names the option.
+enum vw_status vw_config_check(const struct vw_config *config);
+// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and burn-in.
+char *vw_config_to_json(const struct vw_config *config, bool identity_only);
+enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
+
+const char *vw_loss_name(enum vw_loss loss);             // "l1", "l2", "huber"
+const char *vw_optimizer_name(enum vw_optimizer optimizer); // "lazy-adam", "dense-adam", "sgd"
+
+// ---- Effects (decision 7) ------------------------------------------------------------------------------------------
+
+enum { VW_EFFECT_COUNT_MAX = 16 };
+
+struct vw_effect_verdict {
+    const char *name;      // "distortion", "background"
+    bool called_for;       // evidence >= threshold
+    double evidence;       // what was measured of the scene
+    double threshold;
+    const char *meaning;   // what the evidence is, with its unit
+    bool on;               // after --effects
+};
+
+// Verdicts for every known effect, in registry order. VW_ERROR_USAGE when `effects` names an unknown one.
+enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *effects, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
+                                 uint32_t *count);
+
+// ---- The trainer ---------------------------------------------------------------------------------------------------
+
+struct vw_trainer;
+
+struct vw_trainer_params {
+    struct vw_gpu *gpu;            // outlives the trainer
+    const struct vw_scene *scene;  // outlives the trainer; split train and (when validating) val not empty
+    const struct vw_config *config;
+    bool validate;                 // render the validation rays after every step (`value`), or not (`train`)
+    uint32_t steps_per_batch;      // 0: chosen from the time a step takes; does not change a bit of the result
+};
+
+enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **trainer);
+void vw_trainer_destroy(struct vw_trainer **trainer);
+
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer); // epochs * train views; steps run from 1 to this
+// The views validated on, in the order of vw_step_record.views: scene indices.
+const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
+// Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until the next call.
+// count = 0 when the run is complete.
+enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+
+// The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
+enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
+enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path); // VW_ERROR_INPUT when it does not fit the trainer
+// Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the caller.
+enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
+
+// What the run is: hash of scene, subset, config (without epochs and burn-in), seed, shaders, version, device and driver.
+void vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
+void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
+void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders
+const char *vw_version(void);          // "0.1.0"
+
+struct vw_trainer_stats {
+    uint64_t param_count, device_bytes;
+    uint64_t clamped_count, nonfinite_steps;
+    uint32_t val_rays;                 // actually taken
+};
+void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
+
+#endif

@@ -1,0 +1,14 @@
+// What every training pass begins with: extensions and the shared interface.
+#ifndef COMMON_GLSL
+#define COMMON_GLSL
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
+#include "interface.h"
+#include "invocation.glsl"
+
+#define BUFFER(slot) layout(set = 0, binding = slot, scalar)
+#define PUSH layout(push_constant, scalar)
+
+bool finite(float x) { return !(isnan(x) || isinf(x)); }
+
+#endif

@@ -1,0 +1,21 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One validation or rendering ray per invocation: its colour over the background, and the transmittance that remains.
+#include "common.glsl"
+#include "composite.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
+BUFFER(VW_SLOT_COLOURS) writeonly buffer Colours { vec4 colours[]; };
+PUSH uniform Push { vw_push_samples push; };
+
+void main() {
+    uint index = invocation_index();
+    if (index >= push.ray_count) return;
+    float stride = rays[push.first_ray + index].direction_stride.w;
+    ray_march forward = ray_march(0.0, vec3(0.0));
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stride);
+    float left = transmittance(forward.tau);
+    colours[push.first_ray + index] = vec4(forward.colour + left * background_colour(), left);
+}

@@ -1,0 +1,25 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One ray per pixel: the camera model and the box, and the target colour composited on the background.
+#include "common.glsl"
+#include "camera.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };
+BUFFER(VW_SLOT_PIXELS) readonly buffer Pixels { vw_pixel pixels[]; };
+BUFFER(VW_SLOT_RAYS) writeonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_STEP_STATE) writeonly buffer State { vw_step_state state; };
+PUSH uniform Push { vw_push_rays push; };
+
+void main() {
+    uint index = invocation_index();
+    if (index == 0u) state = vw_step_state(0u, 0u); // a step begins here
+    if (index >= rays.length()) return;
+    vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
+    vw_ray ray = camera_ray(cameras[pixel.view], vec2(pixel.x_px, pixel.y_px));
+    vec3 target = pixel.rgba.rgb;
+    if (EFFECT_BACKGROUND != 0u)
+        target = mix(vec3(BACKGROUND_RED, BACKGROUND_GREEN, BACKGROUND_BLUE), target, pixel.rgba.a);
+    ray.target_weight = vec4(target, index < push.ray_count ? pixel.weight : 0.0);
+    rays[index] = ray;
+}

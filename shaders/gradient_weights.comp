@@ -1,0 +1,75 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Weight gradients: d_W = sum over samples of d_out x in. Each invocation holds one tile of 2x2 blocks (8x8 weights) in registers and
+// walks one slice of VW_SLICE_SAMPLES samples; reduce_weights adds the slices in order.
+#include "common.glsl"
+#include "mlp.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
+layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
+BUFFER(VW_SLOT_WEIGHT_PARTIALS) writeonly buffer Partials { vec4 partials[]; };
+PUSH uniform Push { vw_push_samples push; };
+
+struct matrix_tiles {
+    uint first_weight, out_row, in_row; // where the matrix and its operands begin
+    uint out4, in4;                     // its size in blocks
+};
+
+uint tile_count(uint out4, uint in4) { return (out4 + 1u) / 2u * ((in4 + 1u) / 2u); }
+
+vec4 row_value(uint row, uint slot) {
+    uint at = row * CHUNK_SAMPLES + slot;
+    return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
+}
+
+// The matrix that holds `tile`, which becomes the tile within it.
+matrix_tiles find_matrix(inout uint tile) {
+    const uint count1 = tile_count(WIDTH4, ENC4), count2 = tile_count(GEO4, WIDTH4), count3 = tile_count(WIDTH4, COLOUR4);
+    if (tile < count1) return matrix_tiles(DENSITY1, ROW_D_HIDDEN1, ROW_ENCODING, WIDTH4, ENC4);
+    tile -= count1;
+    if (tile < count2) return matrix_tiles(DENSITY2, ROW_D_GEO, ROW_HIDDEN1, GEO4, WIDTH4);
+    tile -= count2;
+    if (tile < count3) return matrix_tiles(COLOUR1, ROW_D_HIDDEN2, ROW_COLOUR_IN, WIDTH4, COLOUR4);
+    tile -= count3;
+    return matrix_tiles(COLOUR2, ROW_D_LOGIT, ROW_HIDDEN2, 1u, WIDTH4);
+}
+
+void write_block(matrix_tiles m, uint slice, uint out_block, uint in_block, mat4 block) {
+    if (out_block >= m.out4 || in_block >= m.in4) return;
+    uint at = slice * WEIGHT_COLUMNS + m.first_weight + 4u * (out_block * m.in4 + in_block);
+    for (uint column = 0u; column < 4u; column++) partials[at + column] = block[column];
+}
+
+void main() {
+    const uint tiles = tile_count(WIDTH4, ENC4) + tile_count(GEO4, WIDTH4) + tile_count(WIDTH4, COLOUR4) + tile_count(1u, WIDTH4);
+    uint index = invocation_index();
+    uint slice = index / tiles;
+    uint tile = index - slice * tiles;
+    if (slice * VW_SLICE_SAMPLES >= push.ray_count * SAMPLES) return;
+
+    matrix_tiles m = find_matrix(tile);
+    uint in_tiles = (m.in4 + 1u) / 2u;
+    uint out_block = 2u * (tile / in_tiles);
+    uint in_block = 2u * (tile - tile / in_tiles * in_tiles);
+    uint out0 = m.out_row + out_block, out1 = m.out_row + min(out_block + 1u, m.out4 - 1u);
+    uint in0 = m.in_row + in_block, in1 = m.in_row + min(in_block + 1u, m.in4 - 1u);
+
+    mat4 sum00 = mat4(0.0), sum01 = mat4(0.0), sum10 = mat4(0.0), sum11 = mat4(0.0);
+    uint first = slice * VW_SLICE_SAMPLES;
+    for (uint i = 0u; i < VW_SLICE_SAMPLES; i += 4u) {
+        [[unroll]] for (uint s = 0u; s < 4u; s++) {
+            uint slot = first + i + s;
+            vec4 d_out0 = row_value(out0, slot), d_out1 = row_value(out1, slot);
+            vec4 value0 = row_value(in0, slot), value1 = row_value(in1, slot);
+            sum00 += outerProduct(d_out0, value0);
+            sum01 += outerProduct(d_out0, value1);
+            sum10 += outerProduct(d_out1, value0);
+            sum11 += outerProduct(d_out1, value1);
+        }
+    }
+    write_block(m, slice, out_block, in_block, sum00);
+    write_block(m, slice, out_block, in_block + 1u, sum01);
+    write_block(m, slice, out_block + 1u, in_block, sum10);
+    write_block(m, slice, out_block + 1u, in_block + 1u, sum11);
+}

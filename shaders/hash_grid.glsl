@@ -1,0 +1,68 @@
+// Multiresolution hash grid (Mueller et al., "Instant neural graphics primitives", SIGGRAPH 2022, section 3): per level the eight
+// corners of the sample's cell, trilinearly weighted. Levels whose lattice fits the table are stored densely, the others hashed.
+#ifndef HASH_GRID_GLSL
+#define HASH_GRID_GLSL
+
+// The specialization constant of a level; folds where the level is known when compiling, a few selects where it is not.
+uint pick_level(uint level, uvec4 a, uvec4 b, uvec4 c, uvec4 d) { return (level < 8u ? level < 4u ? a : b : level < 12u ? c : d)[level & 3u]; }
+
+uint level_resolution(uint level) {
+    return pick_level(level, uvec4(RESOLUTION_0, RESOLUTION_1, RESOLUTION_2, RESOLUTION_3),
+                      uvec4(RESOLUTION_4, RESOLUTION_5, RESOLUTION_6, RESOLUTION_7),
+                      uvec4(RESOLUTION_8, RESOLUTION_9, RESOLUTION_10, RESOLUTION_11),
+                      uvec4(RESOLUTION_12, RESOLUTION_13, RESOLUTION_14, RESOLUTION_15));
+}
+
+uint level_first_pair(uint level) {
+    return pick_level(level, uvec4(FIRST_PAIR_0, FIRST_PAIR_1, FIRST_PAIR_2, FIRST_PAIR_3),
+                      uvec4(FIRST_PAIR_4, FIRST_PAIR_5, FIRST_PAIR_6, FIRST_PAIR_7),
+                      uvec4(FIRST_PAIR_8, FIRST_PAIR_9, FIRST_PAIR_10, FIRST_PAIR_11),
+                      uvec4(FIRST_PAIR_12, FIRST_PAIR_13, FIRST_PAIR_14, FIRST_PAIR_15));
+}
+
+struct grid_cell {
+    uvec3 axis_low, axis_high; // per axis, what the lower and the upper corner contribute to the index
+    vec3 fraction;             // position within the cell
+};
+
+grid_cell grid_locate(vec3 position, uint resolution, bool dense) {
+    vec3 scaled = position * float(resolution);
+    uvec3 low = min(uvec3(scaled), uvec3(resolution - 1u)); // position 1.0 belongs to the last cell
+    uvec3 factor = dense ? uvec3(1u, resolution + 1u, (resolution + 1u) * (resolution + 1u)) : uvec3(1u, 2654435761u, 805459861u);
+    grid_cell cell;
+    cell.axis_low = low * factor;
+    cell.axis_high = cell.axis_low + factor;
+    cell.fraction = scaled - vec3(low);
+    return cell;
+}
+
+// Index within the level of corner 0..7 (bit a set: upper corner on axis a).
+uint grid_corner(grid_cell cell, uint corner, bool dense) {
+    uint x = (corner & 1u) != 0u ? cell.axis_high.x : cell.axis_low.x;
+    uint y = (corner & 2u) != 0u ? cell.axis_high.y : cell.axis_low.y;
+    uint z = (corner & 4u) != 0u ? cell.axis_high.z : cell.axis_low.z;
+    return dense ? x + y + z : (x ^ y ^ z) & TABLE_MASK;
+}
+
+float grid_weight(grid_cell cell, uint corner) {
+    vec3 f = cell.fraction;
+    return ((corner & 1u) != 0u ? f.x : 1.0 - f.x) * ((corner & 2u) != 0u ? f.y : 1.0 - f.y) * ((corner & 4u) != 0u ? f.z : 1.0 - f.z);
+}
+
+#ifdef GRID_READS // the including pass declares the bindings
+vec2 grid_pair(uint index) { return GRID_TEXEL != 0u ? texelFetch(grid_texel, int(index)).xy : grid[index]; }
+
+// The encoding of one level, feature pair `pair`.
+vec2 grid_encode(vec3 position, uint level, uint pair) {
+    bool dense = level < DENSE_LEVELS;
+    grid_cell cell = grid_locate(position, level_resolution(level), dense);
+    vec2 sum = vec2(0.0);
+    [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
+        uint entry = grid_corner(cell, corner, dense);
+        sum += grid_weight(cell, corner) * grid_pair(level_first_pair(level) + entry * FEATURE_PAIRS + pair);
+    }
+    return sum;
+}
+#endif
+
+#endif

@@ -1,0 +1,196 @@
+// Everything host and shaders share, read by the C compiler and by glslang: specialization constants, binding slots, structs,
+// activation rows. Nothing of it is written a second time anywhere. All buffers use scalar layout.
+#ifndef VIEWWORTH_INTERFACE_H
+#define VIEWWORTH_INTERFACE_H
+
+#ifdef VULKAN // glslang
+#define VW_ENUM(name, value) const uint name = value;
+#define vw_float4 vec4
+#define vw_uint4 uvec4
+#define vw_uint uint
+#else
+#include <stddef.h>
+#include <stdint.h>
+#define VW_ENUM(name, value) enum { name = value };
+typedef struct { float x, y, z, w; } vw_float4;
+typedef struct { uint32_t x, y, z, w; } vw_uint4;
+typedef uint32_t vw_uint;
+#endif
+
+// ---- Specialization constants: X(id, GLSL name, C field, type, default) ----------------------------------------------
+// The bytes of one struct vw_specialization are the same for all shared passes of a run; TRAINING tells the two uses of the field code
+// apart. An effect that is off is 0 here and folds away (decision 7).
+#define VW_SPECIALIZATION(X) \
+    X(0, SAMPLES, samples, uint, 32)             /* per ray */ \
+    X(1, LEVELS, levels, uint, 8)                /* of the hash grid */ \
+    X(2, FEATURE_PAIRS, feature_pairs, uint, 1)  /* features per entry / 2 */ \
+    X(3, DENSE_LEVELS, dense_levels, uint, 0)    /* levels below this are dense lattices, the others hashed */ \
+    X(4, TABLE_MASK, table_mask, uint, 16383)    /* entries of a hashed level - 1 */ \
+    X(5, WIDTH4, width4, uint, 8)                /* hidden width / 4 */ \
+    X(6, TRAINING, training, uint, 0)            /* 1: jittered samples, activations stored */ \
+    X(7, CHUNK_SAMPLES, chunk_samples, uint, 4096) /* samples whose activations are held at a time */ \
+    X(8, LOSS, loss, uint, 0)                    /* VW_LOSS_* */ \
+    X(9, OPTIMIZER, optimizer, uint, 0)          /* VW_OPTIMIZER_* */ \
+    X(10, MOMENTUM, momentum, uint, 0)           /* 1: beta1 > 0, first moments exist */ \
+    X(11, WIDE_GRADIENT, wide_gradient, uint, 0) /* 1: one 64-bit word per feature, 0: one per feature pair (decision 3) */ \
+    X(12, GRID_TEXEL, grid_texel, uint, 1)       /* 1: the grid is gathered through a texel buffer, 0: storage buffer */ \
+    X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise the activation rows */ \
+    X(14, SEED_LOW, seed_low, uint, 0) \
+    X(15, SEED_HIGH, seed_high, uint, 0) \
+    X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) \
+    X(17, EFFECT_BACKGROUND, effect_background, uint, 0) \
+    X(18, BACKGROUND_RED, background_red, float, 0.0) \
+    X(19, BACKGROUND_GREEN, background_green, float, 0.0) \
+    X(20, BACKGROUND_BLUE, background_blue, float, 0.0) \
+    X(21, LEARNING_RATE, learning_rate, float, 0.003) \
+    X(22, BETA1, beta1, float, 0.0) \
+    X(23, BETA2, beta2, float, 0.99) \
+    X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
+    X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
+    X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
+    VW_LEVEL_CONSTANTS(X)
+
+VW_ENUM(VW_LEVELS_MAX, 16)
+// Per level: cells per axis, and the index of its first feature pair in the grid.
+#define VW_LEVEL_CONSTANTS(X) \
+    X(27, RESOLUTION_0, resolution[0], uint, 8) X(28, RESOLUTION_1, resolution[1], uint, 8) X(29, RESOLUTION_2, resolution[2], uint, 8) \
+    X(30, RESOLUTION_3, resolution[3], uint, 8) X(31, RESOLUTION_4, resolution[4], uint, 8) X(32, RESOLUTION_5, resolution[5], uint, 8) \
+    X(33, RESOLUTION_6, resolution[6], uint, 8) X(34, RESOLUTION_7, resolution[7], uint, 8) X(35, RESOLUTION_8, resolution[8], uint, 8) \
+    X(36, RESOLUTION_9, resolution[9], uint, 8) X(37, RESOLUTION_10, resolution[10], uint, 8) X(38, RESOLUTION_11, resolution[11], uint, 8) \
+    X(39, RESOLUTION_12, resolution[12], uint, 8) X(40, RESOLUTION_13, resolution[13], uint, 8) X(41, RESOLUTION_14, resolution[14], uint, 8) \
+    X(42, RESOLUTION_15, resolution[15], uint, 8) \
+    X(43, FIRST_PAIR_0, first_pair[0], uint, 0) X(44, FIRST_PAIR_1, first_pair[1], uint, 0) X(45, FIRST_PAIR_2, first_pair[2], uint, 0) \
+    X(46, FIRST_PAIR_3, first_pair[3], uint, 0) X(47, FIRST_PAIR_4, first_pair[4], uint, 0) X(48, FIRST_PAIR_5, first_pair[5], uint, 0) \
+    X(49, FIRST_PAIR_6, first_pair[6], uint, 0) X(50, FIRST_PAIR_7, first_pair[7], uint, 0) X(51, FIRST_PAIR_8, first_pair[8], uint, 0) \
+    X(52, FIRST_PAIR_9, first_pair[9], uint, 0) X(53, FIRST_PAIR_10, first_pair[10], uint, 0) X(54, FIRST_PAIR_11, first_pair[11], uint, 0) \
+    X(55, FIRST_PAIR_12, first_pair[12], uint, 0) X(56, FIRST_PAIR_13, first_pair[13], uint, 0) X(57, FIRST_PAIR_14, first_pair[14], uint, 0) \
+    X(58, FIRST_PAIR_15, first_pair[15], uint, 0)
+
+#ifdef VULKAN
+#define VW_DECLARE_CONSTANT(id, upper, lower, type, value) layout(constant_id = id) const type upper = value;
+VW_SPECIALIZATION(VW_DECLARE_CONSTANT)
+#else
+#define uint uint32_t
+struct vw_specialization {
+    uint samples, levels, feature_pairs, dense_levels, table_mask, width4, training, chunk_samples, loss, optimizer, momentum,
+        wide_gradient, grid_texel, rows_texel, seed_low, seed_high, effect_distortion, effect_background;
+    float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
+    uint resolution[VW_LEVELS_MAX];
+    uint first_pair[VW_LEVELS_MAX];
+};
+// Word i of the struct is constant i, of the type declared above.
+#define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
+    _Static_assert(offsetof(struct vw_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \
+    _Static_assert(_Generic(((struct vw_specialization *)0)->lower, type: 1, default: 0), "specialization constant " #upper " has another type");
+VW_SPECIALIZATION(VW_CHECK_CONSTANT)
+#undef VW_CHECK_CONSTANT
+#undef uint
+enum { VW_SPECIALIZATION_COUNT = sizeof(struct vw_specialization) / 4 };
+#endif
+
+// Values of LOSS and OPTIMIZER; train.h has the same order (asserted in src/train/model.c).
+VW_ENUM(LOSS_L1, 0)
+VW_ENUM(LOSS_L2, 1)
+VW_ENUM(LOSS_HUBER, 2)
+VW_ENUM(OPTIMIZER_LAZY_ADAM, 0)
+VW_ENUM(OPTIMIZER_DENSE_ADAM, 1)
+VW_ENUM(OPTIMIZER_SGD, 2)
+
+// Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
+VW_ENUM(RANDOM_JITTER, 3)
+VW_ENUM(RANDOM_RECIPE, 5)
+
+// ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
+VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
+VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
+VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
+VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair: a range of the params
+VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F texels
+VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl: a range of the params
+VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
+VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
+VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk: [row * CHUNK_SAMPLES + sample]
+VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RGBA32F texels
+VW_ENUM(VW_SLOT_RELU, 10)            // uvec4 per sample of one chunk: which hidden units are above 0 (two words per layer)
+VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
+VW_ENUM(VW_SLOT_RAY_LOSS, 12)        // float per ray
+VW_ENUM(VW_SLOT_WEIGHT_PARTIALS, 13) // vec4 [slice of VW_SLICE_SAMPLES samples of a chunk][weight]; overwritten
+VW_ENUM(VW_SLOT_D_WEIGHTS, 14)       // vec4 per weight column; the first chunk overwrites, the others accumulate
+VW_ENUM(VW_SLOT_D_GRID, 15)          // 64-bit fixed-point words; accumulated, cleared by update_grid
+VW_ENUM(VW_SLOT_GRID_MOMENT1, 16)    // vec2 per pair, only with momentum
+VW_ENUM(VW_SLOT_GRID_MOMENT2, 17)    // vec2 per pair
+VW_ENUM(VW_SLOT_GRID_VISITS, 18)     // uint per pair: its own step count
+VW_ENUM(VW_SLOT_WEIGHT_MOMENTS, 19)  // vec4 moment1 then vec4 moment2 per weight column
+VW_ENUM(VW_SLOT_STEP_STATE, 20)      // vw_step_state of the step under way
+VW_ENUM(VW_SLOT_VAL_VIEWS, 21)       // vw_ray_range per validation view
+VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation views]: what travels back to the host
+VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
+VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vec4 per pixel: rgb and depth: trace_recipe
+VW_ENUM(VW_SLOT_COUNT, 25)
+
+// ---- Structs ---------------------------------------------------------------------------------------------------------
+// Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
+// `reference` = position + reference_depth * forward, near the box, computed in double on the host: its origin is
+// reference + reference_depth * R (x, y, 0), and the camera itself lies at ray parameter -reference_depth * |(x, y, -1)|.
+struct vw_gpu_camera {
+    vw_float4 right;     // R's first column in box axes (camera x); w: focal_x_px
+    vw_float4 up;        // R's second column (camera y); w: focal_y_px
+    vw_float4 back;      // R's third column (camera z, looking along -z); w: centre_x_px
+    vw_float4 reference; // box coordinates; w: reference_depth in box edges
+    vw_float4 distortion; // k1, k2, p1, p2
+    vw_float4 more;      // x: centre_y_px
+};
+
+struct vw_pixel {
+    float x_px, y_px;    // position in the photo; centres at +0.5
+    vw_uint view;        // index of its camera
+    float weight;        // 0: padding or an excluded pixel, else 1
+    vw_float4 rgba;      // target, straight alpha, [0,1]
+};
+
+struct vw_ray {
+    vw_float4 origin_near;      // box coordinates; w: ray parameter of the first stratum's near edge, in box edges
+    vw_float4 direction_stride; // unit vector; w: length of one stratum, 0 when the ray misses the box
+    vw_float4 target_weight;    // rgb composited on the background; w: weight
+};
+
+struct vw_step_state {
+    vw_uint nonfinite;   // not 0: the step must be skipped
+    vw_uint clamped;     // gradient contributions clamped
+};
+
+struct vw_ray_range {
+    vw_uint first, count;
+};
+
+// ---- Push constants --------------------------------------------------------------------------------------------------
+struct vw_push_rays {        // generate_rays
+    vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
+    vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
+};
+struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights
+    vw_uint first_ray;       // of the chunk
+    vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
+    vw_uint step_low, step_high;
+};
+struct vw_push_scatter {     // scatter_grid
+    vw_uint sample_count;    // of the chunk
+    vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
+    vw_uint first_pair;      // where that window begins
+};
+struct vw_push_reduce {      // reduce_loss, reduce_views
+    vw_uint count;           // rays; views
+    vw_uint scalar_row;      // first vec4 of this step in the scalars
+};
+struct vw_push_update {      // update_grid, update_weights
+    vw_uint count;           // pairs of the window; weight columns
+    vw_uint step_low;        // the step's number, from 1; saturated
+};
+
+// ---- Sizes -----------------------------------------------------------------------------------------------------------
+VW_ENUM(VW_SLICE_SAMPLES, 128)   // samples per partial sum of the weight gradient
+VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
+VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
+VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
+
+#endif

@@ -1,0 +1,14 @@
+# Every compute shader that is embedded, in the order the data passes through them.
+viewworth_add_shader(generate_rays)
+viewworth_add_shader(forward_field)
+viewworth_add_shader(composite_rays)
+viewworth_add_shader(reduce_views)
+viewworth_add_shader(backward_rays)
+viewworth_add_shader(backward_field)
+viewworth_add_shader(gradient_weights)
+viewworth_add_shader(reduce_weights)
+viewworth_add_shader(scatter_grid)
+viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
+viewworth_add_shader(reduce_loss)
+viewworth_add_shader(update_grid)
+viewworth_add_shader(update_weights)

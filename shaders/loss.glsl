@@ -1,0 +1,23 @@
+// Photometric losses, value and slope from the same locals: of one channel's error, averaged over the channels by the caller.
+#ifndef LOSS_GLSL
+#define LOSS_GLSL
+
+const float HUBER_EDGE = 0.1; // quadratic below, linear above; scaled so that the slope is 1 in the linear part
+
+void loss_channel(float error, out float value, out float slope) {
+    float size = abs(error);
+    float linear_slope = error > 0.0 ? 1.0 : error < 0.0 ? -1.0 : error; // keeps NaN
+    if (LOSS == LOSS_L2) {
+        value = error * error;
+        slope = 2.0 * error;
+    } else if (LOSS == LOSS_HUBER) {
+        bool quadratic = size < HUBER_EDGE;
+        value = quadratic ? 0.5 / HUBER_EDGE * error * error : size - 0.5 * HUBER_EDGE;
+        slope = quadratic ? error / HUBER_EDGE : linear_slope;
+    } else {
+        value = size;
+        slope = linear_slope;
+    }
+}
+
+#endif

@@ -1,0 +1,38 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Validation errors, one workgroup per view, in an order that is fixed: each invocation sums every 64th ray, then the first adds the 64 sums.
+#include "common.glsl"
+#include "two_float.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_COLOURS) readonly buffer Colours { vec4 colours[]; };
+BUFFER(VW_SLOT_VAL_VIEWS) readonly buffer Views { vw_ray_range views[]; };
+BUFFER(VW_SLOT_SCALARS) writeonly buffer Scalars { vec4 scalars[]; };
+PUSH uniform Push { vw_push_reduce push; };
+
+shared vec4 sums[64]; // squared error high, low; absolute error high, low
+
+void main() {
+    uint view = workgroup_index();
+    uint lane = gl_LocalInvocationID.x;
+    vw_ray_range range = views[min(view, push.count - 1u)];
+    vec2 squared = vec2(0.0), absolute = vec2(0.0);
+    for (uint i = lane; i < range.count; i += 64u) {
+        vec4 target_weight = rays[range.first + i].target_weight;
+        vec3 error = colours[range.first + i].rgb - target_weight.rgb;
+        if (target_weight.w == 0.0) error = vec3(0.0);
+        for (int channel = 0; channel < 3; channel++) {
+            squared = two_add(squared, two_square(error[channel]));
+            absolute = two_add(absolute, vec2(abs(error[channel]), 0.0));
+        }
+    }
+    sums[lane] = vec4(squared, absolute);
+    barrier();
+    if (lane != 0u || view >= push.count) return;
+    for (uint i = 1u; i < 64u; i++) {
+        squared = two_add(squared, sums[i].xy);
+        absolute = two_add(absolute, sums[i].zw);
+    }
+    scalars[push.scalar_row + 1u + view] = vec4(squared, absolute);
+}

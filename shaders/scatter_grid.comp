@@ -1,0 +1,74 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The backward side of the hash grid: every sample of the chunk adds its encoding gradient to the eight corners of its cell, one level per
+// invocation, level by level so that one level's table stays in cache.
+#include "common.glsl"
+#ifndef VW_SPLIT_ATOMICS
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_EXT_shader_atomic_int64 : require
+#endif
+#include "hash_grid.glsl"
+#include "mlp.glsl"
+#include "fixed_point.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
+layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
+BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
+PUSH uniform Push { vw_push_scatter push; };
+
+#ifdef VW_SPLIT_ATOMICS // for devices without 64-bit atomics: two 32-bit ones with the carry give the same sum, whatever the order
+BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint d_grid[]; };
+void add_word(uint word, uvec2 value) {
+    uint before = atomicAdd(d_grid[2u * word], value.x);
+    uint carry = before + value.x < before ? 1u : 0u;
+    atomicAdd(d_grid[2u * word + 1u], value.y + carry);
+}
+#else
+BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
+void add_word(uint word, uvec2 value) { atomicAdd(d_grid[word], packUint2x32(value)); }
+#endif
+
+vec4 row_value(uint row, uint slot) {
+    uint at = row * CHUNK_SAMPLES + slot;
+    return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
+}
+
+// In units of the quantum, within the clamp; what is not finite marks the step and adds nothing.
+float to_quanta(float gradient) {
+    if (!finite(gradient)) {
+        atomicOr(state.nonfinite, 1u);
+        return 0.0;
+    }
+    if (abs(gradient) > GRADIENT_CLAMP) atomicAdd(state.clamped, 1u);
+    return clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM;
+}
+
+void main() {
+    uint index = invocation_index();
+    uint level_in_window = index / push.sample_count;
+    uint slot = index - level_in_window * push.sample_count;
+    if (level_in_window >= push.level_count) return;
+    uint level = push.first_level + level_in_window;
+    bool dense = level < DENSE_LEVELS;
+    grid_cell cell = grid_locate(row_value(ROW_POSITION, slot).xyz, level_resolution(level), dense);
+    uint first_pair = level_first_pair(level) - push.first_pair;
+    [[unroll]] for (uint pair = 0u; pair < FEATURE_PAIRS; pair++) {
+        uint part = level * FEATURE_PAIRS + pair;
+        vec4 gradient4 = row_value(ROW_D_ENCODING + part / 2u, slot);
+        vec2 gradient = (part & 1u) == 0u ? gradient4.xy : gradient4.zw;
+        vec2 quanta = vec2(to_quanta(gradient.x), to_quanta(gradient.y));
+        [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
+            float weight = grid_weight(cell, corner);
+            uvec2 first = to_fixed(weight * quanta.x), second = to_fixed(weight * quanta.y);
+            uint word = (first_pair + grid_corner(cell, corner, dense) * FEATURE_PAIRS + pair) * WORDS_PER_PAIR;
+            if (WIDE_GRADIENT != 0u) {
+                if (first != uvec2(0u)) add_word(word, first);
+                if (second != uvec2(0u)) add_word(word + 1u, second);
+            } else {
+                uvec2 both = pack_pair(first, second);
+                if (both != uvec2(0u)) add_word(word, both);
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+#include "viewworth/status.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MESSAGE_BYTES = 1024 };
+
+static _Thread_local char message[MESSAGE_BYTES];
+
+enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
+    char text[MESSAGE_BYTES]; // the arguments may point into `message`
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    memcpy(message, text, sizeof message);
+    return status;
+}
+
+enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) {
+    char context[MESSAGE_BYTES];
+    char text[MESSAGE_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(context, sizeof context, format, arguments);
+    va_end(arguments);
+    size_t used = (size_t)snprintf(text, sizeof text, "%s: ", context);
+    if (used < sizeof text) snprintf(text + used, sizeof text - used, "%s", message);
+    memcpy(message, text, sizeof message);
+    return status;
+}
+
+const char *vw_error_message(void) { return message; }
+
+int vw_exit_code(enum vw_status status) {
+    switch (status) {
+    case VW_OK: return 0;
+    case VW_ERROR_USAGE:
+    case VW_ERROR_INPUT:
+    case VW_ERROR_NO_DEVICE: return 2;
+    default: return 1;
+    }
+}
