@@ -72,6 +72,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);
 const struct vw_gpu_info *vw_gpu_get_info(const struct vw_gpu *gpu);
 const struct vw_gpu_limits *vw_gpu_get_limits(const struct vw_gpu *gpu); // after clamping
+uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu); // of all live buffers
 
 // ---- Buffers -------------------------------------------------------------------------------------------------------
 

@@ -48,7 +48,7 @@ struct vw_ledger_score {
 // Creates `path`; a file that exists is VW_ERROR_USAGE (the message names --resume and another --out).
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images, uint32_t image_count,
                                 struct vw_ledger **ledger);
-// Opens an existing ledger for reading. VW_ERROR_INPUT when it is not one.
+// Opens an existing ledger, to read it or to go on appending after its last step. VW_ERROR_INPUT when it is not one.
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 

@@ -97,7 +97,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 
 // What the run is: hash of scene, subset, config (without epochs and burn-in), seed, shaders, version, device and driver.
-void vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
+enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
 void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders
 const char *vw_version(void);          // "0.1.0"

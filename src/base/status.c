@@ -25,8 +25,8 @@ enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(context, sizeof context, format, arguments);
     va_end(arguments);
-    size_t used = (size_t)snprintf(text, sizeof text, "%s: ", context);
-    if (used < sizeof text) snprintf(text + used, sizeof text - used, "%s", message);
+    int used = snprintf(text, sizeof text, "%.*s: ", MESSAGE_BYTES / 2, context);
+    snprintf(text + used, sizeof text - (size_t)used, "%.*s", MESSAGE_BYTES - used - 1, message);
     memcpy(message, text, sizeof message);
     return status;
 }

@@ -1,0 +1,127 @@
+#include "ledger/database.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "viewworth/memory.h"
+
+enum { BUSY_WAIT_MS = 60000 }; // someone who looks into the ledger of a running valuation must not end it
+
+enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database) {
+    *database = (struct vw_database){.path = vw_copy_text(path)};
+    if (!database->path) return VW_ERROR_MEMORY;
+    // Writable also for readers: after a crash the first one to open rolls the unfinished transaction back.
+    int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
+    if (sqlite3_open_v2(path, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
+    if (sqlite3_busy_timeout(database->handle, BUSY_WAIT_MS) != SQLITE_OK) return vw_database_fail(database, "open");
+    // EXTRA is FULL plus a sync of the folder once the journal is gone, without which a power cut could bring the journal back
+    // and with it undo a batch that was reported as recorded.
+    return vw_database_run(database, "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
+}
+
+void vw_database_close(struct vw_database *database) {
+    int result = sqlite3_close(database->handle);
+    assert(result == SQLITE_OK); // else a statement was not finalized
+    (void)result;
+    free(database->path);
+    *database = (struct vw_database){0};
+}
+
+enum vw_status vw_database_fail(struct vw_database *database, const char *doing) {
+    const char *path = database->path;
+    const char *message = sqlite3_errmsg(database->handle);
+    switch (sqlite3_errcode(database->handle)) {
+    case SQLITE_FULL: return vw_fail(VW_ERROR_IO, "%s: cannot %s: the disk is full; free some space and run again", path, doing);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED: return vw_fail(VW_ERROR_IO, "%s: cannot %s: another program holds it; close that and run again", path, doing);
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_CANTOPEN:
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check that the folder exists and its permissions", path, doing, message);
+    case SQLITE_ERROR: return vw_fail(VW_ERROR_INPUT, "%s: cannot %s: %s; check that it is a viewworth ledger", path, doing, message);
+    case SQLITE_NOTADB: return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", path);
+    case SQLITE_CORRUPT: return vw_fail(VW_ERROR_INPUT, "%s: damaged: %s; restore it from a copy", path, message);
+    case SQLITE_NOMEM: return vw_fail(VW_ERROR_MEMORY, "%s: cannot %s: out of memory", path, doing);
+    default: return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check the disk and that no other run writes here", path, doing, message);
+    }
+}
+
+enum vw_status vw_database_run(struct vw_database *database, const char *sql) {
+    if (sqlite3_exec(database->handle, sql, NULL, NULL, NULL) != SQLITE_OK) return vw_database_fail(database, "set up the ledger");
+    return VW_OK;
+}
+
+enum vw_status vw_database_prepare(struct vw_database *database, const char *sql, sqlite3_stmt **statement) {
+    if (sqlite3_prepare_v2(database->handle, sql, -1, statement, NULL) == SQLITE_OK) return VW_OK;
+    return vw_database_fail(database, "query the ledger");
+}
+
+enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found) {
+    int result = sqlite3_step(statement);
+    if (result != SQLITE_ROW && result != SQLITE_DONE) return vw_database_fail(database, "read the ledger");
+    *found = result == SQLITE_ROW;
+    return VW_OK;
+}
+
+enum vw_status vw_database_begin(struct vw_database *database) {
+    if (sqlite3_exec(database->handle, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK) return VW_OK;
+    return vw_database_fail(database, "begin a transaction");
+}
+
+enum vw_status vw_database_end(struct vw_database *database, enum vw_status status) {
+    if (!status && sqlite3_exec(database->handle, "COMMIT", NULL, NULL, NULL) != SQLITE_OK)
+        status = vw_database_fail(database, "commit a transaction");
+    // SQLite has rolled back by itself after some failures (a full disk). Should the rollback fail too, the journal stays and the
+    // next one to open the file rolls back: the failure to report is the first one.
+    if (!sqlite3_get_autocommit(database->handle)) sqlite3_exec(database->handle, "ROLLBACK", NULL, NULL, NULL);
+    return status;
+}
+
+void vw_row_add_integer(struct vw_row *row, int64_t value) {
+    if (row->hasher) vw_hasher_add_integer(row->hasher, value);
+    if (sqlite3_bind_int64(row->statement, ++row->column, value) != SQLITE_OK) row->failed = true;
+}
+
+void vw_row_add_real(struct vw_row *row, double value) {
+    if (isnan(value)) {
+        vw_row_add_null(row);
+        return;
+    }
+    double stored = value == 0 ? 0.0 : value;
+    if (row->hasher) vw_hasher_add_real(row->hasher, stored);
+    if (sqlite3_bind_double(row->statement, ++row->column, stored) != SQLITE_OK) row->failed = true;
+}
+
+void vw_row_add_text(struct vw_row *row, const char *text) {
+    if (row->hasher) vw_hasher_add_text(row->hasher, text);
+    if (sqlite3_bind_text(row->statement, ++row->column, text, -1, SQLITE_STATIC) != SQLITE_OK) row->failed = true;
+}
+
+void vw_row_add_null(struct vw_row *row) {
+    if (row->hasher) vw_hasher_add_null(row->hasher);
+    if (sqlite3_bind_null(row->statement, ++row->column) != SQLITE_OK) row->failed = true;
+}
+
+enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing) {
+    enum vw_status status = VW_OK;
+    if (row->failed || sqlite3_step(row->statement) != SQLITE_DONE) status = vw_database_fail(database, doing);
+    sqlite3_reset(row->statement); // repeats the failure of the step, if any
+    sqlite3_clear_bindings(row->statement);
+    row->column = 0;
+    row->failed = false;
+    return status;
+}
+
+void vw_row_hash(sqlite3_stmt *statement, struct vw_hasher *hasher) {
+    int count = sqlite3_column_count(statement);
+    for (int i = 0; i < count; i++) {
+        switch (sqlite3_column_type(statement, i)) {
+        case SQLITE_INTEGER: vw_hasher_add_integer(hasher, sqlite3_column_int64(statement, i)); break;
+        case SQLITE_FLOAT: vw_hasher_add_real(hasher, sqlite3_column_double(statement, i)); break;
+        case SQLITE_TEXT: vw_hasher_add_text(hasher, (const char *)sqlite3_column_text(statement, i)); break;
+        case SQLITE_BLOB: vw_hasher_add_bytes(hasher, sqlite3_column_blob(statement, i), (size_t)sqlite3_column_bytes(statement, i)); break;
+        default: vw_hasher_add_null(hasher);
+        }
+    }
+}

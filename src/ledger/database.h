@@ -1,0 +1,54 @@
+// SQLite with every result checked: an open file, statements, transactions, and rows that are bound and hashed in one motion.
+#ifndef VIEWWORTH_LEDGER_DATABASE_H
+#define VIEWWORTH_LEDGER_DATABASE_H
+
+#include <sqlite3.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/hash.h"
+#include "viewworth/status.h"
+
+struct vw_database {
+    sqlite3 *handle;
+    char *path; // owned, for messages
+};
+
+// Opens a file that exists, or one that `create` makes, with durable transactions. Close it also after a failure.
+enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database);
+void vw_database_close(struct vw_database *database);
+
+// Records what SQLite says of its last failure, and what to do about it.
+enum vw_status vw_database_fail(struct vw_database *database, const char *doing);
+
+// Runs statements that give no rows and take no values.
+enum vw_status vw_database_run(struct vw_database *database, const char *sql);
+// The statement is to be ended with sqlite3_finalize.
+enum vw_status vw_database_prepare(struct vw_database *database, const char *sql, sqlite3_stmt **statement);
+// Moves on to the next row; `*found` is false after the last one.
+enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
+
+enum vw_status vw_database_begin(struct vw_database *database);
+// Commits when `status` is VW_OK, else rolls back and returns `status`; a commit that fails is rolled back too.
+enum vw_status vw_database_end(struct vw_database *database, enum vw_status status);
+
+// A row on its way into a statement. Each value is bound to the next column and added to `hasher` (unless NULL), so that what is
+// stored and what is hashed cannot differ. A failure to bind is kept and reported by vw_row_write.
+struct vw_row {
+    sqlite3_stmt *statement;
+    struct vw_hasher *hasher;
+    int column;
+    bool failed;
+};
+
+void vw_row_add_integer(struct vw_row *row, int64_t value);
+void vw_row_add_real(struct vw_row *row, double value); // NaN becomes NULL, -0 becomes 0, as SQLite stores them
+void vw_row_add_text(struct vw_row *row, const char *text); // borrowed until vw_row_write
+void vw_row_add_null(struct vw_row *row);
+// Runs the statement and makes it ready for the next row.
+enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing);
+
+// Adds all columns of the current row of a query, as the vw_row_add functions would.
+void vw_row_hash(sqlite3_stmt *statement, struct vw_hasher *hasher);
+
+#endif

@@ -1,0 +1,100 @@
+#include "viewworth/report.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+// A score with its image, and what sorts it.
+struct row {
+    const struct vw_ledger_score *score;
+    const struct vw_ledger_image *image;
+    uint32_t method_order; // the place of the method's first score
+};
+
+static int compare_rows(const void *left, const void *right) {
+    const struct row *a = left, *b = right;
+    if (a->method_order != b->method_order) return a->method_order < b->method_order ? -1 : 1;
+    if (a->score->value != b->score->value) return a->score->value > b->score->value ? -1 : 1;
+    return strcmp(a->image->name, b->image->name);
+}
+
+static enum vw_status collect_rows(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                   const struct vw_ledger_image *images, uint32_t image_count, struct row *rows) {
+    for (uint32_t i = 0; i < score_count; i++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
+        if (!image)
+            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger", path,
+                           scores[i].image_id);
+        uint32_t first = i > 0 && strcmp(scores[i].method, scores[i - 1].method) == 0 ? rows[i - 1].method_order : i;
+        rows[i] = (struct row){.score = &scores[i], .image = image, .method_order = first};
+    }
+    return VW_OK;
+}
+
+// A text field, quoted when it must be (RFC 4180).
+static void print_text(FILE *stream, const char *text) {
+    if (!text) return;
+    if (!strpbrk(text, ",\"\r\n")) {
+        fputs(text, stream);
+        return;
+    }
+    fputc('"', stream);
+    for (const char *next = text; *next; next++) {
+        if (*next == '"') fputc('"', stream);
+        fputc(*next, stream);
+    }
+    fputc('"', stream);
+}
+
+// The shortest decimal that reads back to the same double; an empty field for NaN.
+static void print_real(FILE *stream, double value) {
+    if (isnan(value)) return;
+    char text[32];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) break;
+    }
+    fputs(text, stream);
+}
+
+static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
+    print_text(stream, row->image->name);
+    fputc(',', stream);
+    print_text(stream, row->image->provider);
+    fprintf(stream, ",%s,", row->score->method);
+    print_real(stream, row->score->value);
+    fprintf(stream, ",%s,", row->score->unit);
+    print_real(stream, row->score->standard_error);
+    fprintf(stream, ",%u,%u\n", row->score->visits, rank);
+}
+
+static void print_table(FILE *stream, const struct row *rows, uint32_t count) {
+    fputs("name,provider,method,value,unit,stderr,visits,rank\n", stream);
+    for (uint32_t i = 0; i < count; i++) print_row(stream, &rows[i], i - rows[i].method_order + 1);
+}
+
+enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                   const struct vw_ledger_image *images, uint32_t image_count) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    struct row *rows = vw_allocate(score_count, sizeof *rows);
+    if (!rows) return VW_ERROR_MEMORY;
+    enum vw_status status = collect_rows(path, scores, score_count, images, image_count, rows);
+    if (status) goto done;
+    qsort(rows, score_count, sizeof *rows, compare_rows);
+    FILE *stream = open_memstream(&text, &size_bytes);
+    if (stream) print_table(stream, rows, score_count);
+    bool failed = !stream || ferror(stream);
+    if (stream && fclose(stream)) failed = true;
+    status = failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path) : vw_file_write(path, text, size_bytes);
+done:
+    free(text);
+    free(rows);
+    return status;
+}

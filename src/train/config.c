@@ -1,0 +1,153 @@
+// What a user may set about a training, its ranges, and its canonical JSON.
+#include "viewworth/train.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+const struct vw_config vw_config_default = {
+    .epochs = 30,
+    .burn_in_epochs = 1,
+    .rays = 500,
+    .samples = 32,
+    .val_rays = 512,
+    .loss = VW_LOSS_L1,
+    .optimizer = VW_OPTIMIZER_LAZY_ADAM,
+    .learning_rate = 3e-3,
+    .beta1 = 0.0,
+    .beta2 = 0.99,
+    .levels = 8,
+    .features = 2,
+    .log2_table = 14,
+    .base_resolution = 8,
+    .growth = 1.45,
+    .width = 32,
+    .effects = "auto",
+};
+
+static const char *const loss_names[] = {"l1", "l2", "huber"};
+static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
+
+const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
+const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
+
+// One row per number: the field, its JSON key, the option that sets it, and its range.
+enum kind { WHOLE, WHOLE64, REAL };
+static const struct number {
+    const char *key, *option;
+    enum kind kind;
+    size_t offset;
+    double least, most;
+    bool identity; // part of what the run is
+} numbers[] = {
+    {"seed", "--seed", WHOLE64, offsetof(struct vw_config, seed), 0, 0x1p63, true},
+    {"epochs", "--epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
+    {"burn_in_epochs", "--burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, false},
+    {"rays", "--rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
+    {"samples", "--samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
+    {"val_rays", "--val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
+    {"learning_rate", "--lr", REAL, offsetof(struct vw_config, learning_rate), 0.0, 1e6, true},
+    {"beta1", "--beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
+    {"beta2", "--beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
+    {"levels", "--levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
+    {"features", "--features", WHOLE, offsetof(struct vw_config, features), 2, 4, true},
+    {"log2_table", "--log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
+    {"base_resolution", "--base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
+    {"growth", "--growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
+    {"width", "--width", WHOLE, offsetof(struct vw_config, width), 16, 64, true},
+};
+
+static double number_get(const struct vw_config *config, const struct number *number) {
+    const char *field = (const char *)config + number->offset;
+    if (number->kind == REAL) return *(const double *)field;
+    return number->kind == WHOLE ? *(const uint32_t *)field : (double)*(const uint64_t *)field;
+}
+
+enum vw_status vw_config_check(const struct vw_config *config) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
+        double value = number_get(config, &numbers[i]);
+        if (!(value >= numbers[i].least && value <= numbers[i].most) || (numbers[i].kind == WHOLE64 && config->seed >> 63))
+            return vw_fail(VW_ERROR_USAGE, "%s: %.10g is outside %.10g to %.10g", numbers[i].option, value, numbers[i].least, numbers[i].most);
+    }
+    if (config->learning_rate == 0.0) return vw_fail(VW_ERROR_USAGE, "--lr: the learning rate must be above 0");
+    if ((uint64_t)config->rays * config->samples > 1u << 24)
+        return vw_fail(VW_ERROR_USAGE, "--rays times --samples is %llu: at most %u samples per step",
+                       (unsigned long long)config->rays * config->samples, 1u << 24);
+    if (config->features == 3 || config->levels * config->features % 4 != 0)
+        return vw_fail(VW_ERROR_USAGE, "--features must be 2 or 4 and --levels times --features a multiple of 4, not %u x %u", config->levels,
+                       config->features);
+    if (config->width != 16 && config->width != 32 && config->width != 64)
+        return vw_fail(VW_ERROR_USAGE, "--width: %u is not 16, 32 or 64", config->width);
+    double finest = config->base_resolution * pow(config->growth, config->levels - 1.0);
+    if (finest > 65535.0)
+        return vw_fail(VW_ERROR_USAGE, "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
+                       finest);
+    return VW_OK;
+}
+
+static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
+    if (number->kind == REAL) return json_real(number_get(config, number));
+    if (number->kind == WHOLE64) return json_integer((json_int_t)config->seed);
+    return json_integer((json_int_t)number_get(config, number));
+}
+
+char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
+    json_t *object = json_object();
+    int failed = !object;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
+        if (numbers[i].identity || !identity_only)
+            failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
+    failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
+    failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
+    // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
+    failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
+    char *text = failed ? NULL : json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT);
+    json_decref(object);
+    if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the configuration's JSON");
+    return text;
+}
+
+static enum vw_status name_from_json(const json_t *object, const char *key, const char *const *names, int count, int *choice) {
+    const char *name = json_string_value(json_object_get(object, key));
+    for (*choice = 0; *choice < count; ++*choice)
+        if (name && !strcmp(name, names[*choice])) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "config: %s: \"%s\" is not known", key, name ? name : "(none)");
+}
+
+static enum vw_status number_from_json(const json_t *object, const struct number *number, struct vw_config *config) {
+    const json_t *value = json_object_get(object, number->key);
+    char *field = (char *)config + number->offset;
+    if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
+    if (number->kind == REAL)
+        *(double *)field = json_number_value(value);
+    else if (number->kind == WHOLE64)
+        *(uint64_t *)field = (uint64_t)json_integer_value(value);
+    else
+        *(uint32_t *)field = (uint32_t)json_integer_value(value);
+    return VW_OK;
+}
+
+enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
+    struct vw_config parsed = {0};
+    json_error_t error;
+    json_t *object = json_loads(json, 0, &error);
+    if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && status == VW_OK; i++) status = number_from_json(object, &numbers[i], &parsed);
+    int choice;
+    if (status == VW_OK) status = name_from_json(object, "loss", loss_names, VW_ARRAY_COUNT(loss_names), &choice);
+    if (status == VW_OK) parsed.loss = (enum vw_loss)choice;
+    if (status == VW_OK) status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
+    if (status == VW_OK) parsed.optimizer = (enum vw_optimizer)choice;
+    const char *effects = json_string_value(json_object_get(object, "effects"));
+    if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))
+        status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
+    if (status == VW_OK) strcpy(parsed.effects, effects);
+    json_decref(object);
+    if (status == VW_OK) status = vw_config_check(&parsed);
+    if (status == VW_OK) *config = parsed;
+    return status;
+}

@@ -1,0 +1,40 @@
+// The field on the device: the params block, the cameras, and the passes that render rays from them without changing anything.
+// Validation and `render` are two evaluators over the same field (decision 1: a pure function of the params).
+#ifndef VIEWWORTH_TRAIN_FIELD_H
+#define VIEWWORTH_TRAIN_FIELD_H
+
+#include "model.h"
+
+struct field {
+    struct vw_gpu *gpu;             // borrowed
+    const struct model *model;      // borrowed
+    struct vw_buffer *params;       // model->param_bytes
+    struct vw_buffer *cameras;      // vw_gpu_camera per view
+    struct vw_buffer *rows, *relu;  // activations of one training chunk
+    struct vw_buffer *step_state;   // one vw_step_state
+};
+
+enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed, struct field *field);
+void field_destroy(struct field *field);
+
+// Bindings of the field that several passes share: grid (as both views), weights. Writes them behind `*count` and advances it.
+void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
+
+struct evaluator {
+    struct field *field;         // borrowed
+    uint32_t ray_count;          // with padding
+    uint32_t chunk_rays;         // rays whose samples are held at a time
+    struct vw_buffer *pixels, *rays, *samples, *colours;
+    struct vw_pass *generate, *forward, *composite;
+    struct vw_batch *batch;      // for evaluator_set_pixels
+};
+
+// An evaluator for up to `rays` rays.
+enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator);
+void evaluator_destroy(struct evaluator *evaluator);
+// Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
+enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
+// Records the rendering of all rays into `colours`.
+void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
+
+#endif

@@ -1,0 +1,167 @@
+#include "model.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "effects.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+
+_Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER, "losses differ");
+_Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
+                   (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD, "optimisers differ");
+_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_RECIPE == VW_RANDOM_RECIPE, "random purposes differ");
+
+enum {
+    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
+    ALIGNMENT_PAIRS = ALIGNMENT_BYTES / 8,
+    CHUNK_SAMPLES_CPU = 4096,   // activations of a chunk stay in a core's cache
+    CHUNK_SAMPLES_GPU = 1 << 18 // enough to fill a large GPU
+};
+
+static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
+
+uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
+
+// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first.
+static void lay_out_levels(const struct vw_config *config, struct model *model) {
+    uint64_t table = UINT64_C(1) << config->log2_table;
+    for (uint32_t level = 0; level < config->levels; level++) {
+        uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
+        uint64_t lattice = (resolution + 1) * (resolution + 1) * (resolution + 1);
+        bool dense = lattice <= table && model->specialization.dense_levels == level;
+        uint64_t entries = dense ? lattice : table;
+        model->specialization.dense_levels += dense;
+        model->specialization.resolution[level] = (uint32_t)resolution;
+        model->specialization.first_pair[level] = model->pair_count;
+        model->param_count += entries * config->features;
+        model->pair_count += (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_PAIRS);
+    }
+}
+
+// Whole levels, as many as one binding of 64-bit gradient words holds.
+static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits, struct model *model) {
+    uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
+    for (uint32_t level = 0; level < config->levels; level++) {
+        uint32_t first = model->specialization.first_pair[level];
+        uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : model->pair_count;
+        struct grid_window *window = model->window_count ? &model->windows[model->window_count - 1] : NULL;
+        if (!window || (uint64_t)(end - window->first_pair) * word_bytes > limits->storage_binding_bytes) {
+            window = &model->windows[model->window_count++];
+            *window = (struct grid_window){.first_level = level, .first_pair = first};
+        }
+        window->level_count++;
+        window->pair_count = end - window->first_pair;
+        if ((uint64_t)window->pair_count * word_bytes > limits->storage_binding_bytes)
+            return vw_fail(VW_ERROR_USAGE, "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of %llu; lower it",
+                           (unsigned long long)window->pair_count * word_bytes, (unsigned long long)limits->storage_binding_bytes);
+    }
+    return VW_OK;
+}
+
+// Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every contribution clamped to
+// `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry. Narrow words are used while they leave 16 bits.
+static void choose_fixed_point(uint32_t samples_per_step, struct vw_specialization *specialization) {
+    bool narrow = samples_per_step <= 1u << 15;
+    double clamp = narrow ? 16.0 : 1024.0; // far above the gradients of a sound training, which are of order 1
+    double limit = (narrow ? 0x1p31 : 0x1p62) / samples_per_step - 5.0;
+    double quantum = exp2(ceil(log2(clamp / limit)));
+    specialization->wide_gradient = !narrow;
+    specialization->gradient_quantum = (float)fmax(quantum, 0x1p-34);
+    specialization->gradient_clamp = (float)clamp;
+}
+
+static void specialise(const struct vw_config *config, struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    s->samples = config->samples;
+    s->levels = config->levels;
+    s->feature_pairs = config->features / 2;
+    s->table_mask = (1u << config->log2_table) - 1;
+    s->width4 = config->width / 4;
+    s->training = 1;
+    s->loss = config->loss;
+    s->optimizer = config->optimizer;
+    s->momentum = config->beta1 > 0.0 && config->optimizer != VW_OPTIMIZER_SGD;
+    s->seed_low = (uint32_t)config->seed;
+    s->seed_high = (uint32_t)(config->seed >> 32);
+    s->learning_rate = (float)config->learning_rate;
+    s->beta1 = (float)config->beta1;
+    s->beta2 = (float)config->beta2;
+    s->inverse_rays = (float)(1.0 / config->rays);
+}
+
+static uint32_t tile_count(uint32_t out4, uint32_t in4) { return (out4 + 1) / 2 * ((in4 + 1) / 2); }
+
+static void lay_out_weights(struct model *model) {
+    uint32_t encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
+    uint32_t width4 = model->specialization.width4;
+    uint32_t blocks = width4 * (encoding4 + GEO4 + COLOUR4 + 1);
+    model->weight_columns = 4 * blocks;
+    model->weight_tiles = tile_count(width4, encoding4) + tile_count(GEO4, width4) + tile_count(width4, COLOUR4) + tile_count(1, width4);
+    model->row_count = 2 * encoding4 + 4 * width4 + COLOUR4 + GEO4 + 2;
+    model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
+    model->grid = (struct param_range){"grid", 0, 8 * (uint64_t)model->pair_count};
+    model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
+}
+
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
+                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
+    *model = (struct model){0};
+    struct vw_specialization *s = &model->specialization;
+    specialise(config, model);
+    effects_specialize(verdicts, scene, s);
+    lay_out_levels(config, model);
+    lay_out_weights(model);
+    model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
+    choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
+
+    uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
+    uint32_t group_samples = model->ray_group * config->samples, step_samples = model_pad_rays(model, config->rays) * config->samples;
+    uint64_t fits = limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // samples whose rows fit one binding
+    if (chunk > fits) chunk = (uint32_t)fits;
+    if (chunk > step_samples) chunk = step_samples;
+    s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
+    s->rows_texel = (uint64_t)model->row_count * s->chunk_samples <= limits->texel_elements;
+    s->grid_texel = model->pair_count <= limits->texel_elements;
+    if (!s->grid_texel && model->grid.size_bytes > limits->storage_binding_bytes)
+        return vw_fail(VW_ERROR_USAGE, "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
+                       (unsigned long long)model->grid.size_bytes);
+    if (16 * model->weight_columns > limits->shared_memory_bytes)
+        return vw_fail(VW_ERROR_USAGE, "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower --width or --levels",
+                       16 * model->weight_columns, limits->shared_memory_bytes);
+    return lay_out_windows(config, limits, model);
+}
+
+// One uniform number in [-scale, scale) per parameter, keyed by its index in the block.
+static void fill_uniform(float *values, uint64_t count, uint64_t first_index, float scale, uint64_t seed) {
+    for (uint64_t i = 0; i < count; i += 4) {
+        uint32_t words[4];
+        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, (uint32_t)((first_index + i) / 4), 0, words);
+        for (uint64_t j = 0; j < 4 && i + j < count; j++) values[i + j] = scale * (2.0f * vw_random_unit(words[j]) - 1.0f);
+    }
+}
+
+// He's bound for layers behind a ReLU, so that the signal keeps its size; `inputs` is the fan-in.
+static float *fill_matrix(float *values, const float *params, uint32_t out4, uint32_t in4, uint64_t seed) {
+    uint64_t count = 16 * (uint64_t)out4 * in4;
+    fill_uniform(values, count, (uint64_t)(values - params), sqrtf(6.0f / (4.0f * (float)in4)), seed);
+    return values + count;
+}
+
+void model_initialise(const struct model *model, uint64_t seed, void *params) {
+    uint32_t width4 = model->specialization.width4, encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
+    float *grid = params;
+    float *weights = (float *)((char *)params + model->weights.offset_bytes);
+    fill_uniform(grid, 2 * (uint64_t)model->pair_count, 0, 1e-4f, seed);
+    float *next = fill_matrix(weights, grid, width4, encoding4, seed);
+    next = fill_matrix(next, grid, GEO4, width4, seed);
+    next = fill_matrix(next, grid, width4, COLOUR4, seed);
+    float *last = next;
+    next = fill_matrix(next, grid, 1, width4, seed);
+    for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
+    assert((uint64_t)((char *)next - (char *)params) == model->param_bytes);
+}

@@ -1,0 +1,45 @@
+// The model of a run: from config, scene and device limits to the specialization constants, the sizes that follow from them, and the layout
+// of the one block that holds all trainable numbers.
+#ifndef VIEWWORTH_TRAIN_MODEL_H
+#define VIEWWORTH_TRAIN_MODEL_H
+
+#include "viewworth/gpu.h"
+#include "viewworth/train.h"
+#include "interface.h"
+
+// A named range of the params block, in bytes. Offsets suit every binding's alignment.
+struct param_range {
+    const char *name;
+    uint64_t offset_bytes, size_bytes;
+};
+
+// Levels of the grid whose gradient and params fit one storage binding.
+struct grid_window {
+    uint32_t first_level, level_count;
+    uint32_t first_pair, pair_count;
+};
+
+struct model {
+    struct vw_specialization specialization; // with training = 1
+    struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
+    uint64_t param_bytes;
+    uint64_t param_count;                    // trainable numbers, without padding
+    uint32_t pair_count;                     // of all levels, with padding
+    uint32_t weight_columns;
+    uint32_t weight_tiles;                   // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
+    uint32_t row_count;                      // activation rows of a chunk
+    uint32_t ray_group;                      // rays come in multiples of this, so that their samples fill whole workgroups
+    struct grid_window windows[VW_LEVELS_MAX];
+    uint32_t window_count;
+};
+
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
+                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
+
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain. A function of the seed alone.
+void model_initialise(const struct model *model, uint64_t seed, void *params);
+
+// `rays` rounded up to whole groups.
+uint32_t model_pad_rays(const struct model *model, uint32_t rays);
+
+#endif

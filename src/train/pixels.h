@@ -1,0 +1,23 @@
+// From photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at (decision 9: pixels
+// stay on the host; only the drawn ones travel).
+#ifndef VIEWWORTH_TRAIN_PIXELS_H
+#define VIEWWORTH_TRAIN_PIXELS_H
+
+#include "viewworth/scene.h"
+#include "interface.h"
+
+// The camera of a view in box coordinates, computed in double.
+struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box);
+
+// One pixel with its target. A pixel that the loader masked (alpha 0 where alpha has no meaning) weighs 0.
+struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px, bool alpha_is_background);
+
+// The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step).
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, bool alpha_is_background, uint32_t count,
+                 struct vw_pixel *pixels);
+
+// `count` fixed pixels of a view, one in each of `count` strata of nearly equal area (all pixels when the view has no more than `count`).
+// Independent of the seed, so that all runs are measured on the same pixels. Returns how many were written.
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, bool alpha_is_background, uint32_t count, struct vw_pixel *pixels);
+
+#endif

@@ -1,0 +1,53 @@
+// Whole views, tile by tile, through an evaluator of its own: the same passes as validation.
+#include <stdlib.h>
+#include <string.h>
+
+#include "pixels.h"
+#include "trainer.h"
+#include "viewworth/memory.h"
+
+enum { TILE_RAYS = 8192 };
+
+static enum vw_status render_tile(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
+    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
+    if (status != VW_OK) return status;
+    vw_batch_begin(evaluator->batch);
+    evaluator_record(evaluator, evaluator->batch);
+    status = vw_batch_submit(evaluator->batch);
+    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
+    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
+}
+
+static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator, struct vw_pixel *pixels,
+                                   vw_float4 *colours, float *rgb) {
+    const struct vw_image *image = &trainer->scene->views[view].image;
+    bool background = trainer->model.specialization.effect_background;
+    uint64_t total = (uint64_t)image->width_px * image->height_px;
+    for (uint64_t first = 0; first < total; first += TILE_RAYS) {
+        uint32_t count = total - first < TILE_RAYS ? (uint32_t)(total - first) : TILE_RAYS;
+        for (uint32_t i = 0; i < count; i++)
+            pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px), (uint32_t)((first + i) / image->width_px), background);
+        enum vw_status status = render_tile(evaluator, pixels, count, colours);
+        if (status != VW_OK) return status;
+        for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
+    const struct vw_image *image = &trainer->scene->views[view].image;
+    struct evaluator evaluator = {0};
+    struct vw_pixel *pixels = vw_allocate(TILE_RAYS, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(TILE_RAYS, sizeof *colours);
+    float *rendered = vw_allocate((size_t)image->width_px * image->height_px, 3 * sizeof *rendered);
+    enum vw_status status = pixels && colours && rendered ? evaluator_create(&trainer->field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = render_tiles(trainer, view, &evaluator, pixels, colours, rendered);
+    evaluator_destroy(&evaluator);
+    free(pixels);
+    free(colours);
+    if (status == VW_OK)
+        *rgb = rendered;
+    else
+        free(rendered);
+    return status;
+}

@@ -1,0 +1,155 @@
+#include "step.h"
+
+#include "gpu/shaders.h"
+#include "viewworth/memory.h"
+
+static uint32_t word_bytes(const struct model *model) { return model->specialization.wide_gradient ? 16 : 8; }
+
+static enum vw_status create_buffers(struct step_passes *step) {
+    const struct model *model = step->field->model;
+    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->weight_columns;
+    const struct {
+        struct vw_buffer **buffer;
+        struct vw_buffer_params params;
+    } buffers[] = {
+        {&step->ray_buffer, {.name = "rays", .size_bytes = sizeof(struct vw_ray) * step->padded_rays}},
+        {&step->samples, {.name = "samples", .size_bytes = 16 * chunk}},
+        {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
+        {&step->ray_loss, {.name = "ray_loss", .size_bytes = 4 * (uint64_t)step->padded_rays}},
+        {&step->weight_partials, {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / VW_SLICE_SAMPLES)}},
+        {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * columns}},
+        {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * columns}},
+        {&step->d_grid, {.name = "d_grid", .size_bytes = word_bytes(model) * pairs}},
+        // Without momentum there is no first moment; the slot is declared by the shader, so a stub is bound.
+        {&step->grid_moment1, {.name = "grid_moment1", .size_bytes = model->specialization.momentum ? 8 * pairs : 8}},
+        {&step->grid_moment2, {.name = "grid_moment2", .size_bytes = 8 * pairs}},
+        {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+        status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    return status;
+}
+
+static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
+                                  struct vw_pass **pass) {
+    struct vw_pass_params params = {.shader = shader, .specialization = (const uint32_t *)&step->field->model->specialization,
+                                    .specialization_count = VW_SPECIALIZATION_COUNT, .bindings = bindings, .binding_count = count};
+    return vw_pass_create(step->field->gpu, &params, pass);
+}
+
+static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels, struct vw_buffer *scalars) {
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
+        {.slot = VW_SLOT_PIXELS, .buffer = pixels},
+        {.slot = VW_SLOT_SCALARS, .buffer = scalars},
+        {.slot = VW_SLOT_RAYS, .buffer = step->ray_buffer},
+        {.slot = VW_SLOT_FIELD, .buffer = step->samples},
+        {.slot = VW_SLOT_D_FIELD, .buffer = step->d_samples},
+        {.slot = VW_SLOT_RAY_LOSS, .buffer = step->ray_loss},
+        {.slot = VW_SLOT_WEIGHT_PARTIALS, .buffer = step->weight_partials},
+        {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
+        {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
+    };
+    uint32_t count = 9;
+    field_bind(step->field, bindings, &count);
+    const struct {
+        const struct vw_shader *shader;
+        struct vw_pass **pass;
+    } passes[] = {
+        {&vw_shader_generate_rays, &step->generate},
+        {&vw_shader_forward_field, &step->forward},
+        {&vw_shader_backward_rays, &step->backward_rays},
+        {&vw_shader_backward_field, &step->backward_field},
+        {&vw_shader_gradient_weights, &step->gradient_weights},
+        {&vw_shader_reduce_weights, &step->reduce_weights},
+        {&vw_shader_reduce_loss, &step->reduce_loss},
+        {&vw_shader_update_weights, &step->update_weights},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
+        status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
+    return status;
+}
+
+// The passes that write the grid see one window of it, so that each binding fits the device's range.
+static enum vw_status create_window_passes(struct step_passes *step, uint32_t index) {
+    const struct field *field = step->field;
+    const struct grid_window *window = &field->model->windows[index];
+    const struct vw_shader *scatter = vw_gpu_get_limits(field->gpu)->int64_atomics ? &vw_shader_scatter_grid : &vw_shader_scatter_grid_split;
+    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model);
+    bool momentum = field->model->specialization.momentum;
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_ROWS, .buffer = field->rows},
+        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
+        {.slot = VW_SLOT_GRID, .buffer = field->params, .offset_bytes = field->model->grid.offset_bytes + 8 * first, .size_bytes = 8 * pairs},
+        {.slot = VW_SLOT_D_GRID, .buffer = step->d_grid, .offset_bytes = word * first, .size_bytes = word * pairs},
+        {.slot = VW_SLOT_GRID_MOMENT1, .buffer = step->grid_moment1, .offset_bytes = momentum ? 8 * first : 0, .size_bytes = momentum ? 8 * pairs : 8},
+        {.slot = VW_SLOT_GRID_MOMENT2, .buffer = step->grid_moment2, .offset_bytes = 8 * first, .size_bytes = 8 * pairs},
+        {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
+    };
+    enum vw_status status = create_pass(step, scatter, bindings, VW_ARRAY_COUNT(bindings), &step->scatter[index]);
+    if (status != VW_OK) return status;
+    return create_pass(step, &vw_shader_update_grid, bindings, VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
+}
+
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                           struct step_passes *step) {
+    *step = (struct step_passes){.field = field, .rays = config->rays, .padded_rays = model_pad_rays(field->model, config->rays),
+                                 .chunk_rays = field->model->specialization.chunk_samples / config->samples};
+    enum vw_status status = create_buffers(step);
+    if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
+    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, i);
+    if (status != VW_OK) step_destroy(step);
+    return status;
+}
+
+void step_destroy(struct step_passes *step) {
+    struct vw_pass **passes[] = {&step->generate,         &step->forward,        &step->backward_rays, &step->backward_field,
+                                 &step->gradient_weights, &step->reduce_weights, &step->reduce_loss,   &step->update_weights};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    for (size_t i = 0; i < VW_LEVELS_MAX; i++) {
+        vw_pass_destroy(&step->scatter[i]);
+        vw_pass_destroy(&step->update_grid[i]);
+    }
+    struct vw_buffer **buffers[] = {&step->ray_buffer, &step->samples,        &step->d_samples, &step->ray_loss,     &step->weight_partials, &step->d_weights,
+                                    &step->weight_moments, &step->d_grid, &step->grid_moment1, &step->grid_moment2, &step->grid_visits};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+}
+
+// Forward and back through the rays of one chunk, whose activations the next chunk overwrites.
+static void record_chunk(const struct step_passes *step, struct vw_batch *batch, const struct vw_push_samples *push) {
+    const struct model *model = step->field->model;
+    uint32_t samples = push->ray_count * model->specialization.samples;
+    vw_batch_dispatch(batch, step->forward, push, sizeof *push, samples);
+    vw_batch_dispatch(batch, step->backward_rays, push, sizeof *push, push->ray_count);
+    vw_batch_dispatch(batch, step->backward_field, NULL, 0, samples);
+    vw_batch_dispatch(batch, step->gradient_weights, push, sizeof *push, (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles);
+    vw_batch_dispatch(batch, step->reduce_weights, push, sizeof *push, model->weight_columns);
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        const struct grid_window *window = &model->windows[i];
+        struct vw_push_scatter scatter = {.sample_count = samples, .first_level = window->first_level, .level_count = window->level_count,
+                                          .first_pair = window->first_pair};
+        vw_batch_dispatch(batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
+    }
+}
+
+void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
+    const struct model *model = step->field->model;
+    struct vw_push_rays rays = {.first_pixel = first_pixel, .ray_count = step->rays};
+    vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
+    for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
+        uint32_t left = step->padded_rays - first;
+        struct vw_push_samples chunk = {.first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays,
+                                        .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
+        record_chunk(step, batch, &chunk);
+    }
+    struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};
+    vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
+    struct vw_push_update update = {.count = model->weight_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number};
+    vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        update.count = model->windows[i].pair_count;
+        vw_batch_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
+    }
+}

@@ -1,0 +1,26 @@
+// One training step on the device: from the pixels of one photo to moved params.
+//   rays of one photo -> field forward -> composite + loss -> field backward -> optimiser
+#ifndef VIEWWORTH_TRAIN_STEP_H
+#define VIEWWORTH_TRAIN_STEP_H
+
+#include "field.h"
+
+struct step_passes {
+    struct field *field;          // borrowed
+    uint32_t rays, padded_rays, chunk_rays;
+    struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss;
+    struct vw_buffer *weight_partials, *d_weights, *weight_moments;
+    struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
+    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights, *reduce_loss, *update_weights;
+    struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
+};
+
+// `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                           struct step_passes *step);
+void step_destroy(struct step_passes *step);
+
+// Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
+void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
+
+#endif

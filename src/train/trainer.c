@@ -1,0 +1,311 @@
+// Steps in batches: draw the pixels, record training and validation, submit, read the scalars back as step records.
+#include "trainer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gpu/shaders.h"
+#include "pixels.h"
+#include "viewworth/log.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+
+enum {
+    STEPS_PER_BATCH_MAX = 64,
+    PIXELS_PER_BATCH_MAX = 1 << 20,
+    VAL_RAYS_PER_VIEW_MIN = 32,
+};
+static const double BATCH_SECONDS = 0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
+static const double MSE_FLOOR = 1e-10;    // 100 dB (decision 5)
+
+// ---- Creation ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views, uint32_t *count) {
+    *views = vw_allocate(scene->view_count, sizeof **views);
+    if (!*views) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < scene->view_count; i++)
+        if (scene->views[i].split == split) (*views)[(*count)++] = i;
+    return VW_OK;
+}
+
+static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t index) {
+    uint64_t total = trainer->config.val_rays;
+    uint32_t share = (uint32_t)(total * (index + 1) / trainer->val_count - total * index / trainer->val_count);
+    return share < VAL_RAYS_PER_VIEW_MIN ? VAL_RAYS_PER_VIEW_MIN : share;
+}
+
+// The fixed pixels of every validation view, one after another, and each view's range.
+static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pixel *pixels, struct vw_ray_range *ranges) {
+    bool background = trainer->model.specialization.effect_background;
+    uint32_t written = 0;
+    for (uint32_t i = 0; i < trainer->val_count; i++) {
+        uint32_t view = trainer->val_views[i];
+        uint32_t count = pixels_stratify(trainer->scene, view, background, val_rays_of_view(trainer, i), pixels + written);
+        ranges[i] = (struct vw_ray_range){.first = written, .count = count};
+        for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
+        if (!trainer->val_pixel_counts[i])
+            return vw_fail(VW_ERROR_INPUT, "%s: this validation view has no usable pixel; leave it out of the validation list",
+                           trainer->scene->views[view].name);
+        written += count;
+    }
+    trainer->val_rays = written;
+    return VW_OK;
+}
+
+static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels, const struct vw_ray_range *ranges) {
+    uint64_t range_bytes = sizeof *ranges * trainer->val_count;
+    enum vw_status status = evaluator_create(&trainer->field, trainer->val_rays, &trainer->validation);
+    if (status == VW_OK) status = evaluator_set_pixels(&trainer->validation, pixels, trainer->val_rays);
+    if (status == VW_OK)
+        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes}, &trainer->val_ranges);
+    if (status == VW_OK) status = vw_buffer_write(trainer->val_ranges, 0, ranges, range_bytes);
+    if (status != VW_OK) return status;
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_RAYS, .buffer = trainer->validation.rays},
+        {.slot = VW_SLOT_COLOURS, .buffer = trainer->validation.colours},
+        {.slot = VW_SLOT_VAL_VIEWS, .buffer = trainer->val_ranges},
+        {.slot = VW_SLOT_SCALARS, .buffer = trainer->scalars},
+    };
+    struct vw_pass_params params = {.shader = &vw_shader_reduce_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    return vw_pass_create(trainer->gpu, &params, &trainer->reduce_views);
+}
+
+static enum vw_status create_validation(struct vw_trainer *trainer) {
+    uint64_t most = 0;
+    for (uint32_t i = 0; i < trainer->val_count; i++) most += val_rays_of_view(trainer, i);
+    struct vw_pixel *pixels = vw_allocate(most, sizeof *pixels);
+    struct vw_ray_range *ranges = vw_allocate(trainer->val_count, sizeof *ranges);
+    trainer->val_pixel_counts = vw_allocate(trainer->val_count, sizeof *trainer->val_pixel_counts);
+    enum vw_status status = pixels && ranges && trainer->val_pixel_counts ? VW_OK : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = choose_val_pixels(trainer, pixels, ranges);
+    if (status == VW_OK) status = create_validation_passes(trainer, pixels, ranges);
+    free(pixels);
+    free(ranges);
+    return status;
+}
+
+static uint32_t rows_per_step(const struct vw_trainer *trainer) { return 1 + trainer->val_count; }
+static uint32_t rows_per_slot(const struct vw_trainer *trainer) { return (trainer->steps_capacity + 1) * rows_per_step(trainer); }
+
+static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
+    uint32_t most = PIXELS_PER_BATCH_MAX / trainer->config.rays;
+    trainer->steps_capacity = most < STEPS_PER_BATCH_MAX ? most : STEPS_PER_BATCH_MAX;
+    trainer->adapt_batches = steps_per_batch == 0;
+    trainer->steps_per_batch = steps_per_batch == 0 ? 1 : steps_per_batch < trainer->steps_capacity ? steps_per_batch : trainer->steps_capacity;
+    uint64_t pixel_bytes = sizeof(struct vw_pixel) * trainer->config.rays * trainer->steps_capacity;
+    uint32_t records = trainer->steps_capacity + 1;
+    trainer->records = vw_allocate(records, sizeof *trainer->records);
+    trainer->view_errors = vw_allocate((size_t)records * trainer->val_count, sizeof *trainer->view_errors);
+    enum vw_status status = trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
+    if (status == VW_OK)
+        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "pixels", .size_bytes = BATCHES_IN_FLIGHT * pixel_bytes,
+                                                                           .home = VW_BUFFER_UPLOAD}, &trainer->pixels);
+    if (status == VW_OK)
+        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
+                                                                           .home = VW_BUFFER_READBACK}, &trainer->scalars);
+    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) status = vw_batch_create(trainer->gpu, &trainer->slots[i].batch);
+    return status;
+}
+
+static enum vw_status choose_views(struct vw_trainer *trainer) {
+    enum vw_status status = list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
+    if (status == VW_OK && trainer->validate) status = list_views(trainer->scene, VW_SPLIT_VAL, &trainer->val_views, &trainer->val_count);
+    if (status != VW_OK) return status;
+    if (!trainer->train_count) return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", trainer->scene->path);
+    if (trainer->validate && !trainer->val_count)
+        return vw_fail(VW_ERROR_INPUT, "%s: no view is left to validate on; check the splits or give --val FILE", trainer->scene->path);
+    trainer->order = vw_allocate(trainer->train_count, sizeof *trainer->order);
+    trainer->ordered_epoch = UINT64_MAX;
+    return trainer->order ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {
+    struct vw_trainer *trainer = vw_allocate(1, sizeof *trainer);
+    if (!trainer) return VW_ERROR_MEMORY;
+    trainer->gpu = params->gpu;
+    trainer->scene = params->scene;
+    trainer->config = *params->config;
+    trainer->validate = params->validate;
+    enum vw_status status = vw_config_check(&trainer->config);
+    if (status == VW_OK) status = vw_effects_decide(trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
+    if (status == VW_OK) status = choose_views(trainer);
+    if (status == VW_OK)
+        status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu), vw_gpu_get_limits(trainer->gpu),
+                              &trainer->model);
+    if (status == VW_OK) status = field_create(trainer->gpu, &trainer->model, trainer->scene, trainer->config.seed, &trainer->field);
+    if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
+    if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
+    if (status == VW_OK && trainer->validate) status = create_validation(trainer);
+    if (status != VW_OK) {
+        vw_trainer_destroy(&trainer);
+        return status;
+    }
+    *out = trainer;
+    return VW_OK;
+}
+
+void vw_trainer_destroy(struct vw_trainer **pointer) {
+    struct vw_trainer *trainer = *pointer;
+    if (!trainer) return;
+    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&trainer->slots[i].batch); // waits
+    vw_pass_destroy(&trainer->reduce_views);
+    evaluator_destroy(&trainer->validation);
+    vw_buffer_destroy(&trainer->val_ranges);
+    step_destroy(&trainer->step);
+    field_destroy(&trainer->field);
+    vw_buffer_destroy(&trainer->pixels);
+    vw_buffer_destroy(&trainer->scalars);
+    free(trainer->train_views);
+    free(trainer->order);
+    free(trainer->val_views);
+    free(trainer->val_pixel_counts);
+    free(trainer->records);
+    free(trainer->view_errors);
+    free(trainer);
+    *pointer = NULL;
+}
+
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return (uint64_t)trainer->config.epochs * trainer->train_count; }
+
+const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count) {
+    *count = trainer->val_count;
+    return trainer->val_views;
+}
+
+// ---- Recording --------------------------------------------------------------------------------------------------------
+
+// The photo of a step (from 1), by the epoch's shuffled order.
+static uint32_t view_of_step(struct vw_trainer *trainer, uint64_t step) {
+    uint64_t epoch = (step - 1) / trainer->train_count;
+    if (epoch != trainer->ordered_epoch) vw_random_order(trainer->config.seed, epoch, trainer->train_count, trainer->order);
+    trainer->ordered_epoch = epoch;
+    return trainer->train_views[trainer->order[(step - 1) % trainer->train_count]];
+}
+
+static void record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row) {
+    if (!trainer->validate) return;
+    struct vw_push_reduce push = {.count = trainer->val_count, .scalar_row = scalar_row};
+    evaluator_record(&trainer->validation, batch);
+    vw_batch_dispatch(batch, trainer->reduce_views, &push, sizeof push, 64ull * trainer->val_count);
+}
+
+static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step, uint32_t step_in_batch, uint32_t scalar_row) {
+    uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
+    uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * rays;
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
+    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, trainer->model.specialization.effect_background, rays, pixels);
+    step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
+}
+
+// Records and submits the next steps into a free slot; leaves the slot idle when no step is left.
+static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot *slot) {
+    uint64_t total = vw_trainer_total_steps(trainer);
+    if (trainer->next_step > total) return VW_OK;
+    uint32_t row = (uint32_t)(slot - trainer->slots) * rows_per_slot(trainer);
+    slot->first_step = trainer->next_step;
+    slot->row_count = 0;
+    vw_batch_begin(slot->batch);
+    if (trainer->next_step == 0) { // the untrained field
+        record_validation(trainer, slot->batch, row);
+        row += rows_per_step(trainer);
+        slot->row_count++;
+        trainer->next_step++;
+    }
+    for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= total; i++, row += rows_per_step(trainer)) {
+        record_training(trainer, slot, trainer->next_step++, i, row);
+        record_validation(trainer, slot->batch, row);
+        slot->row_count++;
+    }
+    slot->submitted_s = vw_now_s();
+    enum vw_status status = vw_batch_submit(slot->batch);
+    slot->in_flight = status == VW_OK;
+    return status;
+}
+
+// ---- Reading back -----------------------------------------------------------------------------------------------------
+
+static double psnr_db(double mse) { return -10.0 * log10(mse > MSE_FLOOR ? mse : MSE_FLOOR); }
+
+// `sums` has one row per validation view: squared error high and low, absolute error high and low.
+static void read_validation(const struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views, struct vw_step_record *record) {
+    double squared = 0.0, absolute = 0.0, psnr = 0.0, values = 0.0;
+    for (uint32_t i = 0; i < trainer->val_count; i++) {
+        double view_squared = (double)sums[i].x + sums[i].y, view_absolute = (double)sums[i].z + sums[i].w;
+        double view_values = 3.0 * trainer->val_pixel_counts[i];
+        views[i] = (struct vw_view_error){.mse = view_squared / view_values, .l1 = view_absolute / view_values};
+        psnr += psnr_db(views[i].mse);
+        squared += view_squared;
+        absolute += view_absolute;
+        values += view_values;
+    }
+    record->validated = true;
+    record->views = views;
+    record->view_count = trainer->val_count;
+    record->val_psnr = psnr / trainer->val_count;
+    record->val_psnr_pooled = psnr_db(squared / values);
+    record->val_l1 = absolute / values;
+    record->nonfinite |= !isfinite(squared) || !isfinite(absolute);
+}
+
+// Decision 8: a step that was skipped, or whose validation is not finite, has no values.
+static void blank_nonfinite(struct vw_step_record *record) {
+    if (!record->nonfinite) return;
+    record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
+    if (!isfinite(record->train_loss)) record->train_loss = NAN;
+}
+
+static uint32_t float_bits(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_float4 *row, struct vw_view_error *views, struct vw_step_record *record) {
+    *record = (struct vw_step_record){.step = step, .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
+    if (step > 0) {
+        record->epoch = (uint32_t)((step - 1) / trainer->train_count);
+        record->view = view_of_step(trainer, step);
+        record->train_loss = ((double)row->x + row->y) / trainer->config.rays;
+        record->nonfinite = float_bits(row->z) != 0;
+        record->clamped_count = float_bits(row->w);
+    }
+    if (trainer->validate) read_validation(trainer, row + 1, views, record);
+    blank_nonfinite(record);
+    trainer->stats.nonfinite_steps += record->nonfinite;
+    trainer->stats.clamped_count += record->clamped_count;
+}
+
+// Grows batches until one takes long enough. How steps are grouped changes no bit of them.
+static void adapt_batch_size(struct vw_trainer *trainer, const struct batch_slot *slot) {
+    if (!trainer->adapt_batches || slot->row_count < trainer->steps_per_batch) return;
+    if (vw_now_s() - slot->submitted_s < BATCH_SECONDS && trainer->steps_per_batch * 2 <= trainer->steps_capacity) trainer->steps_per_batch *= 2;
+}
+
+enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
+    struct batch_slot *slot = &trainer->slots[trainer->next_slot];
+    enum vw_status status = slot->in_flight ? VW_OK : submit_batch(trainer, slot);
+    trainer->next_slot = (trainer->next_slot + 1) % BATCHES_IN_FLIGHT;
+    if (status == VW_OK && slot->in_flight) status = submit_batch(trainer, &trainer->slots[trainer->next_slot]);
+    if (status != VW_OK) return status;
+    *records = trainer->records;
+    *count = 0;
+    if (!slot->in_flight) return VW_OK;
+    status = vw_batch_wait(slot->batch);
+    slot->in_flight = false;
+    if (status != VW_OK) return status;
+    adapt_batch_size(trainer, slot);
+    const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
+    for (uint32_t i = 0; i < slot->row_count; i++)
+        read_record(trainer, slot->first_step + i, rows + (size_t)i * rows_per_step(trainer), trainer->view_errors + (size_t)i * trainer->val_count,
+                    &trainer->records[i]);
+    *count = slot->row_count;
+    return VW_OK;
+}
+
+void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
+    *stats = trainer->stats;
+    stats->param_count = trainer->model.param_count;
+    stats->val_rays = trainer->val_rays;
+    stats->device_bytes = vw_gpu_buffer_bytes(trainer->gpu);
+}

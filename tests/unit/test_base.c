@@ -1,0 +1,250 @@
+// Hashes, files, and what the progress display prints.
+#include "unit/ledger_fixture.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sodium.h>
+#include <sys/stat.h>
+
+#include "viewworth/file.h"
+#include "viewworth/hash.h"
+#include "viewworth/log.h"
+
+static void assert_hex(const uint8_t hash[32], const char *expected) {
+    char hex[VW_HASH_HEX_BYTES];
+    vw_hash_to_hex(hash, hex);
+    assert_string_equal(hex, expected);
+}
+
+static void sha256_matches_the_published_vector(void **state) {
+    const char *expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"; // FIPS 180-2, "abc"
+    uint8_t hash[32];
+    vw_sha256("abc", 3, hash);
+    assert_hex(hash, expected);
+    char *path = vw_path_join(*state, "abc");
+    ASSERT_OK(vw_file_write(path, "abc", 3));
+    memset(hash, 0, sizeof hash);
+    ASSERT_OK(vw_sha256_file(path, hash));
+    assert_hex(hash, expected);
+    unlink(path);
+    assert_int_equal(vw_sha256_file(path, hash), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), path));
+    free(path);
+}
+
+static void hasher_writes_tag_length_and_little_endian(void **state) {
+    (void)state;
+    const uint8_t bytes[] = {'t', 2, 0, 0, 0, 0, 0, 0, 0, 'h', 'i',                // text "hi"
+                             'i', 0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,  // integer -2
+                             'r', 0, 0, 0, 0, 0, 0, 0xf8, 0x3f,                    // real 1.5
+                             'n',                                                  // null
+                             'b', 1, 0, 0, 0, 0, 0, 0, 0, 7};                      // bytes {7}
+    uint8_t expected[32], hash[32];
+    crypto_generichash(expected, sizeof expected, bytes, sizeof bytes, NULL, 0);
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "hi");
+    vw_hasher_add_integer(&hasher, -2);
+    vw_hasher_add_real(&hasher, 1.5);
+    vw_hasher_add_null(&hasher);
+    vw_hasher_add_bytes(&hasher, "\7", 1);
+    vw_hasher_end(&hasher, hash);
+    assert_memory_equal(hash, expected, sizeof hash);
+}
+
+static void add_sequence(struct vw_hasher *hasher, int sequence) {
+    switch (sequence) {
+    case 0: break;
+    case 1: vw_hasher_add_null(hasher); break;
+    case 2: vw_hasher_add_text(hasher, ""); break;
+    case 3: vw_hasher_add_integer(hasher, 0); break;
+    case 4: vw_hasher_add_real(hasher, 0.0); break;
+    case 5: vw_hasher_add_real(hasher, -0.0); break;
+    case 6: vw_hasher_add_bytes(hasher, "", 0); break;
+    case 7: vw_hasher_add_text(hasher, "ab"), vw_hasher_add_text(hasher, "c"); break;
+    case 8: vw_hasher_add_text(hasher, "a"), vw_hasher_add_text(hasher, "bc"); break;
+    case 9: vw_hasher_add_text(hasher, "abc"); break;
+    case 10: vw_hasher_add_bytes(hasher, "abc", 3); break;
+    default: vw_hasher_add_integer(hasher, 0), vw_hasher_add_integer(hasher, 0); break;
+    }
+}
+
+static void different_sequences_hash_differently(void **state) {
+    (void)state;
+    enum { SEQUENCES = 12 };
+    uint8_t hashes[SEQUENCES][32];
+    for (int i = 0; i < SEQUENCES; i++) {
+        struct vw_hasher hasher;
+        vw_hasher_begin(&hasher);
+        add_sequence(&hasher, i);
+        vw_hasher_end(&hasher, hashes[i]);
+        for (int j = 0; j < i; j++)
+            if (memcmp(hashes[i], hashes[j], 32) == 0) fail_msg("sequences %d and %d of add_sequence hash alike", j, i);
+    }
+    struct vw_hasher hasher;
+    uint8_t of_null[32];
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, NULL);
+    vw_hasher_end(&hasher, of_null);
+    assert_memory_equal(of_null, hashes[1], 32);
+}
+
+static void a_file_reads_back_with_a_zero_after_it(void **state) {
+    char *path = vw_path_join(*state, "large");
+    size_t size_bytes = 100003, read_bytes = 0;
+    char *text = malloc(size_bytes);
+    for (size_t i = 0; i < size_bytes; i++) text[i] = (char)(i * 7 + i / 251);
+    ASSERT_OK(vw_file_write(path, text, size_bytes));
+    void *data = NULL;
+    ASSERT_OK(vw_file_read(path, size_bytes, &data, &read_bytes));
+    assert_int_equal(read_bytes, size_bytes);
+    assert_memory_equal(data, text, size_bytes);
+    assert_int_equal(((char *)data)[size_bytes], 0);
+    free(data);
+    data = text;
+    assert_int_equal(vw_file_read(path, size_bytes - 1, &data, &read_bytes), VW_ERROR_INPUT);
+    assert_ptr_equal(data, text); // untouched on failure
+    assert_int_equal(vw_file_read(*state, 100, &data, &read_bytes), VW_ERROR_INPUT);
+    free(text);
+    free(path);
+}
+
+static void an_empty_file_is_fine(void **state) {
+    char *path = vw_path_join(*state, "empty");
+    void *data = NULL;
+    size_t size_bytes = 9;
+    ASSERT_OK(vw_file_write(path, "", 0));
+    ASSERT_OK(vw_file_read(path, 0, &data, &size_bytes));
+    assert_int_equal(size_bytes, 0);
+    assert_string_equal(data, "");
+    free(data);
+    free(path);
+}
+
+static int count_entries(const char *folder) {
+    DIR *listing = opendir(folder);
+    assert_non_null(listing);
+    int count = -2; // "." and ".."
+    while (readdir(listing)) count++;
+    closedir(listing);
+    return count;
+}
+
+static void a_write_replaces_whole_or_leaves_the_old(void **state) {
+    char *path = vw_path_join(*state, "file");
+    void *data = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_write(path, "old", 3));
+    int reader = open(path, O_RDONLY); // one who reads the old file goes on reading it
+    ASSERT_OK(vw_file_write(path, "new text", 8));
+    char seen[16] = "";
+    assert_int_equal(read(reader, seen, sizeof seen), 3);
+    assert_string_equal(seen, "old");
+    close(reader);
+    ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
+    assert_string_equal(data, "new text");
+    free(data);
+    assert_int_equal(count_entries(*state), 1); // no temporary file stays
+
+    char *taken = vw_path_join(*state, "file/below");
+    assert_int_equal(vw_file_write(taken, "x", 1), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), taken));
+    free(taken);
+    unlink(path);
+    assert_int_equal(mkdir(path, 0777), 0); // a folder in the way: the rename fails after the write
+    assert_int_equal(vw_file_write(path, "x", 1), VW_ERROR_IO);
+    assert_int_equal(count_entries(*state), 1);
+    free(path);
+}
+
+static void folders_and_names(void **state) {
+    char *deep = vw_path_join(*state, "a/b//c/");
+    assert_false(vw_folder_exists(deep));
+    ASSERT_OK(vw_folder_create(deep));
+    assert_true(vw_folder_exists(deep));
+    assert_false(vw_file_exists(deep));
+    ASSERT_OK(vw_folder_create(deep));
+    char *file = vw_path_join(deep, "file");
+    ASSERT_OK(vw_file_write(file, "", 0));
+    assert_true(vw_file_exists(file));
+    assert_false(vw_folder_exists(file));
+    char *below = vw_path_join(file, "d");
+    assert_int_equal(vw_folder_create(below), VW_ERROR_IO);
+    free(below);
+    free(file);
+    free(deep);
+
+    const struct {
+        const char *folder, *name, *joined;
+    } joins[] = {{"a", "b", "a/b"}, {"a/", "b", "a/b"}, {"", "b", "b"}, {"a", "/b", "/b"}, {"/", "b", "/b"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(joins); i++) {
+        char *joined = vw_path_join(joins[i].folder, joins[i].name);
+        assert_string_equal(joined, joins[i].joined);
+        free(joined);
+    }
+    const char *folders[][2] = {{"a/b.c", "a"}, {"b.c", "."}, {"/b", "/"}, {"/a/b", "/a"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++) {
+        char *folder = vw_path_folder(folders[i][0]);
+        assert_string_equal(folder, folders[i][1]);
+        free(folder);
+    }
+}
+
+// Runs a training of 40 steps in 4 epochs with stderr in a file, and gives what was printed.
+static char *printed_progress(const char *folder, bool quiet) {
+    char *path = vw_path_join(folder, "stderr");
+    int kept = dup(STDERR_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
+    dup2(file, STDERR_FILENO);
+    vw_log_set_quiet(quiet);
+    struct vw_progress progress = {.total_steps = 40, .epochs = 4, .val_psnr_db = NAN};
+    vw_progress_begin(&progress);
+    for (uint32_t i = 1; i <= 40; i++) {
+        progress.done_steps = i;
+        progress.epoch = (i - 1) / 10;
+        progress.val_psnr_db = i > 4 ? 28.406 : NAN;
+        vw_progress_update(&progress);
+    }
+    vw_progress_end(&progress);
+    vw_log_info("told %d", 1);
+    vw_log_warning("warned %d", 2);
+    vw_log_set_quiet(false);
+    dup2(kept, STDERR_FILENO);
+    close(kept);
+    close(file);
+    void *text = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
+    free(path);
+    return text;
+}
+
+static void progress_prints_a_line_each_tenth(void **state) {
+    char *text = printed_progress(*state, false);
+    int lines = 0;
+    for (const char *next = text; (next = strstr(next, "epoch ")); next++) lines++;
+    assert_int_equal(lines, 10); // no eleventh: the end was shown by the last tenth
+    assert_null(strchr(text, '\r'));
+    assert_ptr_equal(strstr(text, "epoch 1/4 [##..................]  "), text); // no PSNR yet
+    assert_non_null(strstr(text, "epoch 2/4 [##########..........] 28.41 dB"));
+    assert_non_null(strstr(text, "epoch 4/4 [####################] 28.41 dB"));
+    assert_non_null(strstr(text, "0:00 left\n"));
+    assert_non_null(strstr(text, "\ntold 1\nwarning: warned 2\n"));
+    free(text);
+    text = printed_progress(*state, true);
+    assert_string_equal(text, "warning: warned 2\n");
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(sha256_matches_the_published_vector, test_set_up, test_tear_down),
+        cmocka_unit_test(hasher_writes_tag_length_and_little_endian),
+        cmocka_unit_test(different_sequences_hash_differently),
+        cmocka_unit_test_setup_teardown(a_file_reads_back_with_a_zero_after_it, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_empty_file_is_fine, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_write_replaces_whole_or_leaves_the_old, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(folders_and_names, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(progress_prints_a_line_each_tenth, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
