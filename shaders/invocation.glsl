@@ -2,7 +2,8 @@
 #ifndef INVOCATION_GLSL
 #define INVOCATION_GLSL
 
-uint workgroup_index() { return gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x; }
-uint invocation_index() { return workgroup_index() * gl_WorkGroupSize.x + gl_LocalInvocationID.x; }
+// Macros, since gl_WorkGroupSize in a function that stands before the pass's layout(local_size_x) would silently be 1.
+#define workgroup_index() (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x)
+#define invocation_index() (workgroup_index() * gl_WorkGroupSize.x + gl_LocalInvocationID.x)
 
 #endif

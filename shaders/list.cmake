@@ -12,3 +12,4 @@ viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where
 viewworth_add_shader(reduce_loss)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_weights)
+viewworth_add_shader(trace_recipe) # draws the photos of recipes
