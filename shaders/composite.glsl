@@ -14,7 +14,9 @@ float opacity(float tau) {
 float transmittance(float tau) { return exp(-min(tau, 87.0)); }
 
 vec3 background_colour() {
-    return EFFECT_BACKGROUND != 0u ? vec3(BACKGROUND_RED, BACKGROUND_GREEN, BACKGROUND_BLUE) : vec3(0.0);
+    // No ?: here: glslang makes it a constant select by a scalar, of which Mesa 22.3 folds only the first component.
+    if (EFFECT_BACKGROUND == 0u) return vec3(0.0);
+    return vec3(BACKGROUND_RED, BACKGROUND_GREEN, BACKGROUND_BLUE);
 }
 
 // Forward, sample by sample.

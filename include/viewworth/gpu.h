@@ -139,7 +139,7 @@ const char *vw_pass_name(const struct vw_pass *pass);
 enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch);
 void vw_batch_destroy(struct vw_batch **batch); // waits for it first
 
-void vw_batch_begin(struct vw_batch *batch); // the batch must not be in flight
+void vw_batch_begin(struct vw_batch *batch); // must not be in flight; one batch of a device records at a time
 // Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must equal
 // the size of the shader's push constant block. A barrier is recorded first where an earlier access asks for one.

@@ -10,7 +10,7 @@
 enum vw_pixel_format { VW_PIXEL_UINT8, VW_PIXEL_UINT16, VW_PIXEL_FLOAT32 };
 
 // RGBA, 4 channels, interleaved, rows top to bottom, unassociated (straight) alpha, values as stored (sRGB-encoded); alpha is 1
-// where the file has none. Grey is spread to RGB.
+// where the file has none. Grey is spread to RGB. Float files hold linear light and are sRGB-encoded when loaded (and decoded when saved).
 struct vw_image {
     uint32_t width_px, height_px;
     enum vw_pixel_format format;
@@ -25,7 +25,8 @@ enum vw_status vw_image_probe(const char *path, uint32_t *width_px, uint32_t *he
 
 // Reads a whole image of 8 or 16 bit integers or of floats, as unassociated alpha, ignoring EXIF orientation. With `downscale` > 1
 // it is filtered (on premultiplied colour) down to floor(size / downscale) pixels, at least 1, and kept as UINT16 (FLOAT32 for float
-// input). Float values are clamped to [0,1] and counted. More than 5 % masked pixels is VW_ERROR_INPUT.
+// input). Float values are clamped to [0,1] and counted. More than 5 % masked pixels, more than 2^28 pixels or a wrong header is
+// VW_ERROR_INPUT; pixels that cannot be decoded are VW_ERROR_IO.
 enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image);
 // Writes 3- or 4-channel float pixels in [0,1] as the extension of `path` says (PNG: 8 bit, EXR: half or float), through a temporary
 // file that is renamed, so no half-written output is left.

@@ -35,7 +35,7 @@ struct vw_view {
     enum vw_split split;
     struct vw_camera camera;
     double camera_to_world[3][4];        // rotation and position; OpenGL camera axes: x right, y up, looking along -z; world units
-    struct vw_image image;
+    struct vw_image image;               // without pixels for excluded views and with headers_only
     uint8_t sha256[VW_HASH_BYTES];       // of the image file's bytes; of the 8-bit pixels for a recipe
 };
 

@@ -1,0 +1,229 @@
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "gpu/internal.h"
+#include "viewworth/memory.h"
+
+// ---- Barriers ----------------------------------------------------------------------------------------------------------
+
+// All earlier commands, and what they wrote, before all later ones, and where asked before the host.
+static void full_barrier(VkCommandBuffer commands, bool host_reads) {
+    const VkPipelineStageFlags device = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    const VkAccessFlags writes = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+    const VkAccessFlags reads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
+    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = writes,
+                                     .dstAccessMask = reads | writes | (host_reads ? VK_ACCESS_HOST_READ_BIT : 0)};
+    vkCmdPipelineBarrier(commands, device, device | (host_reads ? VK_PIPELINE_STAGE_HOST_BIT : 0), 0, 1, &barrier, 0, NULL, 0, NULL);
+}
+
+void vw_end_barrier(VkCommandBuffer commands) { full_barrier(commands, true); }
+
+static bool must_wait(const struct vw_batch *batch, const struct vw_buffer *buffer, bool writes) {
+    return vw_hazard(buffer->last, batch->epoch, writes);
+}
+
+static void note_access(const struct vw_batch *batch, struct vw_buffer *buffer, bool writes) {
+    if (writes)
+        buffer->last.write_epoch = batch->epoch;
+    else
+        buffer->last.read_epoch = batch->epoch;
+}
+
+static void record_barrier(struct vw_batch *batch) {
+    full_barrier(batch->commands, false);
+    batch->epoch = ++batch->gpu->epoch;
+    batch->barrier_count++;
+}
+
+uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->barrier_count; }
+
+// ---- Recording -----------------------------------------------------------------------------------------------------------
+
+// Keeps a failure just recorded with vw_fail() for vw_batch_submit(); VW_OK leaves the batch as it is.
+static void keep_failure(struct vw_batch *batch, enum vw_status status) {
+    if (!status) return;
+    batch->status = status;
+    snprintf(batch->message, sizeof batch->message, "%s", vw_error_message());
+}
+
+// False once something failed; everything later is skipped then.
+static bool can_record(struct vw_batch *batch) {
+    if (!batch->status && batch->gpu->recording != batch)
+        keep_failure(batch, vw_fail(VW_ERROR_DEVICE, "a batch records between vw_batch_begin and vw_batch_submit, one batch at a time"));
+    return !batch->status;
+}
+
+static enum vw_status begin(struct vw_batch *batch) {
+    struct vw_gpu *gpu = batch->gpu;
+    if (batch->in_flight) return vw_fail(VW_ERROR_DEVICE, "a batch is begun while in flight; call vw_batch_wait first");
+    if (!gpu->recording) gpu->recording = batch;
+    if (!can_record(batch)) return batch->status;
+
+    batch->epoch = ++gpu->epoch;
+    batch->barrier_count = 0;
+    VkResult result = vkResetCommandPool(gpu->device, batch->pool, 0);
+    if (result) return vw_gpu_fail(result, "vkResetCommandPool", "batch");
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                           .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
+    result = vkBeginCommandBuffer(batch->commands, &info);
+    if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "batch");
+    vw_batch_timer_reset(gpu, &batch->timer);
+    return VW_OK;
+}
+
+void vw_batch_begin(struct vw_batch *batch) {
+    batch->status = VW_OK;
+    keep_failure(batch, begin(batch));
+}
+
+struct workgroups {
+    uint32_t x;
+    uint32_t y;
+};
+
+// As few rows as the device allows, of even length.
+static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, struct workgroups *groups) {
+    const struct vw_gpu_limits *limits = &pass->gpu->chosen.limits;
+    uint64_t count = invocations / pass->workgroup_invocations + (invocations % pass->workgroup_invocations != 0);
+    uint64_t rows = (count + limits->workgroup_count_x - 1) / limits->workgroup_count_x;
+    uint64_t row = rows ? (count + rows - 1) / rows : 0;
+    if (count > UINT32_MAX || rows > limits->workgroup_count_y || rows * row * pass->workgroup_invocations > UINT32_MAX)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu invocations are too many for one dispatch", pass->name,
+                       (unsigned long long)invocations);
+    *groups = (struct workgroups){(uint32_t)row, (uint32_t)rows};
+    return VW_OK;
+}
+
+static void wait_for_slots(struct vw_batch *batch, const struct vw_pass *pass) {
+    const struct vw_pass_slot *slots = pass->slots;
+    bool due = false;
+    for (uint32_t i = 0; i < pass->slot_count; i++) due |= must_wait(batch, slots[i].buffer, slots[i].writes);
+    if (due) record_barrier(batch);
+    for (uint32_t i = 0; i < pass->slot_count; i++) note_access(batch, slots[i].buffer, slots[i].writes);
+}
+
+static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, struct workgroups groups) {
+    VkCommandBuffer commands = batch->commands;
+    wait_for_slots(batch, pass);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
+    if (pass->slot_count)
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
+    if (pass->push_bytes) vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
+    bool timed = vw_batch_timer_start(&batch->timer, commands, pass->name);
+    vkCmdDispatch(commands, groups.x, groups.y, 1);
+    if (timed) vw_batch_timer_stop(&batch->timer, commands);
+}
+
+static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                               uint64_t invocations) {
+    if (push_bytes != pass->push_bytes)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name, push_bytes,
+                       pass->push_bytes);
+    struct workgroups groups;
+    enum vw_status status = fold(pass, invocations, &groups);
+    if (status || !groups.x) return status;
+
+    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
+    bool labelled = batch->gpu->instance.debug_utils;
+    if (labelled) vkCmdBeginDebugUtilsLabelEXT(batch->commands, &label);
+    record_dispatch(batch, pass, push, groups);
+    if (labelled) vkCmdEndDebugUtilsLabelEXT(batch->commands);
+    return VW_OK;
+}
+
+void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
+    if (can_record(batch)) keep_failure(batch, dispatch(batch, pass, push, push_bytes, invocations));
+}
+
+static enum vw_status copy(struct vw_batch *batch, struct vw_buffer *from, struct vw_buffer *to, VkBufferCopy region) {
+    enum vw_status status = vw_buffer_check_range(from, region.srcOffset, region.size);
+    if (!status) status = vw_buffer_check_range(to, region.dstOffset, region.size);
+    if (status || !region.size) return status;
+
+    if (must_wait(batch, from, false) || must_wait(batch, to, true)) record_barrier(batch);
+    note_access(batch, from, false);
+    note_access(batch, to, true);
+    vkCmdCopyBuffer(batch->commands, from->handle, to->handle, 1, &region);
+    return VW_OK;
+}
+
+void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
+                   uint64_t to_offset_bytes, uint64_t size_bytes) {
+    if (can_record(batch)) keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
+}
+
+// ---- Submitting ----------------------------------------------------------------------------------------------------------
+
+static enum vw_status submit(struct vw_batch *batch) {
+    VkResult result = vkEndCommandBuffer(batch->commands);
+    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "batch");
+    enum vw_status status = vw_gpu_check_validation(batch->gpu);
+    if (status) return status;
+    result = vkResetFences(batch->gpu->device, 1, &batch->fence);
+    if (result) return vw_gpu_fail(result, "vkResetFences", "batch");
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &batch->commands};
+    result = vkQueueSubmit(batch->gpu->queue, 1, &info, batch->fence);
+    if (result) return vw_gpu_fail(result, "vkQueueSubmit", "batch");
+    batch->in_flight = true;
+    return vw_gpu_check_validation(batch->gpu);
+}
+
+enum vw_status vw_batch_submit(struct vw_batch *batch) {
+    bool recorded = can_record(batch);
+    if (batch->gpu->recording == batch) batch->gpu->recording = NULL;
+    if (!recorded) return vw_fail(batch->status, "%s", batch->message);
+    vw_end_barrier(batch->commands);
+    return submit(batch);
+}
+
+enum vw_status vw_batch_wait(struct vw_batch *batch) {
+    if (!batch->in_flight) return VW_OK;
+    VkResult result = vkWaitForFences(batch->gpu->device, 1, &batch->fence, VK_TRUE, UINT64_MAX);
+    batch->in_flight = false;
+    if (result) return vw_gpu_fail(result, "vkWaitForFences", "batch");
+    enum vw_status status = vw_batch_timer_collect(batch->gpu, &batch->timer);
+    return status ? status : vw_gpu_check_validation(batch->gpu);
+}
+
+// ---- Life ----------------------------------------------------------------------------------------------------------------
+
+static enum vw_status create_commands(struct vw_batch *batch) {
+    VkDevice device = batch->gpu->device;
+    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                          .queueFamilyIndex = batch->gpu->chosen.queue_family};
+    VkResult result = vkCreateCommandPool(device, &pool, NULL, &batch->pool);
+    if (result) return vw_gpu_fail(result, "vkCreateCommandPool", "batch");
+    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                  .commandPool = batch->pool, .commandBufferCount = 1};
+    result = vkAllocateCommandBuffers(device, &commands, &batch->commands);
+    if (result) return vw_gpu_fail(result, "vkAllocateCommandBuffers", "batch");
+    const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    result = vkCreateFence(device, &fence, NULL, &batch->fence);
+    return result ? vw_gpu_fail(result, "vkCreateFence", "batch") : VW_OK;
+}
+
+enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch) {
+    struct vw_batch *made = vw_allocate(1, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    made->gpu = gpu;
+    enum vw_status status = create_commands(made);
+    if (!status) status = vw_batch_timer_create(gpu, &made->timer);
+    if (status) {
+        vw_batch_destroy(&made);
+        return status;
+    }
+    *batch = made;
+    return VW_OK;
+}
+
+void vw_batch_destroy(struct vw_batch **batch) {
+    struct vw_batch *dying = *batch;
+    if (!dying) return;
+    vw_batch_wait(dying);
+    if (dying->gpu->recording == dying) dying->gpu->recording = NULL;
+    vkDestroyFence(dying->gpu->device, dying->fence, NULL);
+    vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
+    vw_batch_timer_destroy(dying->gpu, &dying->timer);
+    free(dying);
+    *batch = NULL;
+}

@@ -1,0 +1,181 @@
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gpu/internal.h"
+#include "viewworth/memory.h"
+
+// ---- Listing and choosing ----------------------------------------------------------------------------------------------
+
+// Most preferred first; devices of one kind stay in the driver's order, which info.index holds until the list is ranked.
+static int by_preference(const void *left, const void *right) {
+    const struct vw_gpu_info *a = &((const struct vw_candidate *)left)->info;
+    const struct vw_gpu_info *b = &((const struct vw_candidate *)right)->info;
+    if (a->kind != b->kind) return a->kind < b->kind ? -1 : 1;
+    return a->index < b->index ? -1 : 1;
+}
+
+// `*candidates` is for the caller to free.
+static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_candidate **candidates, uint32_t *count) {
+    enum vw_status status = VW_OK;
+    struct vw_candidate *list = NULL;
+    uint32_t found = 0;
+    VkResult result = vkEnumeratePhysicalDevices(instance->handle, &found, NULL);
+    VkPhysicalDevice *physical = vw_allocate(found, sizeof *physical);
+    if (!physical) return VW_ERROR_MEMORY;
+    if (!result) result = vkEnumeratePhysicalDevices(instance->handle, &found, physical);
+    if (result)
+        status = vw_gpu_fail(result, "vkEnumeratePhysicalDevices", "Vulkan");
+    else if (!found)
+        status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
+    else if (!(list = vw_allocate(found, sizeof *list)))
+        status = VW_ERROR_MEMORY;
+    if (status) goto done;
+
+    for (uint32_t i = 0; i < found; i++) {
+        vw_candidate_query(physical[i], &list[i]);
+        list[i].info.index = i;
+    }
+    qsort(list, found, sizeof *list, by_preference);
+    for (uint32_t i = 0; i < found; i++) list[i].info.index = i;
+    *candidates = list;
+    *count = found;
+done:
+    free(physical);
+    return status;
+}
+
+enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count) {
+    struct vw_instance instance = {0};
+    struct vw_candidate *candidates = NULL;
+    struct vw_gpu_info *list = NULL;
+    uint32_t found = 0;
+    enum vw_status status = vw_instance_open(&instance, false);
+    if (!status) status = list_candidates(&instance, &candidates, &found);
+    if (!status && !(list = vw_allocate(found, sizeof *list))) status = VW_ERROR_MEMORY;
+    if (!status) {
+        for (uint32_t i = 0; i < found; i++) list[i] = candidates[i].info;
+        *infos = list;
+        *count = found;
+    }
+    free(candidates);
+    vw_instance_close(&instance);
+    return status;
+}
+
+static bool is_wanted(const struct vw_gpu_info *info, const char *device) {
+    if (!device) return !*info->unfit;
+    if (device[strspn(device, "0123456789")] != '\0') return strcasestr(info->name, device) != NULL;
+    char index[16];
+    snprintf(index, sizeof index, "%u", info->index);
+    return !strcmp(index, device);
+}
+
+static enum vw_status fail_without_choice(const struct vw_candidate *candidates, uint32_t count, const char *device) {
+    char list[768] = "";
+    size_t used = 0;
+    for (uint32_t i = 0; i < count && used < sizeof list; i++) {
+        const struct vw_gpu_info *info = &candidates[i].info;
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%u %s%s%s", i ? ", " : "", info->index, info->name,
+                                 *info->unfit ? " without " : "", info->unfit);
+    }
+    if (device) return vw_fail(VW_ERROR_NO_DEVICE, "no device matches --device \"%s\"; there is: %s", device, list);
+    return vw_fail(VW_ERROR_NO_DEVICE, "no device meets the floor; there is: %s", list);
+}
+
+static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
+    struct vw_candidate *candidates = NULL;
+    uint32_t count = 0;
+    enum vw_status status = list_candidates(&gpu->instance, &candidates, &count);
+    if (status) return status;
+    uint32_t i = 0;
+    while (i < count && !is_wanted(&candidates[i].info, device)) i++;
+    if (i == count)
+        status = fail_without_choice(candidates, count, device);
+    else if (*candidates[i].info.unfit)
+        status = vw_fail(VW_ERROR_NO_DEVICE, "device %u %s falls short in %s; choose another --device", i, candidates[i].info.name,
+                         candidates[i].info.unfit);
+    else
+        gpu->chosen = candidates[i];
+    free(candidates);
+    return status;
+}
+
+// ---- Opening -----------------------------------------------------------------------------------------------------------
+
+static enum vw_status create_device(struct vw_gpu *gpu) {
+    const struct vw_gpu_limits *limits = &gpu->chosen.limits;
+    VkPhysicalDeviceVulkan12Features features12 = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
+        .shaderBufferInt64Atomics = limits->int64_atomics,
+        .scalarBlockLayout = VK_TRUE,
+        .hostQueryReset = VK_TRUE, // every Vulkan 1.2 device has it
+        .bufferDeviceAddress = limits->buffer_reference,
+    };
+    const VkPhysicalDeviceFeatures2 features = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12, .features.shaderInt64 = limits->int64};
+    const VkDeviceQueueCreateInfo queue = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+        .queueFamilyIndex = gpu->chosen.queue_family,
+        .queueCount = 1,
+        .pQueuePriorities = &(float){1.0f},
+    };
+    const VkDeviceCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
+    VkResult result = vkCreateDevice(gpu->chosen.physical, &info, NULL, &gpu->device);
+    if (result) return vw_gpu_fail(result, "vkCreateDevice", gpu->chosen.info.name);
+    vkGetDeviceQueue(gpu->device, gpu->chosen.queue_family, 0, &gpu->queue);
+    vkGetPhysicalDeviceMemoryProperties(gpu->chosen.physical, &gpu->memory);
+    return VW_OK;
+}
+
+static enum vw_status create_transfer(struct vw_gpu *gpu) {
+    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                          .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                          .queueFamilyIndex = gpu->chosen.queue_family};
+    VkResult result = vkCreateCommandPool(gpu->device, &pool, NULL, &gpu->transfer_pool);
+    if (result) return vw_gpu_fail(result, "vkCreateCommandPool", gpu->chosen.info.name);
+    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                  .commandPool = gpu->transfer_pool, .commandBufferCount = 1};
+    result = vkAllocateCommandBuffers(gpu->device, &commands, &gpu->transfer);
+    return result ? vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name) : VW_OK;
+}
+
+enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu) {
+    struct vw_gpu *made = vw_allocate(1, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_instance_open(&made->instance, params->validation);
+    if (!status) status = choose(made, params->device);
+    if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
+    if (!status) status = create_device(made);
+    if (!status) status = create_transfer(made);
+    if (status) {
+        vw_gpu_close(&made);
+        return status;
+    }
+    made->timers_wanted = params->timers && made->chosen.limits.timestamps;
+    *gpu = made;
+    return VW_OK;
+}
+
+enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
+    struct vw_gpu *closing = *gpu;
+    if (!closing) return VW_OK;
+    if (closing->device) {
+        vkDeviceWaitIdle(closing->device); // a lost device is closed all the same
+        vw_buffer_destroy(&closing->staging);
+        vkDestroyCommandPool(closing->device, closing->transfer_pool, NULL);
+        vkDestroyDevice(closing->device, NULL);
+    }
+    enum vw_status status = vw_gpu_check_validation(closing);
+    vw_instance_close(&closing->instance);
+    free(closing->timers);
+    free(closing);
+    *gpu = NULL;
+    return status;
+}
+
+const struct vw_gpu_info *vw_gpu_get_info(const struct vw_gpu *gpu) { return &gpu->chosen.info; }
+
+const struct vw_gpu_limits *vw_gpu_get_limits(const struct vw_gpu *gpu) { return &gpu->chosen.limits; }
+uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu) { return gpu->buffer_bytes; }

@@ -1,0 +1,159 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "gpu/internal.h"
+
+// Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves a limit
+// alone, the Vulkan 1.2 minimum stands.
+const struct vw_gpu_limits vw_gpu_floor_limits = {
+    .storage_binding_bytes = 1u << 27,
+    .buffer_bytes = 1u << 30,
+    .texel_elements = 65536,
+    .shared_memory_bytes = 16384,
+    .push_constant_bytes = 128,
+    .workgroup_invocations = 256,
+    .workgroup_size_x = 256,
+    .workgroup_count_x = 65535,
+    .workgroup_count_y = 65535,
+    .storage_buffers = 30,
+    .texel_buffers = 16,
+    .storage_offset_alignment_bytes = 256,
+    .texel_offset_alignment_bytes = 256,
+};
+
+// Limits where more is better, alignments where less is better, and optional features.
+#define FOR_EACH_MAXIMUM(DO) \
+    DO(storage_binding_bytes) DO(buffer_bytes) DO(texel_elements) DO(shared_memory_bytes) DO(push_constant_bytes) \
+    DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
+#define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
+#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(buffer_reference) DO(timestamps)
+
+void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
+#define LOWER(field) if (limits->field > clamp->field) limits->field = clamp->field;
+#define RAISE(field) if (limits->field < clamp->field) limits->field = clamp->field;
+#define DISABLE(field) limits->field = limits->field && clamp->field;
+    FOR_EACH_MAXIMUM(LOWER)
+    FOR_EACH_ALIGNMENT(RAISE)
+    FOR_EACH_FEATURE(DISABLE)
+#undef LOWER
+#undef RAISE
+#undef DISABLE
+}
+
+const char *vw_limits_missed(const struct vw_gpu_limits *limits) {
+#define AT_LEAST(field) if (limits->field < vw_gpu_floor_limits.field) return #field;
+#define AT_MOST(field) if (limits->field > vw_gpu_floor_limits.field) return #field;
+    FOR_EACH_MAXIMUM(AT_LEAST)
+    FOR_EACH_ALIGNMENT(AT_MOST)
+#undef AT_LEAST
+#undef AT_MOST
+    return NULL;
+}
+
+// Puts " on <model name>" behind a CPU device's name: the code it generates depends on the processor.
+static void append_processor(struct vw_gpu_info *info) {
+    char line[256];
+    char model[128] = "an unnamed processor";
+    FILE *file = fopen("/proc/cpuinfo", "re");
+    while (file && fgets(line, sizeof line, file))
+        if (sscanf(line, "model name : %127[^\n]", model) == 1) break;
+    if (file) fclose(file);
+    size_t used = strlen(info->name);
+    snprintf(info->name + used, sizeof info->name - used, " on %s", model);
+}
+
+static enum vw_gpu_kind kind_of(VkPhysicalDeviceType type) {
+    switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return VW_GPU_DISCRETE;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return VW_GPU_INTEGRATED;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return VW_GPU_VIRTUAL;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU: return VW_GPU_CPU;
+    default: return VW_GPU_OTHER;
+    }
+}
+
+static uint64_t largest_device_heap_bytes(VkPhysicalDevice physical) {
+    VkPhysicalDeviceMemoryProperties memory;
+    vkGetPhysicalDeviceMemoryProperties(physical, &memory);
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < memory.memoryHeapCount; i++)
+        if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) && memory.memoryHeaps[i].size > bytes)
+            bytes = memory.memoryHeaps[i].size;
+    return bytes;
+}
+
+// The first queue family that computes; false when there is none.
+static bool find_queue_family(struct vw_candidate *candidate) {
+    VkQueueFamilyProperties families[32];
+    uint32_t count = 32;
+    vkGetPhysicalDeviceQueueFamilyProperties(candidate->physical, &count, families);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!(families[i].queueFlags & VK_QUEUE_COMPUTE_BIT)) continue;
+        candidate->queue_family = i;
+        candidate->timestamp_bits = families[i].timestampValidBits;
+        return true;
+    }
+    return false;
+}
+
+static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint64_t allocation_bytes) {
+    return (struct vw_gpu_limits){
+        .storage_binding_bytes = device->maxStorageBufferRange,
+        .buffer_bytes = allocation_bytes,
+        .texel_elements = device->maxTexelBufferElements,
+        .shared_memory_bytes = device->maxComputeSharedMemorySize,
+        .push_constant_bytes = device->maxPushConstantsSize,
+        .workgroup_invocations = device->maxComputeWorkGroupInvocations,
+        .workgroup_size_x = device->maxComputeWorkGroupSize[0],
+        .workgroup_count_x = device->maxComputeWorkGroupCount[0],
+        .workgroup_count_y = device->maxComputeWorkGroupCount[1],
+        .storage_buffers = device->maxPerStageDescriptorStorageBuffers,
+        .texel_buffers = device->maxPerStageDescriptorSampledImages, // texel buffers count as sampled images
+        .storage_offset_alignment_bytes = (uint32_t)device->minStorageBufferOffsetAlignment,
+        .texel_offset_alignment_bytes = (uint32_t)device->minTexelBufferOffsetAlignment,
+    };
+}
+
+// What can only be asked of a Vulkan 1.2 device.
+static void query_core(struct vw_candidate *candidate) {
+    struct vw_gpu_info *info = &candidate->info;
+    VkPhysicalDeviceVulkan12Properties core12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
+    VkPhysicalDeviceVulkan11Properties core11 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES, .pNext = &core12};
+    VkPhysicalDeviceProperties2 properties = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &core11};
+    vkGetPhysicalDeviceProperties2(candidate->physical, &properties);
+    VkPhysicalDeviceVulkan12Features features12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12};
+    vkGetPhysicalDeviceFeatures2(candidate->physical, &features);
+
+    const VkPhysicalDeviceLimits *device = &properties.properties.limits;
+    uint32_t version = properties.properties.driverVersion;
+    snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u", core12.driverName, core12.driverInfo, VK_API_VERSION_MAJOR(version),
+             VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
+    candidate->timestamp_ns = (double)device->timestampPeriod;
+    struct vw_gpu_limits *limits = &candidate->limits;
+    *limits = limits_of(device, core11.maxMemoryAllocationSize);
+    limits->int64 = features.features.shaderInt64;
+    limits->int64_atomics = limits->int64 && features12.shaderBufferInt64Atomics;
+    limits->buffer_reference = features12.bufferDeviceAddress;
+    limits->timestamps = candidate->timestamp_bits > 0;
+
+    const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
+    if (missed) snprintf(info->unfit, sizeof info->unfit, "%s", missed);
+}
+
+void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate) {
+    *candidate = (struct vw_candidate){.physical = physical};
+    struct vw_gpu_info *info = &candidate->info;
+    VkPhysicalDeviceProperties properties;
+    vkGetPhysicalDeviceProperties(physical, &properties);
+    info->kind = kind_of(properties.deviceType);
+    snprintf(info->name, sizeof info->name, "%s", properties.deviceName);
+    if (info->kind == VW_GPU_CPU) append_processor(info);
+    info->memory_bytes = largest_device_heap_bytes(physical);
+    if (properties.apiVersion < VK_API_VERSION_1_2)
+        snprintf(info->unfit, sizeof info->unfit, "Vulkan 1.2");
+    else if (!find_queue_family(candidate))
+        snprintf(info->unfit, sizeof info->unfit, "a compute queue");
+    else
+        query_core(candidate);
+}

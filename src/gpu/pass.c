@@ -1,0 +1,237 @@
+#include <stdlib.h>
+
+#include "gpu/internal.h"
+#include "gpu/spirv.h"
+#include "viewworth/memory.h"
+
+// ---- Checks --------------------------------------------------------------------------------------------------------------
+
+static enum vw_status check_limit(const char *pass, const char *what, uint64_t value, uint64_t limit) {
+    if (value <= limit) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu %s, the device has %llu; use a smaller field or another --device", pass,
+                   (unsigned long long)value, what, (unsigned long long)limit);
+}
+
+static enum vw_status check_feature(const char *pass, const char *what, bool needed, bool present) {
+    if (!needed || present) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE, "pass %s: needs %s, which the device lacks; use the shader's variant without it", pass, what);
+}
+
+static enum vw_status check_shader(const char *pass, const struct vw_spirv *spirv, const struct vw_gpu_limits *limits) {
+    const uint32_t *size = spirv->workgroup_size;
+    uint64_t invocations = (uint64_t)size[0] * size[1] * size[2];
+    if (!invocations) return vw_fail(VW_ERROR_DEVICE, "pass %s: its workgroup size is 0; specialise it", pass);
+    uint32_t texels = 0;
+    for (uint32_t i = 0; i < spirv->slot_count; i++) texels += spirv->slots[i].texel;
+    enum vw_status status = check_feature(pass, "64-bit integers", spirv->needs_int64, limits->int64);
+    if (!status) status = check_feature(pass, "64-bit atomics", spirv->needs_int64_atomics, limits->int64_atomics);
+    if (!status) status = check_feature(pass, "buffer references", spirv->needs_buffer_reference, limits->buffer_reference);
+    if (!status) status = check_limit(pass, "bytes of shared memory", spirv->shared_bytes, limits->shared_memory_bytes);
+    if (!status) status = check_limit(pass, "bytes of push constants", spirv->push_bytes, limits->push_constant_bytes);
+    if (!status) status = check_limit(pass, "invocations a workgroup in x", size[0], limits->workgroup_size_x);
+    if (!status) status = check_limit(pass, "invocations a workgroup", invocations, limits->workgroup_invocations);
+    if (!status) status = check_limit(pass, "storage buffers", spirv->slot_count - texels, limits->storage_buffers);
+    if (!status) status = check_limit(pass, "texel buffers", texels, limits->texel_buffers);
+    return status;
+}
+
+// Sets `size_bytes` to the size of the bound range.
+static enum vw_status check_range(const char *pass, const struct vw_binding *binding, const struct vw_gpu_limits *limits,
+                                  uint64_t *size_bytes) {
+    const struct vw_buffer *buffer = binding->buffer;
+    uint64_t limit = binding->texel ? UINT64_MAX : limits->storage_binding_bytes; // a texel view shrinks to its own limit
+    uint32_t alignment = binding->texel ? limits->texel_offset_alignment_bytes : limits->storage_offset_alignment_bytes;
+    enum vw_status status = vw_buffer_check_range(buffer, binding->offset_bytes, binding->size_bytes);
+    if (status) return vw_fail_context(status, "pass %s, slot %u", pass, binding->slot);
+    uint64_t size = binding->size_bytes ? binding->size_bytes : buffer->size_bytes - binding->offset_bytes;
+    if (!size) return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: an empty range of %s", pass, binding->slot, buffer->name);
+    if (size > limit)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %llu bytes of %s are more than one binding's %llu; bind windows of it", pass,
+                       binding->slot, (unsigned long long)size, buffer->name, (unsigned long long)limit);
+    if (alignment && binding->offset_bytes % alignment)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: offset %llu in %s is no multiple of %u bytes", pass, binding->slot,
+                       (unsigned long long)binding->offset_bytes, buffer->name, alignment);
+    *size_bytes = size;
+    return VW_OK;
+}
+
+static const struct {
+    VkFormat format;
+    uint32_t bytes;
+    bool is_float;
+} texel_formats[] = {
+    [VW_TEXEL_FLOAT1] = {VK_FORMAT_R32_SFLOAT, 4, true},
+    [VW_TEXEL_FLOAT2] = {VK_FORMAT_R32G32_SFLOAT, 8, true},
+    [VW_TEXEL_FLOAT4] = {VK_FORMAT_R32G32B32A32_SFLOAT, 16, true},
+    [VW_TEXEL_UINT1] = {VK_FORMAT_R32_UINT, 4, false},
+    [VW_TEXEL_UINT2] = {VK_FORMAT_R32G32_UINT, 8, false},
+    [VW_TEXEL_UINT4] = {VK_FORMAT_R32G32B32A32_UINT, 16, false},
+};
+
+static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *slot, const struct vw_binding *binding) {
+    if (slot->texel != (binding->texel != VW_TEXEL_NONE))
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares a %s buffer, the binding is %s texel format", pass,
+                       slot->slot, slot->texel ? "texel" : "storage", binding->texel ? "with a" : "without");
+    if (slot->texel && slot->texel_float != texel_formats[binding->texel].is_float)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader reads %s texels; bind it with such a format", pass, slot->slot,
+                       slot->texel_float ? "float" : "unsigned");
+    return VW_OK;
+}
+
+// ---- Binding -------------------------------------------------------------------------------------------------------------
+
+static VkDescriptorType descriptor_type(const struct vw_spirv_slot *slot) {
+    return slot->texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+static enum vw_status create_set(struct vw_pass *pass, const struct vw_spirv *spirv) {
+    VkDevice device = pass->gpu->device;
+    VkDescriptorSetLayoutBinding bindings[VW_SPIRV_MAX_SLOTS];
+    VkDescriptorPoolSize sizes[VW_SPIRV_MAX_SLOTS];
+    for (uint32_t i = 0; i < spirv->slot_count; i++) {
+        VkDescriptorType type = descriptor_type(&spirv->slots[i]);
+        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = spirv->slots[i].slot, .descriptorType = type, .descriptorCount = 1,
+                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+        sizes[i] = (VkDescriptorPoolSize){type, 1};
+    }
+    const VkDescriptorSetLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                                    .bindingCount = spirv->slot_count, .pBindings = bindings};
+    VkResult result = vkCreateDescriptorSetLayout(device, &layout, NULL, &pass->set_layout);
+    if (result) return vw_gpu_fail(result, "vkCreateDescriptorSetLayout", pass->name);
+    if (!spirv->slot_count) return VW_OK;
+    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1,
+                                             .poolSizeCount = spirv->slot_count, .pPoolSizes = sizes};
+    result = vkCreateDescriptorPool(device, &pool, NULL, &pass->pool);
+    if (result) return vw_gpu_fail(result, "vkCreateDescriptorPool", pass->name);
+    const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, .descriptorPool = pass->pool,
+                                             .descriptorSetCount = 1, .pSetLayouts = &pass->set_layout};
+    result = vkAllocateDescriptorSets(device, &set, &pass->set);
+    return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", pass->name) : VW_OK;
+}
+
+static enum vw_status create_view(struct vw_pass *pass, const struct vw_binding *binding, uint64_t size_bytes, VkBufferView *view) {
+    uint32_t texel_bytes = texel_formats[binding->texel].bytes;
+    uint64_t texels = size_bytes / texel_bytes;
+    if (texels > pass->gpu->chosen.limits.texel_elements) texels = pass->gpu->chosen.limits.texel_elements;
+    if (!texels)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %s is smaller than one texel", pass->name, binding->slot, binding->buffer->name);
+    const VkBufferViewCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = binding->buffer->handle,
+        .format = texel_formats[binding->texel].format, .offset = binding->offset_bytes, .range = texels * texel_bytes};
+    VkResult result = vkCreateBufferView(pass->gpu->device, &info, NULL, view);
+    return result ? vw_gpu_fail(result, "vkCreateBufferView", binding->buffer->name) : VW_OK;
+}
+
+static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot *declared, const struct vw_binding *binding,
+                                struct vw_pass_slot *slot) {
+    uint64_t size_bytes = 0;
+    enum vw_status status = check_kind(pass->name, declared, binding);
+    if (!status) status = check_range(pass->name, binding, &pass->gpu->chosen.limits, &size_bytes);
+    if (status) return status;
+    *slot = (struct vw_pass_slot){.buffer = binding->buffer, .writes = declared->writes};
+    if (declared->texel) status = create_view(pass, binding, size_bytes, &slot->view);
+    if (status) return status;
+    const VkDescriptorBufferInfo range = {binding->buffer->handle, binding->offset_bytes, size_bytes};
+    const VkWriteDescriptorSet write = {
+        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, .dstSet = pass->set, .dstBinding = declared->slot, .descriptorCount = 1,
+        .descriptorType = descriptor_type(declared), .pBufferInfo = &range, .pTexelBufferView = &slot->view};
+    vkUpdateDescriptorSets(pass->gpu->device, 1, &write, 0, NULL);
+    return VW_OK;
+}
+
+static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *spirv, const struct vw_pass_params *params) {
+    pass->slots = vw_allocate(spirv->slot_count, sizeof *pass->slots);
+    if (!pass->slots) return VW_ERROR_MEMORY;
+    pass->slot_count = spirv->slot_count;
+    for (uint32_t i = 0; i < spirv->slot_count; i++) {
+        uint32_t slot = spirv->slots[i].slot;
+        const struct vw_binding *bound = NULL;
+        for (uint32_t j = 0; j < params->binding_count; j++) {
+            if (params->bindings[j].slot != slot) continue;
+            if (bound) return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: bound twice", pass->name, slot);
+            bound = &params->bindings[j];
+        }
+        if (!bound || !bound->buffer)
+            return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares it, but no buffer is bound", pass->name, slot);
+        enum vw_status status = bind_slot(pass, &spirv->slots[i], bound, &pass->slots[i]);
+        if (status) return status;
+    }
+    return VW_OK;
+}
+
+// ---- Life ----------------------------------------------------------------------------------------------------------------
+
+static enum vw_status create_layout(struct vw_pass *pass) {
+    const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = pass->push_bytes};
+    const VkPipelineLayoutCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .setLayoutCount = 1, .pSetLayouts = &pass->set_layout,
+        .pushConstantRangeCount = pass->push_bytes ? 1 : 0, .pPushConstantRanges = &push};
+    VkResult result = vkCreatePipelineLayout(pass->gpu->device, &info, NULL, &pass->layout);
+    return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
+}
+
+static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass_params *params) {
+    VkShaderModule module;
+    const VkShaderModuleCreateInfo code = {.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+                                           .codeSize = params->shader->code_bytes, .pCode = params->shader->code};
+    VkSpecializationMapEntry *entries = vw_allocate(params->specialization_count, sizeof *entries);
+    if (!entries) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < params->specialization_count; i++)
+        entries[i] = (VkSpecializationMapEntry){.constantID = i, .offset = i * 4, .size = 4};
+    const VkSpecializationInfo specialization = {.mapEntryCount = params->specialization_count, .pMapEntries = entries,
+                                                 .dataSize = params->specialization_count * sizeof(uint32_t),
+                                                 .pData = params->specialization};
+    VkResult result = vkCreateShaderModule(pass->gpu->device, &code, NULL, &module);
+    if (!result) {
+        const VkComputePipelineCreateInfo info = {
+            .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+            .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                      .module = module, .pName = "main", .pSpecializationInfo = &specialization},
+            .layout = pass->layout};
+        result = vkCreateComputePipelines(pass->gpu->device, VK_NULL_HANDLE, 1, &info, NULL, &pass->pipeline);
+        vkDestroyShaderModule(pass->gpu->device, module, NULL);
+    }
+    free(entries);
+    if (result) return vw_gpu_fail(result, "building the pipeline", pass->name);
+    vw_gpu_set_name(pass->gpu, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pass->pipeline, pass->name);
+    return VW_OK;
+}
+
+enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass) {
+    struct vw_spirv spirv;
+    enum vw_status status = vw_spirv_read(params->shader, params->specialization, params->specialization_count, &spirv);
+    if (!status) status = check_shader(params->shader->name, &spirv, &gpu->chosen.limits);
+    if (status) return status;
+    struct vw_pass *made = vw_allocate(1, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    made->gpu = gpu;
+    made->name = params->shader->name;
+    made->push_bytes = spirv.push_bytes;
+    made->workgroup_invocations = spirv.workgroup_size[0] * spirv.workgroup_size[1] * spirv.workgroup_size[2];
+    status = create_set(made, &spirv);
+    if (!status) status = bind_slots(made, &spirv, params);
+    if (!status) status = create_layout(made);
+    if (!status) status = create_pipeline(made, params);
+    if (status) {
+        vw_pass_destroy(&made);
+        return status;
+    }
+    *pass = made;
+    return VW_OK;
+}
+
+void vw_pass_destroy(struct vw_pass **pass) {
+    struct vw_pass *dying = *pass;
+    if (!dying) return;
+    VkDevice device = dying->gpu->device;
+    vkDestroyPipeline(device, dying->pipeline, NULL);
+    vkDestroyPipelineLayout(device, dying->layout, NULL);
+    vkDestroyDescriptorPool(device, dying->pool, NULL);
+    vkDestroyDescriptorSetLayout(device, dying->set_layout, NULL);
+    for (uint32_t i = 0; i < dying->slot_count; i++) vkDestroyBufferView(device, dying->slots[i].view, NULL);
+    free(dying->slots);
+    free(dying);
+    *pass = NULL;
+}
+
+const char *vw_pass_name(const struct vw_pass *pass) { return pass->name; }

@@ -1,0 +1,301 @@
+#include "gpu/spirv.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+// The part of SPIR-V that viewworth reads, numbered as in its specification.
+enum operation {
+    OP_EXECUTION_MODE = 16, OP_CAPABILITY = 17,
+    OP_TYPE_VOID = 19, OP_TYPE_BOOL = 20, OP_TYPE_INT = 21, OP_TYPE_FLOAT = 22, OP_TYPE_VECTOR = 23, OP_TYPE_MATRIX = 24,
+    OP_TYPE_IMAGE = 25, OP_TYPE_SAMPLED_IMAGE = 27, OP_TYPE_ARRAY = 28, OP_TYPE_STRUCT = 30, OP_TYPE_POINTER = 32,
+    OP_TYPE_FORWARD_POINTER = 39,
+    OP_CONSTANT_TRUE = 41, OP_CONSTANT = 43, OP_SPEC_CONSTANT_TRUE = 48, OP_SPEC_CONSTANT_FALSE = 49, OP_SPEC_CONSTANT = 50,
+    OP_SPEC_CONSTANT_OP = 52, OP_VARIABLE = 59, OP_DECORATE = 71, OP_MEMBER_DECORATE = 72,
+    OP_ADD = 128, OP_SUBTRACT = 130, OP_MULTIPLY = 132, OP_DIVIDE = 134, OP_DIVIDE_SIGNED = 135, OP_MODULO = 137, OP_SELECT = 169,
+    OP_EQUAL = 170, OP_GREATER = 172, OP_LESS = 176, OP_SHIFT_RIGHT = 194, OP_SHIFT_LEFT = 196, OP_OR = 197, OP_AND = 199,
+};
+enum decoration {
+    DECORATION_SPEC_ID = 1, DECORATION_ARRAY_STRIDE = 6, DECORATION_MATRIX_STRIDE = 7, DECORATION_BUILT_IN = 11,
+    DECORATION_NON_WRITABLE = 24, DECORATION_BINDING = 33, DECORATION_SET = 34, DECORATION_OFFSET = 35,
+};
+enum storage_class {
+    CLASS_UNIFORM_CONSTANT = 0, CLASS_UNIFORM = 2, CLASS_WORKGROUP = 4, CLASS_PUSH_CONSTANT = 9, CLASS_STORAGE_BUFFER = 12,
+};
+enum {
+    MAGIC = 0x07230203, HEADER_WORDS = 5, MODE_LOCAL_SIZE = 17, BUILT_IN_WORKGROUP_SIZE = 25, DIMENSION_BUFFER = 5,
+    CAPABILITY_INT64 = 11, CAPABILITY_INT64_ATOMICS = 12, CAPABILITY_BUFFER_REFERENCE = 5347, ID_LIMIT = 1 << 22,
+};
+
+struct module {
+    const char *name;
+    const uint32_t *words;
+    size_t count;
+    const uint32_t **definition; // per id: the instruction that makes a type, constant or variable
+    uint32_t id_count;
+    const uint32_t *specialization;
+    uint32_t specialization_count;
+};
+
+static uint32_t operation_of(const uint32_t *instruction) { return instruction[0] & 0xffff; }
+static uint32_t length_of(const uint32_t *instruction) { return instruction[0] >> 16; }
+
+// The instruction after `instruction`, the first one after NULL, NULL after the last.
+static const uint32_t *next(const struct module *module, const uint32_t *instruction) {
+    const uint32_t *following = instruction ? instruction + length_of(instruction) : module->words + HEADER_WORDS;
+    return following < module->words + module->count ? following : NULL;
+}
+
+// ---- Opening -------------------------------------------------------------------------------------------------------------
+
+static enum vw_status fail_broken(const struct module *module) {
+    return vw_fail(VW_ERROR_DEVICE, "shader %s: broken SPIR-V; build viewworth again", module->name);
+}
+
+// Which word of an instruction is the id it defines; 0 for one that we never look up.
+static uint32_t result_word(uint32_t operation) {
+    if (operation >= OP_TYPE_VOID && operation < OP_TYPE_FORWARD_POINTER) return 1;
+    if (operation >= OP_CONSTANT_TRUE && operation <= OP_SPEC_CONSTANT_OP) return 2;
+    return operation == OP_VARIABLE ? 2 : 0;
+}
+
+static enum vw_status index_definitions(struct module *module) {
+    for (size_t at = HEADER_WORDS; at < module->count; at += length_of(module->words + at)) {
+        const uint32_t *instruction = module->words + at;
+        uint32_t word = result_word(operation_of(instruction));
+        if (!length_of(instruction) || length_of(instruction) > module->count - at) return fail_broken(module);
+        if (!word) continue;
+        if (word >= length_of(instruction) || instruction[word] >= module->id_count) return fail_broken(module);
+        module->definition[instruction[word]] = instruction;
+    }
+    return VW_OK;
+}
+
+static enum vw_status open_module(const struct vw_shader *shader, struct module *module) {
+    module->name = shader->name;
+    module->words = shader->code;
+    module->count = shader->code_bytes / sizeof shader->code[0];
+    if (module->count < HEADER_WORDS || shader->code[0] != MAGIC || shader->code[3] > ID_LIMIT) return fail_broken(module);
+    module->id_count = shader->code[3];
+    module->definition = vw_allocate(module->id_count, sizeof *module->definition);
+    return module->definition ? index_definitions(module) : VW_ERROR_MEMORY;
+}
+
+// ---- Decorations and constants ---------------------------------------------------------------------------------------------
+
+static bool find_decoration(const struct module *module, uint32_t id, uint32_t decoration, uint32_t *value) {
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
+        if (operation_of(at) != OP_DECORATE || at[1] != id || at[2] != decoration) continue;
+        if (value) *value = at[3];
+        return true;
+    }
+    return false;
+}
+
+static bool find_member_decoration(const struct module *module, uint32_t id, uint32_t member, uint32_t decoration, uint32_t *value) {
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
+        if (operation_of(at) != OP_MEMBER_DECORATE || at[1] != id || at[2] != member || at[3] != decoration) continue;
+        if (value) *value = at[4];
+        return true;
+    }
+    return false;
+}
+
+static uint64_t constant_value(const struct module *module, uint32_t id);
+
+static uint64_t evaluate(const struct module *module, const uint32_t *at) {
+    uint64_t a = length_of(at) > 4 ? constant_value(module, at[4]) : 0;
+    uint64_t b = length_of(at) > 5 ? constant_value(module, at[5]) : 0;
+    switch (at[3]) {
+    case OP_ADD: return (uint32_t)(a + b);
+    case OP_SUBTRACT: return (uint32_t)(a - b);
+    case OP_MULTIPLY: return (uint32_t)(a * b);
+    case OP_DIVIDE:
+    case OP_DIVIDE_SIGNED: return b ? a / b : 0; // lengths are positive
+    case OP_MODULO: return b ? a % b : 0;
+    case OP_SELECT: return a ? b : constant_value(module, at[6]);
+    case OP_EQUAL: return a == b;
+    case OP_GREATER: return a > b;
+    case OP_LESS: return a < b;
+    case OP_SHIFT_RIGHT: return a >> (b & 31);
+    case OP_SHIFT_LEFT: return (uint32_t)(a << (b & 31));
+    case OP_OR: return a | b;
+    case OP_AND: return a & b;
+    default: return 0;
+    }
+}
+
+// The specialised value of a 32-bit integer or boolean constant; 0 for what is none.
+static uint64_t constant_value(const struct module *module, uint32_t id) {
+    const uint32_t *at = module->definition[id];
+    uint32_t spec_id;
+    if (!at) return 0;
+    if (find_decoration(module, id, DECORATION_SPEC_ID, &spec_id) && spec_id < module->specialization_count)
+        return module->specialization[spec_id];
+    switch (operation_of(at)) {
+    case OP_CONSTANT_TRUE:
+    case OP_SPEC_CONSTANT_TRUE: return 1;
+    case OP_CONSTANT:
+    case OP_SPEC_CONSTANT: return at[3];
+    case OP_SPEC_CONSTANT_OP: return evaluate(module, at);
+    default: return 0;
+    }
+}
+
+// ---- Sizes of types ----------------------------------------------------------------------------------------------------------
+
+struct layout {
+    uint64_t bytes;
+    uint64_t alignment; // by std430, which Vulkan uses to count shared memory
+    uint64_t scalar;    // bytes of the widest scalar in it, the alignment in C
+};
+
+static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+static struct layout layout_of(const struct module *module, uint32_t type);
+
+static struct layout repeat(struct layout item, uint64_t count, uint64_t stride) {
+    item.bytes = count * (stride ? stride : round_up(item.bytes, item.alignment));
+    return item;
+}
+
+// At the offsets that the members are decorated with, or one after the other.
+static struct layout layout_of_struct(const struct module *module, const uint32_t *at) {
+    struct layout whole = {0, 4, 4};
+    for (uint32_t member = 0; member + 2 < length_of(at); member++) {
+        struct layout part = layout_of(module, at[2 + member]);
+        const uint32_t *type = module->definition[at[2 + member]];
+        uint32_t offset = 0, stride = 0;
+        if (find_member_decoration(module, at[1], member, DECORATION_MATRIX_STRIDE, &stride) && operation_of(type) == OP_TYPE_MATRIX)
+            part = repeat(part, type[3], stride);
+        bool placed = find_member_decoration(module, at[1], member, DECORATION_OFFSET, &offset);
+        whole.bytes = (placed ? offset : round_up(whole.bytes, part.alignment)) + part.bytes;
+        if (part.alignment > whole.alignment) whole.alignment = part.alignment;
+        if (part.scalar > whole.scalar) whole.scalar = part.scalar;
+    }
+    return whole;
+}
+
+static struct layout layout_of(const struct module *module, uint32_t type) {
+    const uint32_t *at = module->definition[type];
+    struct layout layout = {0, 4, 4};
+    uint32_t stride = 0;
+    if (!at) return layout;
+    switch (operation_of(at)) {
+    case OP_TYPE_BOOL: return (struct layout){4, 4, 4};
+    case OP_TYPE_INT:
+    case OP_TYPE_FLOAT: return (struct layout){at[2] / 8, at[2] / 8, at[2] / 8};
+    case OP_TYPE_POINTER: return (struct layout){8, 8, 8};
+    case OP_TYPE_VECTOR:
+        layout = layout_of(module, at[2]);
+        layout.alignment = layout.bytes * (at[3] == 3 ? 4 : at[3]);
+        layout.bytes *= at[3];
+        return layout;
+    case OP_TYPE_MATRIX: return repeat(layout_of(module, at[2]), at[3], 0);
+    case OP_TYPE_ARRAY:
+        find_decoration(module, type, DECORATION_ARRAY_STRIDE, &stride);
+        return repeat(layout_of(module, at[2]), constant_value(module, at[3]), stride);
+    case OP_TYPE_STRUCT: return layout_of_struct(module, at);
+    default: return layout;
+    }
+}
+
+// ---- What the shader declares ----------------------------------------------------------------------------------------------
+
+static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
+    spirv->needs_int64 |= capability == CAPABILITY_INT64;
+    spirv->needs_int64_atomics |= capability == CAPABILITY_INT64_ATOMICS;
+    spirv->needs_buffer_reference |= capability == CAPABILITY_BUFFER_REFERENCE;
+}
+
+// The constant decorated as gl_WorkGroupSize, which specialization reaches, wins over the execution mode.
+static void read_workgroup_size(const struct module *module, struct vw_spirv *spirv) {
+    for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
+        if (operation_of(at) == OP_EXECUTION_MODE && at[2] == MODE_LOCAL_SIZE)
+            memcpy(spirv->workgroup_size, at + 3, sizeof spirv->workgroup_size);
+        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_BUILT_IN || at[3] != BUILT_IN_WORKGROUP_SIZE) continue;
+        const uint32_t *size = module->definition[at[1]];
+        for (int axis = 0; size && axis < 3; axis++) spirv->workgroup_size[axis] = (uint32_t)constant_value(module, size[3 + axis]);
+        return;
+    }
+}
+
+// By a decoration on the variable, or on every member of its block, which is where glslang puts a block's qualifiers.
+static bool is_read_only(const struct module *module, uint32_t variable, const uint32_t *block) {
+    if (find_decoration(module, variable, DECORATION_NON_WRITABLE, NULL)) return true;
+    for (uint32_t member = 0; member + 2 < length_of(block); member++)
+        if (!find_member_decoration(module, block[1], member, DECORATION_NON_WRITABLE, NULL)) return false;
+    return true;
+}
+
+static bool describe_slot(const struct module *module, const uint32_t *variable, const uint32_t *type, struct vw_spirv_slot *slot) {
+    if (variable[3] == CLASS_STORAGE_BUFFER && operation_of(type) == OP_TYPE_STRUCT) {
+        slot->writes = !is_read_only(module, variable[2], type);
+        return true;
+    }
+    const uint32_t *image = operation_of(type) == OP_TYPE_SAMPLED_IMAGE ? module->definition[type[2]] : type;
+    if (operation_of(image) != OP_TYPE_IMAGE || image[3] != DIMENSION_BUFFER || image[7] != 1) return false; // 1: read with a sampler
+    slot->texel = true;
+    slot->texel_float = operation_of(module->definition[image[2]]) == OP_TYPE_FLOAT;
+    return true;
+}
+
+static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type, struct vw_spirv *spirv) {
+    struct vw_spirv_slot slot = {0};
+    uint32_t set = 0;
+    find_decoration(module, variable[2], DECORATION_BINDING, &slot.slot);
+    find_decoration(module, variable[2], DECORATION_SET, &set);
+    if (set || !describe_slot(module, variable, type, &slot))
+        return vw_fail(VW_ERROR_DEVICE, "shader %s, slot %u: neither a storage nor a texel buffer of set 0; declare it as one",
+                       module->name, slot.slot);
+    for (uint32_t i = 0; i < spirv->slot_count; i++) {
+        struct vw_spirv_slot *same = &spirv->slots[i];
+        if (same->slot != slot.slot) continue;
+        if (same->texel != slot.texel)
+            return vw_fail(VW_ERROR_DEVICE, "shader %s, slot %u: declared as storage and as texel buffer; use two slots", module->name,
+                           slot.slot);
+        same->writes |= slot.writes;
+        return VW_OK;
+    }
+    if (spirv->slot_count == VW_SPIRV_MAX_SLOTS)
+        return vw_fail(VW_ERROR_DEVICE, "shader %s: more than %d slots", module->name, VW_SPIRV_MAX_SLOTS);
+    spirv->slots[spirv->slot_count++] = slot;
+    return VW_OK;
+}
+
+static enum vw_status read_variable(const struct module *module, const uint32_t *variable, struct vw_spirv *spirv) {
+    const uint32_t *pointer = module->definition[variable[1]];
+    const uint32_t *type = pointer && operation_of(pointer) == OP_TYPE_POINTER ? module->definition[pointer[3]] : NULL;
+    if (!type) return fail_broken(module);
+    struct layout layout;
+    switch (variable[3]) {
+    case CLASS_UNIFORM_CONSTANT:
+    case CLASS_UNIFORM:
+    case CLASS_STORAGE_BUFFER: return add_slot(module, variable, type, spirv);
+    case CLASS_PUSH_CONSTANT:
+        layout = layout_of(module, type[1]);
+        spirv->push_bytes = (uint32_t)round_up(layout.bytes, layout.scalar);
+        return VW_OK;
+    case CLASS_WORKGROUP:
+        layout = layout_of(module, type[1]);
+        spirv->shared_bytes = round_up(spirv->shared_bytes, layout.alignment) + layout.bytes;
+        return VW_OK;
+    default: return VW_OK;
+    }
+}
+
+enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization, uint32_t specialization_count,
+                             struct vw_spirv *spirv) {
+    struct module module = {.specialization = specialization, .specialization_count = specialization_count};
+    struct vw_spirv found = {.workgroup_size = {1, 1, 1}};
+    enum vw_status status = open_module(shader, &module);
+    if (!status) read_workgroup_size(&module, &found);
+    for (const uint32_t *at = status ? NULL : next(&module, NULL); at && !status; at = next(&module, at)) {
+        if (operation_of(at) == OP_CAPABILITY) read_capability(at[1], &found);
+        if (operation_of(at) == OP_VARIABLE) status = read_variable(&module, at, &found);
+    }
+    if (!status) *spirv = found;
+    free(module.definition);
+    return status;
+}

@@ -1,0 +1,35 @@
+// Reads from a shader's SPIR-V what a pass has to know about it.
+#ifndef VIEWWORTH_GPU_SPIRV_H
+#define VIEWWORTH_GPU_SPIRV_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/gpu.h"
+
+enum { VW_SPIRV_MAX_SLOTS = 64 };
+
+// One binding of descriptor set 0. Variables that share a binding are one slot.
+struct vw_spirv_slot {
+    uint32_t slot;
+    bool texel;       // a uniform texel buffer, else a storage buffer
+    bool texel_float; // samplerBuffer rather than usamplerBuffer
+    bool writes;      // not declared readonly
+};
+
+struct vw_spirv {
+    struct vw_spirv_slot slots[VW_SPIRV_MAX_SLOTS];
+    uint32_t slot_count;
+    uint32_t push_bytes;         // as sizeof the same struct in C: rounded up to its widest scalar
+    uint32_t workgroup_size[3];  // after specialization
+    uint64_t shared_bytes;       // after specialization; a length that is not a plain expression of constants counts as 0
+    bool needs_int64;
+    bool needs_int64_atomics;
+    bool needs_buffer_reference;
+};
+
+// `specialization[i]` replaces the value of constant_id i, for i below `specialization_count`.
+enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization, uint32_t specialization_count,
+                             struct vw_spirv *spirv);
+
+#endif

@@ -1,0 +1,67 @@
+#include "image/downscale.h"
+
+#include <stdlib.h>
+
+#include "image/oiio_shim.h"
+#include "image/pixel.h"
+#include "viewworth/memory.h"
+
+uint32_t vw_downscaled_px(uint32_t side_px, uint32_t factor) {
+    if (factor <= 1) return side_px;
+    return side_px > factor ? side_px / factor : 1;
+}
+
+static float clamp_unit(float value) { return value > 0 ? (value < 1 ? value : 1) : 0; }
+
+// Colour times alpha, so that what lies hidden under transparent or masked pixels does not bleed into its neighbours.
+static float *premultiplied(const struct vw_image *image) {
+    size_t pixel_count = (size_t)image->width_px * image->height_px;
+    float *rgba = vw_allocate(pixel_count * 4, sizeof *rgba);
+    if (!rgba) return NULL;
+    for (size_t i = 0; i < pixel_count * 4; i += 4) {
+        rgba[i + 3] = vw_pixel_get(image->format, image->pixels, i + 3);
+        for (size_t c = 0; c < 3; c++) rgba[i + c] = vw_pixel_get(image->format, image->pixels, i + c) * rgba[i + 3];
+    }
+    return rgba;
+}
+
+// Back to straight alpha. An image without transparency has alpha below 1 only from masked pixels: a small pixel stays masked when they
+// made up most of it, and is opaque otherwise.
+static void straighten(const float premultiplied[4], bool has_alpha, float rgba[4]) {
+    const float alpha_min = 0.5f / 65535.0f; // what rounds to a 16-bit zero
+    float alpha = premultiplied[3]; // the filter's lobes may take it a little out of [0,1], and the colour with it
+    bool visible = has_alpha ? alpha >= alpha_min : alpha >= 0.5f;
+    for (int c = 0; c < 3; c++) rgba[c] = visible ? clamp_unit(premultiplied[c] / alpha) : 0;
+    rgba[3] = !visible ? 0 : has_alpha ? clamp_unit(alpha) : 1;
+}
+
+enum vw_status vw_image_downscale(struct vw_image *image, uint32_t factor) {
+    uint32_t width_px = vw_downscaled_px(image->width_px, factor);
+    uint32_t height_px = vw_downscaled_px(image->height_px, factor);
+    enum vw_pixel_format format = image->format == VW_PIXEL_FLOAT32 ? VW_PIXEL_FLOAT32 : VW_PIXEL_UINT16;
+    size_t value_count = (size_t)width_px * height_px * 4;
+    void *pixels = vw_allocate(value_count, vw_pixel_channel_bytes(format));
+    float *large = pixels ? premultiplied(image) : NULL;
+    if (!large) {
+        free(pixels);
+        return VW_ERROR_MEMORY;
+    }
+    struct vw_oiio_result small = vw_oiio_resize(large, image->width_px, image->height_px, width_px, height_px);
+    free(large);
+    if (small.status) {
+        free(pixels);
+        return vw_fail(small.status, "%s", small.message);
+    }
+    for (size_t i = 0; i < value_count; i += 4) {
+        float rgba[4];
+        straighten((const float *)small.data + i, image->has_alpha, rgba);
+        for (size_t c = 0; c < 4; c++) vw_pixel_set(format, pixels, i + c, rgba[c]);
+    }
+    free(small.data);
+    free(image->pixels);
+    image->pixels = pixels;
+    image->format = format;
+    image->width_px = width_px;
+    image->height_px = height_px;
+    return VW_OK;
+}

@@ -1,0 +1,32 @@
+// Channel values of every pixel format as floats in [0,1] (floats: as they are).
+#ifndef VIEWWORTH_PIXEL_H
+#define VIEWWORTH_PIXEL_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/image.h"
+
+static inline size_t vw_pixel_channel_bytes(enum vw_pixel_format format) {
+    return format == VW_PIXEL_UINT8 ? 1 : format == VW_PIXEL_UINT16 ? 2 : 4;
+}
+
+static inline float vw_pixel_get(enum vw_pixel_format format, const void *values, size_t index) {
+    switch (format) {
+    case VW_PIXEL_UINT8: return (float)((const uint8_t *)values)[index] / 255.0f;
+    case VW_PIXEL_UINT16: return (float)((const uint16_t *)values)[index] / 65535.0f;
+    default: return ((const float *)values)[index];
+    }
+}
+
+// `value` lies in [0,1]; integers are rounded to nearest, so that what vw_pixel_get gave comes back exactly.
+static inline void vw_pixel_set(enum vw_pixel_format format, void *values, size_t index, float value) {
+    switch (format) {
+    case VW_PIXEL_UINT8: ((uint8_t *)values)[index] = (uint8_t)lrintf(value * 255.0f); break;
+    case VW_PIXEL_UINT16: ((uint16_t *)values)[index] = (uint16_t)lrintf(value * 65535.0f); break;
+    default: ((float *)values)[index] = value;
+    }
+}
+
+#endif

@@ -1,0 +1,185 @@
+// Choosing the box from the cameras.
+//
+// Cameras that look inwards: the box is centred on the point with the least sum of squared distances to all optical axes, and its half
+// extent is 1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of what a
+// typical camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or pointing away from each
+// other): nothing tells the depth of the scene, so it is taken as 4 times the spread of the cameras.
+//
+// Sums are taken relative to the cameras' centroid, so that coordinates of a million metres lose nothing but their own rounding.
+#include "scene/bounds.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "scene/draft.h"
+#include "viewworth/memory.h"
+
+static const double MARGIN = 1.1;
+static const double SPREADS_AWAY = 4;
+static const double PARALLEL_DETERMINANT = 0.003; // about the square of the axes' angular spread: 3 degrees
+static const double FRONT_SHARE = 0.75;           // of the cameras must have the common point before them
+
+struct axes {
+    double centroid_world[3];
+    double mean_look[3];   // of the unit directions: length 1 when all are parallel, near 0 when they cancel
+    double spread_world;   // root mean square distance from the centroid
+    double focus[3];       // the point closest to all axes, relative to the centroid
+    bool common_point;     // the axes have one, and it lies before most cameras
+};
+
+static void position_of(const struct vw_view *view, const double origin_world[3], double position[3]) {
+    for (int i = 0; i < 3; i++) position[i] = view->camera_to_world[i][3] - origin_world[i];
+}
+
+static void look_of(const struct vw_view *view, double look[3]) {
+    for (int i = 0; i < 3; i++) look[i] = -view->camera_to_world[i][2];
+}
+
+static double determinant(const double m[3][3]) {
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// Cramer's rule; the caller knows that `divisor`, the determinant of m, is not small.
+static void solve(const double m[3][3], double divisor, const double right[3], double solution[3]) {
+    for (int column = 0; column < 3; column++) {
+        double replaced[3][3];
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) replaced[i][j] = j == column ? right[i] : m[i][j];
+        solution[column] = determinant(replaced) / divisor;
+    }
+}
+
+static bool is_before_most(const struct vw_scene *scene, const struct axes *axes) {
+    uint32_t before = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double position[3], look[3], depth = 0;
+        position_of(&scene->views[v], axes->centroid_world, position);
+        look_of(&scene->views[v], look);
+        for (int i = 0; i < 3; i++) depth += (axes->focus[i] - position[i]) * look[i];
+        before += depth > 0;
+    }
+    return before >= FRONT_SHARE * scene->view_count;
+}
+
+static void find_centroid(const struct vw_scene *scene, double centroid_world[3]) {
+    const double origin_world[3] = {0};
+    double first_world[3], mean[3] = {0}; // relative to the first camera
+    position_of(&scene->views[0], origin_world, first_world);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double position[3];
+        position_of(&scene->views[v], first_world, position);
+        for (int i = 0; i < 3; i++) mean[i] += position[i] / scene->view_count;
+    }
+    for (int i = 0; i < 3; i++) centroid_world[i] = first_world[i] + mean[i];
+}
+
+// The normal equations of the point closest to all axes: the mean of (I - look look^T) times point = the mean of the same times position.
+static struct axes measure_axes(const struct vw_scene *scene) {
+    struct axes axes = {0};
+    double matrix[3][3] = {{0}}, right[3] = {0}, square = 0;
+    find_centroid(scene, axes.centroid_world);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double position[3], look[3];
+        position_of(&scene->views[v], axes.centroid_world, position);
+        look_of(&scene->views[v], look);
+        for (int i = 0; i < 3; i++) {
+            axes.mean_look[i] += look[i] / scene->view_count;
+            square += position[i] * position[i] / scene->view_count;
+            for (int j = 0; j < 3; j++) {
+                double across = ((i == j) - look[i] * look[j]) / scene->view_count;
+                matrix[i][j] += across;
+                right[i] += across * position[j];
+            }
+        }
+    }
+    axes.spread_world = sqrt(square);
+    double divisor = determinant(matrix);
+    if (divisor < PARALLEL_DETERMINANT) return axes;
+    solve(matrix, divisor, right, axes.focus);
+    axes.common_point = is_before_most(scene, &axes);
+    return axes;
+}
+
+static int compare_doubles(const void *a, const void *b) {
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+static double half_view_tangent(const struct vw_camera *camera) {
+    return 0.5 * fmax(camera->width_px / camera->focal_x_px, camera->height_px / camera->focal_y_px);
+}
+
+// The median over views of the half width seen at the focus.
+static enum vw_status median_half_width(const struct vw_scene *scene, const struct axes *axes, double *half_width_world) {
+    double *widths = vw_allocate(scene->view_count, sizeof *widths);
+    if (!widths) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double position[3], square = 0;
+        position_of(&scene->views[v], axes->centroid_world, position);
+        for (int i = 0; i < 3; i++) square += (axes->focus[i] - position[i]) * (axes->focus[i] - position[i]);
+        widths[v] = sqrt(square) * half_view_tangent(&scene->views[v].camera);
+    }
+    qsort(widths, scene->view_count, sizeof *widths, compare_doubles);
+    *half_width_world = 0.5 * (widths[(scene->view_count - 1) / 2] + widths[scene->view_count / 2]);
+    free(widths);
+    return VW_OK;
+}
+
+static enum vw_status box_of_cameras(const struct vw_scene *scene, struct vw_box *box, const char **source) {
+    struct axes axes = measure_axes(scene);
+    double half_width_world = 0;
+    if (axes.common_point) {
+        enum vw_status status = median_half_width(scene, &axes, &half_width_world);
+        if (status) return status;
+    }
+    if (half_width_world > 0) {
+        *source = "cameras: centred on the point closest to all optical axes, as wide as a typical camera sees there";
+        for (int i = 0; i < 3; i++) box->centre_world[i] = axes.centroid_world[i] + axes.focus[i];
+        box->half_extent_world = MARGIN * half_width_world;
+        return VW_OK;
+    }
+    double depth_world = axes.spread_world > 0 ? SPREADS_AWAY * axes.spread_world : 1;
+    *source = "cameras: their axes have no common point, so the depth of the scene is taken as 4 times their spread";
+    for (int i = 0; i < 3; i++) box->centre_world[i] = axes.centroid_world[i] + axes.mean_look[i] * depth_world;
+    box->half_extent_world = MARGIN * depth_world;
+    return VW_OK;
+}
+
+static struct vw_box box_of_ngp(const struct vw_ngp_box *declared) {
+    struct vw_box box = {.half_extent_world = 0.5 * declared->aabb_scale / declared->scale};
+    for (int i = 0; i < 3; i++) box.centre_world[i] = (0.5 - declared->offset[i]) / declared->scale;
+    return box;
+}
+
+// A declared box that misses what the cameras look at belongs to other coordinates than the poses.
+static bool is_plausible(const struct vw_box *declared, const struct vw_box *seen) {
+    for (int i = 0; i < 3; i++)
+        if (fabs(seen->centre_world[i] - declared->centre_world[i]) > declared->half_extent_world) return false;
+    double ratio = declared->half_extent_world / seen->half_extent_world;
+    return ratio >= 0.25 && ratio <= 128;
+}
+
+enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene) {
+    struct vw_box box;
+    const char *source;
+    enum vw_status status = box_of_cameras(scene, &box, &source);
+    if (status) return status;
+    char *text = NULL;
+    if (declared && declared->aabb_scale > 0) {
+        struct vw_box ngp = box_of_ngp(declared);
+        if (is_plausible(&ngp, &box)) {
+            box = ngp;
+            text = vw_format_text("aabb_scale %g of the scene file (scale %g)", declared->aabb_scale, declared->scale);
+        } else {
+            status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not hold what the cameras look at", declared->aabb_scale);
+            if (status) return status;
+        }
+    }
+    if (!text) text = vw_copy_text(source);
+    if (!text) return VW_ERROR_MEMORY;
+    scene->box = box;
+    free(scene->box_source);
+    scene->box_source = text;
+    return VW_OK;
+}

@@ -1,0 +1,51 @@
+#include "scene/draft.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+struct vw_view *vw_draft_add_view(struct vw_draft *draft, const char *name, const char *image_path) {
+    struct vw_scene *scene = draft->scene;
+    size_t needed = (size_t)scene->view_count + 1;
+    if (vw_grow((void **)&scene->views, &draft->view_capacity, needed, sizeof *scene->views)) return NULL;
+    if (vw_grow((void **)&draft->image_paths, &draft->path_capacity, needed, sizeof *draft->image_paths)) return NULL;
+    struct vw_view *view = &scene->views[scene->view_count];
+    char **path = &draft->image_paths[scene->view_count];
+    scene->view_count++; // from here on closing the scene frees what there is
+    view->name = vw_copy_text(name);
+    view->provider = vw_copy_text("");
+    *path = vw_copy_text(image_path);
+    return view->name && view->provider && *path ? view : NULL;
+}
+
+enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) {
+    char *note = NULL;
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vasprintf(&note, format, arguments);
+    va_end(arguments);
+    if (length < 0) return vw_fail(VW_ERROR_MEMORY, "out of memory for a note on the scene");
+    char **notes = reallocarray(scene->notes, (size_t)scene->note_count + 1, sizeof *notes);
+    if (!notes) {
+        free(note);
+        return vw_fail(VW_ERROR_MEMORY, "out of memory for a note on the scene");
+    }
+    scene->notes = notes;
+    scene->notes[scene->note_count++] = note;
+    return VW_OK;
+}
+
+const char *vw_view_name_of(const char *name) {
+    while (!strncmp(name, "./", 2)) name += 2;
+    return name;
+}
+
+struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name) {
+    name = vw_view_name_of(name);
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (!strcmp(scene->views[v].name, name)) return &scene->views[v];
+    return NULL;
+}

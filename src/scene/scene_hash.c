@@ -1,0 +1,33 @@
+#include "scene/draft.h"
+#include "viewworth/hash.h"
+#include "viewworth/memory.h"
+
+static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
+    const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
+                             camera->k1,         camera->k2,         camera->p1,          camera->p2};
+    vw_hasher_add_integer(hasher, camera->width_px);
+    vw_hasher_add_integer(hasher, camera->height_px);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(values); i++) vw_hasher_add_real(hasher, values[i]);
+}
+
+static void add_view(struct vw_hasher *hasher, const struct vw_view *view) {
+    vw_hasher_add_text(hasher, view->name);
+    vw_hasher_add_text(hasher, vw_split_name(view->split));
+    vw_hasher_add_bytes(hasher, view->sha256, sizeof view->sha256);
+    add_camera(hasher, &view->camera);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) vw_hasher_add_real(hasher, view->camera_to_world[i][j]);
+}
+
+void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "viewworth scene 1");
+    vw_hasher_add_integer(&hasher, downscale > 1 ? downscale : 1);
+    vw_hasher_add_integer(&hasher, scene->view_count);
+    for (uint32_t v = 0; v < scene->view_count; v++) add_view(&hasher, &scene->views[v]);
+    for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->box.centre_world[i]);
+    vw_hasher_add_real(&hasher, scene->box.half_extent_world);
+    for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->background[i]);
+    vw_hasher_end(&hasher, hash);
+}

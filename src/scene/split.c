@@ -1,0 +1,97 @@
+// Which view trains, validates or tests.
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/draft.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static const size_t LIST_LIMIT_BYTES = (size_t)1 << 28;
+enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
+
+const char *vw_split_name(enum vw_split split) {
+    static const char *const names[] = {"train", "val", "test", "excluded"};
+    return names[split];
+}
+
+static char *trim(char *line) {
+    while (isspace((unsigned char)*line)) line++;
+    char *end = line + strlen(line);
+    while (end > line && isspace((unsigned char)end[-1])) end--;
+    *end = 0;
+    return line;
+}
+
+// Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
+static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name, enum vw_split split,
+                            uint8_t *claims) {
+    const struct vw_view *view = vw_scene_find_view(scene, name);
+    if (!view) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path, line, name);
+    uint8_t *by = &claims[view - scene->views];
+    if (*by && *by != 1 + split)
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is in two splits, %s and %s; keep it in one list", path, line, name,
+                       vw_split_name(*by - 1u), vw_split_name(split));
+    *by = (uint8_t)(1 + split);
+    return VW_OK;
+}
+
+static enum vw_status read_list(const struct vw_scene *scene, const char *path, enum vw_split split, uint8_t *claims) {
+    void *text;
+    size_t size_bytes;
+    enum vw_status status = vw_file_read(path, LIST_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    char *rest = text;
+    for (int line = 1; !status && rest; line++) {
+        char *name = trim(strsep(&rest, "\n"));
+        if (*name) status = claim(scene, path, line, name, split, claims);
+    }
+    free(text);
+    return status;
+}
+
+static bool loader_has_opinion(const struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split != VW_SPLIT_TRAIN) return true;
+    return false;
+}
+
+// Every eighth view validates and every eighth tests, unless that would leave too few to train.
+static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
+    uint32_t train = scene->view_count;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        enum vw_split split = v % STRIDE == 0 ? VW_SPLIT_VAL : v % STRIDE == TEST_PHASE ? VW_SPLIT_TEST : VW_SPLIT_TRAIN;
+        if (split == VW_SPLIT_TRAIN || lists[split] || train <= TRAIN_VIEWS_MIN) continue;
+        scene->views[v].split = split;
+        train--;
+    }
+}
+
+// A list replaces its split: views that it leaves out and that nothing else claims are excluded.
+static void apply_claims(struct vw_scene *scene, const char *const lists[LIST_COUNT], const uint8_t *claims) {
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_view *view = &scene->views[v];
+        if (claims[v])
+            view->split = claims[v] - 1u;
+        else if (view->split < VW_SPLIT_EXCLUDED && lists[view->split])
+            view->split = VW_SPLIT_EXCLUDED;
+    }
+}
+
+enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene) {
+    const char *const lists[LIST_COUNT] = {params->train_list, params->val_list, params->test_list};
+    uint8_t *claims = vw_allocate(scene->view_count, sizeof *claims);
+    if (!claims) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
+        if (lists[split]) status = read_list(scene, lists[split], split, claims);
+    if (!status) {
+        if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
+        apply_claims(scene, lists, claims);
+    }
+    free(claims);
+    if (status) return status;
+    for (uint32_t v = 0; v < scene->view_count; v++) scene->split_count[scene->views[v].split]++;
+    if (scene->split_count[VW_SPLIT_TRAIN]) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train; check the lists and transforms_train.json", params->path);
+}

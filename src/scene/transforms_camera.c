@@ -1,0 +1,121 @@
+#include <math.h>
+#include <string.h>
+
+#include "scene/transforms.h"
+#include "viewworth/memory.h"
+
+enum key { FL_X, FL_Y, FOV_X, FOV_Y, ANGLE_X, ANGLE_Y, CX, CY, WIDTH, HEIGHT, K1, K2, P1, P2, KEY_COUNT };
+static const char *const key_names[KEY_COUNT] = {"fl_x", "fl_y", "x_fov", "y_fov", "camera_angle_x", "camera_angle_y", "cx",
+                                                 "cy",   "w",    "h",     "k1",    "k2",             "p1",             "p2"};
+
+static const char *const refused_keys[] = {"k3",          "k4",           "k5",          "k6",          "is_fisheye",  "latlong",
+                                           "orthographic", "equirectangular", "rolling_shutter", "ftheta_p0", "ftheta_p1", "ftheta_p2",
+                                           "ftheta_p3",   "ftheta_p4",    "from_mitsuba"};
+static const char *const known_models[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
+
+static bool is_set(const json_t *value) {
+    if (json_is_number(value)) return json_number_value(value) != 0;
+    if (!json_is_array(value)) return value && !json_is_false(value) && !json_is_null(value);
+    for (size_t i = 0; i < json_array_size(value); i++)
+        if (is_set(json_array_get(value, i))) return true;
+    return false;
+}
+
+enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *object) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(refused_keys); i++)
+        if (is_set(json_object_get(object, refused_keys[i])))
+            return vw_fail(VW_ERROR_INPUT, "%s: field %s is not supported; undistort the photos to a pinhole or OPENCV k1 k2 p1 p2 camera",
+                           where, refused_keys[i]);
+    const json_t *model = json_object_get(object, "camera_model");
+    if (!is_set(model)) return VW_OK;
+    for (size_t i = 0; json_is_string(model) && i < VW_ARRAY_COUNT(known_models); i++)
+        if (!strcmp(json_string_value(model), known_models[i])) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field camera_model: %s is not supported; undistort the photos to a PINHOLE or OPENCV camera", where,
+                   json_is_string(model) ? json_string_value(model) : "this value");
+}
+
+// The intrinsics that an object holds; NaN where it does not.
+static enum vw_status read_keys(const char *where, const json_t *object, double values[KEY_COUNT]) {
+    for (int key = 0; key < KEY_COUNT; key++) {
+        const json_t *value = json_object_get(object, key_names[key]);
+        if (value && !json_is_null(value) && !json_is_number(value))
+            return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a number; give a number or leave it out", where, key_names[key]);
+        values[key] = json_is_number(value) ? json_number_value(value) : NAN;
+    }
+    return VW_OK;
+}
+
+static enum vw_status check_range(const char *where, enum key key, double value, double above, double below) {
+    if (isnan(value) || (value > above && value < below)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s is %g; it must be above %g and below %g", where, key_names[key], value, above, below);
+}
+
+static enum vw_status check_keys(const char *where, const double values[KEY_COUNT]) {
+    enum vw_status status = VW_OK;
+    for (enum key axis = 0; !status && axis < 2; axis++) {
+        status = check_range(where, FL_X + axis, values[FL_X + axis], 0, INFINITY);
+        if (!status) status = check_range(where, FOV_X + axis, values[FOV_X + axis], 0, 180);
+        if (!status) status = check_range(where, ANGLE_X + axis, values[ANGLE_X + axis], 0, M_PI);
+        if (!status) status = check_range(where, WIDTH + axis, values[WIDTH + axis], 0, UINT32_MAX);
+    }
+    return status;
+}
+
+static double first_known(double first, double second) { return isnan(first) ? second : first; }
+
+// In pixels of an image `scale` times as large as the fields w and h say; NaN when the object tells nothing of this axis. A focal length
+// wins over an angle.
+static double focal_px(const double values[KEY_COUNT], enum key axis, double side_px, double scale) {
+    double from_fov = 0.5 * side_px / tan(0.5 * values[FOV_X + axis] * M_PI / 180);
+    double from_angle = 0.5 * side_px / tan(0.5 * values[ANGLE_X + axis]);
+    return first_known(values[FL_X + axis] * scale, first_known(from_fov, from_angle));
+}
+
+// The frame's keys, then the file's, then defaults.
+static struct vw_camera combine(const double file[KEY_COUNT], const double frame[KEY_COUNT], uint32_t width_px, uint32_t height_px,
+                                double scale) {
+    double given[KEY_COUNT];
+    for (int key = 0; key < KEY_COUNT; key++) given[key] = first_known(frame[key], file[key]);
+    double focal_x = first_known(focal_px(frame, 0, width_px, scale), focal_px(file, 0, width_px, scale));
+    double focal_y = first_known(focal_px(frame, 1, height_px, scale), focal_px(file, 1, height_px, scale));
+    return (struct vw_camera){
+        .width_px = width_px,
+        .height_px = height_px,
+        .focal_x_px = first_known(focal_x, focal_y),
+        .focal_y_px = first_known(focal_y, focal_x),
+        .centre_x_px = first_known(given[CX] * scale, 0.5 * width_px),
+        .centre_y_px = first_known(given[CY] * scale, 0.5 * height_px),
+        .k1 = first_known(given[K1], 0),
+        .k2 = first_known(given[K2], 0),
+        .p1 = first_known(given[P1], 0),
+        .p2 = first_known(given[P2], 0),
+    };
+}
+
+// How many times as large as the fields w and h say the image is; they must have its shape.
+static enum vw_status find_scale(const char *where, double given_width_px, double given_height_px, uint32_t width_px, uint32_t height_px,
+                                 double *scale) {
+    *scale = first_known(width_px / given_width_px, first_known(height_px / given_height_px, 1));
+    if (isnan(given_width_px) || isnan(given_height_px) || given_width_px * height_px == given_height_px * width_px) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: fields w and h say %g x %g pixels but the image has %u x %u; correct them or the image", where,
+                   given_width_px, given_height_px, width_px, height_px);
+}
+
+enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px, uint32_t height_px,
+                                    struct vw_camera *camera, bool *rescaled) {
+    double of_file[KEY_COUNT], of_frame[KEY_COUNT], scale = 1;
+    enum vw_status status = read_keys(where, file, of_file);
+    if (!status) status = read_keys(where, frame, of_frame);
+    if (!status) status = check_keys(where, of_file);
+    if (!status) status = check_keys(where, of_frame);
+    if (!status)
+        status = find_scale(where, first_known(of_frame[WIDTH], of_file[WIDTH]), first_known(of_frame[HEIGHT], of_file[HEIGHT]), width_px,
+                            height_px, &scale);
+    if (status) return status;
+    struct vw_camera combined = combine(of_file, of_frame, width_px, height_px, scale);
+    if (isnan(combined.focal_x_px))
+        return vw_fail(VW_ERROR_INPUT, "%s: no focal length; give one of the fields fl_x, camera_angle_x, x_fov", where);
+    *camera = combined;
+    *rescaled = scale != 1;
+    return VW_OK;
+}

@@ -1,0 +1,267 @@
+// transforms.json as Blender's NeRF scenes, instant-ngp and nerfstudio write it: one file, or transforms_{train,val,test}.json.
+#include <jansson.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/bounds.h"
+#include "scene/draft.h"
+#include "scene/transforms.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30;
+static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
+static const struct {
+    const char *name;
+    enum vw_split split;
+} split_files[] = { // halve_test() relies on test being the last
+    {"transforms_train.json", VW_SPLIT_TRAIN},
+    {"transforms_val.json", VW_SPLIT_VAL},
+    {"transforms_test.json", VW_SPLIT_TEST},
+};
+
+struct reader {
+    struct vw_draft *draft;
+    char *folder;            // owned; that the photos' paths are relative to
+    struct vw_ngp_box box;   // of the first file that has one
+    uint32_t missing_count;  // frames without an image
+    char *missing_name;      // owned; of the first of them
+    uint32_t rescaled_count; // frames whose intrinsics are for another image size
+    uint32_t mask_count;     // frames with a mask
+};
+
+// ---- Finding files -----------------------------------------------------------------------------------------------------
+
+static bool has_file(const char *folder, const char *name) {
+    char *path = vw_path_join(folder, name);
+    bool exists = path && vw_file_exists(path);
+    free(path);
+    return exists;
+}
+
+bool vw_transforms_probe(const char *path) {
+    if (!vw_folder_exists(path)) return vw_file_exists(path);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
+        if (has_file(path, split_files[i].name)) return true;
+    return has_file(path, "transforms.json");
+}
+
+static bool leaves_folder(const char *name) {
+    if (name[0] == '/') return true;
+    for (const char *part = name; part; part = strchr(part, '/')) {
+        part += *part == '/';
+        if (!strncmp(part, "..", 2) && (part[2] == '/' || !part[2])) return true;
+    }
+    return false;
+}
+
+// Follows links: a photo must lie in the scene folder in truth, so that a scene cannot read other files of the machine.
+static bool lies_inside(const char *folder, const char *path) {
+    char *real_folder = realpath(folder, NULL), *real_path = realpath(path, NULL);
+    size_t length = real_folder ? strlen(real_folder) : 0;
+    bool root = length == 1;
+    bool inside = real_folder && real_path && !strncmp(real_folder, real_path, length) && (root || real_path[length] == '/');
+    free(real_folder);
+    free(real_path);
+    return inside;
+}
+
+// The photo that a frame names, its extension perhaps left out; `*path` (owned by the caller) stays NULL when there is none.
+static enum vw_status find_image(const struct reader *reader, const char *where, const char *name, char **path) {
+    if (leaves_folder(name))
+        return vw_fail(VW_ERROR_INPUT, "%s: field file_path leaves the scene folder; use a path relative to it without ..", where);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(extensions); i++) {
+        char *file = vw_format_text("%s/%s%s", reader->folder, name, extensions[i]);
+        if (!file) return VW_ERROR_MEMORY;
+        if (!vw_file_exists(file)) {
+            free(file);
+            continue;
+        }
+        if (!lies_inside(reader->folder, file)) {
+            free(file);
+            return vw_fail(VW_ERROR_INPUT, "%s: field file_path leaves the scene folder through a link; copy the photo into it", where);
+        }
+        *path = file;
+        break;
+    }
+    return VW_OK;
+}
+
+// ---- Frames --------------------------------------------------------------------------------------------------------------
+
+static enum vw_status add_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame, enum vw_split split,
+                                const char *name, const char *image_path) {
+    struct vw_camera camera;
+    double camera_to_world[3][4];
+    bool rescaled = false;
+    uint32_t width_px, height_px;
+    enum vw_status status = vw_transforms_refuse_unknown(where, frame);
+    if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
+    if (!status) {
+        status = vw_image_probe(image_path, &width_px, &height_px);
+        if (status) vw_fail_context(status, "%s", where);
+    }
+    if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
+    if (status) return status;
+    struct vw_view *view = vw_draft_add_view(reader->draft, name, image_path);
+    if (!view) return VW_ERROR_MEMORY;
+    view->split = split;
+    view->camera = camera;
+    memcpy(view->camera_to_world, camera_to_world, sizeof camera_to_world);
+    reader->rescaled_count += rescaled;
+    reader->mask_count += json_object_get(frame, "mask_path") != NULL;
+    return VW_OK;
+}
+
+static enum vw_status count_missing(struct reader *reader, const char *name) {
+    reader->missing_count++;
+    if (!reader->missing_name) reader->missing_name = vw_copy_text(name);
+    return reader->missing_name ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static enum vw_status load_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame, enum vw_split split) {
+    const char *spelled = json_string_value(json_object_get(frame, "file_path"));
+    if (!spelled || !*vw_view_name_of(spelled))
+        return vw_fail(VW_ERROR_INPUT, "%s: field file_path is missing or not a text; name the frame's photo", where);
+    const char *name = vw_view_name_of(spelled);
+    const struct vw_view *same = vw_scene_find_view(reader->draft->scene, name);
+    if (same && same->split != split)
+        return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name, vw_split_name(same->split),
+                       vw_split_name(split));
+    if (same) return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
+    char *image_path = NULL;
+    enum vw_status status = find_image(reader, where, name, &image_path);
+    if (!status)
+        status = image_path ? add_frame(reader, where, file, frame, split, name, image_path) : count_missing(reader, name);
+    free(image_path);
+    return status;
+}
+
+// ---- Files ---------------------------------------------------------------------------------------------------------------
+
+static enum vw_status positive_number(const char *path, const json_t *file, const char *key, double fallback, double *value) {
+    const json_t *given = json_object_get(file, key);
+    *value = given ? json_number_value(given) : fallback;
+    if (*value > 0 || (!given && fallback == 0)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s must be a number above 0; correct it or leave it out", path, key);
+}
+
+// `offset` is one number for all axes, or three.
+static enum vw_status read_offset(const char *path, const json_t *file, double offset[3]) {
+    const json_t *given = json_object_get(file, "offset");
+    for (size_t i = 0; i < 3; i++) {
+        const json_t *value = json_is_array(given) ? json_array_get(given, i) : given;
+        if (given && !json_is_number(value))
+            return vw_fail(VW_ERROR_INPUT, "%s: field offset must be a number or three; correct it or leave it out", path);
+        offset[i] = given ? json_number_value(value) : 0.5;
+    }
+    return VW_OK;
+}
+
+// The defaults are instant-ngp's.
+static enum vw_status read_box(const char *path, const json_t *file, struct vw_ngp_box *box) {
+    enum vw_status status = positive_number(path, file, "aabb_scale", 0, &box->aabb_scale);
+    if (!status) status = positive_number(path, file, "scale", 0.33, &box->scale);
+    if (!status) status = read_offset(path, file, box->offset);
+    return status;
+}
+
+static enum vw_status parse(const char *path, json_t **file) {
+    void *text;
+    size_t size_bytes;
+    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    json_error_t error;
+    *file = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    free(text);
+    if (*file) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%d:%d: not valid JSON: %s; correct this line", path, error.line, error.column, error.text);
+}
+
+static enum vw_status load_frames(struct reader *reader, const char *path, const json_t *file, enum vw_split split) {
+    const json_t *frames = json_object_get(file, "frames");
+    if (!json_array_size(frames))
+        return vw_fail(VW_ERROR_INPUT, "%s: field frames is missing or empty; give a scene file with posed photos", path);
+    if (!reader->box.aabb_scale) {
+        enum vw_status status = read_box(path, file, &reader->box);
+        if (status) return status;
+    }
+    enum vw_status status = vw_transforms_refuse_unknown(path, file);
+    for (size_t i = 0; !status && i < json_array_size(frames); i++) {
+        const json_t *frame = json_array_get(frames, i);
+        const char *name = json_string_value(json_object_get(frame, "file_path"));
+        char *where = vw_format_text("%s: frame %zu (%s)", path, i, name ? name : "unnamed");
+        status = where ? load_frame(reader, where, file, frame, split) : VW_ERROR_MEMORY;
+        free(where);
+    }
+    return status;
+}
+
+static enum vw_status load_file(struct reader *reader, const char *folder, const char *name, enum vw_split split) {
+    char *path = folder ? vw_path_join(folder, name) : vw_copy_text(name);
+    if (!path) return VW_ERROR_MEMORY;
+    json_t *file = NULL;
+    enum vw_status status = parse(path, &file);
+    if (!status) status = load_frames(reader, path, file, split);
+    json_decref(file);
+    free(path);
+    return status;
+}
+
+// Test rows stand in for missing validation rows: the first half, in file order.
+static void halve_test(struct vw_scene *scene, uint32_t first_test) {
+    uint32_t half = (scene->view_count - first_test + 1) / 2;
+    for (uint32_t v = first_test; v < first_test + half; v++) scene->views[v].split = VW_SPLIT_VAL;
+}
+
+static enum vw_status load_split_files(struct reader *reader, const char *folder) {
+    struct vw_scene *scene = reader->draft->scene;
+    uint32_t first[VW_ARRAY_COUNT(split_files) + 1] = {0};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++) {
+        if (has_file(folder, split_files[i].name)) {
+            enum vw_status status = load_file(reader, folder, split_files[i].name, split_files[i].split);
+            if (status) return status;
+        }
+        first[i + 1] = scene->view_count;
+    }
+    bool train_and_test_only = first[1] > 0 && first[2] == first[1] && first[3] > first[2];
+    if (train_and_test_only) halve_test(scene, first[2]);
+    return VW_OK;
+}
+
+static enum vw_status load_all(struct reader *reader, const char *path) {
+    if (!vw_folder_exists(path)) return load_file(reader, NULL, path, VW_SPLIT_TRAIN);
+    enum vw_status status = load_split_files(reader, path);
+    uint32_t found = reader->draft->scene->view_count + reader->missing_count;
+    if (!status && !found) status = load_file(reader, path, "transforms.json", VW_SPLIT_TRAIN);
+    return status;
+}
+
+static enum vw_status note_repairs(const struct reader *reader) {
+    struct vw_scene *scene = reader->draft->scene;
+    enum vw_status status = VW_OK;
+    if (reader->missing_count)
+        status = vw_scene_note(scene, "%u frames skipped: their image file does not exist (first: %s)", reader->missing_count,
+                               reader->missing_name);
+    if (!status && reader->rescaled_count)
+        status = vw_scene_note(scene, "%u frames: intrinsics scaled from the size given by w and h to that of the image",
+                               reader->rescaled_count);
+    if (!status && reader->mask_count) status = vw_scene_note(scene, "%u frames: mask_path is not used", reader->mask_count);
+    return status;
+}
+
+enum vw_status vw_transforms_load(struct vw_draft *draft) {
+    const char *path = draft->params->path;
+    struct reader reader = {.draft = draft, .folder = vw_folder_exists(path) ? vw_copy_text(path) : vw_path_folder(path)};
+    enum vw_status status = reader.folder ? load_all(&reader, path) : VW_ERROR_MEMORY;
+    if (!status && !draft->scene->view_count)
+        status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
+                         reader.missing_count, reader.missing_name);
+    if (!status) status = note_repairs(&reader);
+    if (!status) status = vw_bounds_choose(&reader.box, draft->scene);
+    free(reader.folder);
+    free(reader.missing_name);
+    return status;
+}

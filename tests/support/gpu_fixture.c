@@ -1,0 +1,30 @@
+#include "support/gpu_fixture.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+static struct vw_gpu *shared_gpu;
+
+// Vulkan drivers leak by design; programs without this file keep their leak check.
+const char *__asan_default_options(void);
+const char *__asan_default_options(void) { return "detect_leaks=0"; }
+
+struct vw_gpu *test_gpu(void) {
+    // The layer compares submissions with each other only when its own setting says so.
+    setenv("VK_LAYER_ENABLES", "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT", 0);
+    if (!shared_gpu && vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &shared_gpu)) fail_msg("%s", vw_error_message());
+    return shared_gpu;
+}
+
+int test_gpu_close(void **state) {
+    (void)state;
+    if (!vw_gpu_close(&shared_gpu)) return 0;
+    fprintf(stderr, "%s\n", vw_error_message());
+    return -1;
+}

@@ -1,0 +1,13 @@
+// One device with validation, shared by the tests of a program.
+#ifndef TESTS_SUPPORT_GPU_FIXTURE_H
+#define TESTS_SUPPORT_GPU_FIXTURE_H
+
+#include "viewworth/gpu.h"
+
+// Opens the preferred device at the first call; fails the test when there is none.
+struct vw_gpu *test_gpu(void);
+
+// A cmocka group teardown: fails when validation complained about anything since the device was opened.
+int test_gpu_close(void **state);
+
+#endif

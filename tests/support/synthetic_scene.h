@@ -1,0 +1,19 @@
+// A small scene in memory, without files: cameras on an orbit around the box, photos of a smooth function of the direction.
+#ifndef TESTS_SUPPORT_SYNTHETIC_SCENE_H
+#define TESTS_SUPPORT_SYNTHETIC_SCENE_H
+
+#include "viewworth/scene.h"
+
+struct synthetic_scene_params {
+    uint32_t train_views, val_views;
+    uint32_t width_px, height_px;
+    double k1;                // radial distortion
+    bool alpha;               // the lower half of every photo is half transparent, on white
+    double world_offset;      // metres added to every world coordinate
+    double world_scale;       // 0 = 1
+};
+
+// Owned by the caller: vw_scene_close().
+struct vw_scene *synthetic_scene(const struct synthetic_scene_params *params);
+
+#endif

@@ -1,0 +1,56 @@
+#include "support/temporary_folder.h"
+
+#include <ftw.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static void stop(const char *what, const char *path) {
+    fprintf(stderr, "temporary folder: cannot %s %s: %s\n", what, path, vw_error_message());
+    abort();
+}
+
+char *temporary_folder_create(void) {
+    const char *parent = getenv("TMPDIR");
+    char *path = vw_format_text("%s/viewworth-test-XXXXXX", parent && *parent ? parent : "/tmp");
+    if (!path || !mkdtemp(path)) stop("create", path ? path : "(no memory)");
+    return path;
+}
+
+static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *walk) {
+    (void)info, (void)kind, (void)walk;
+    return remove(path);
+}
+
+void temporary_folder_remove(char *folder) {
+    if (nftw(folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS)) stop("remove", folder);
+    free(folder);
+}
+
+const char *temporary_path(const char *folder, const char *name) {
+    static char paths[8][4096];
+    static unsigned next;
+    char *path = paths[next++ % VW_ARRAY_COUNT(paths)];
+    if (snprintf(path, sizeof paths[0], "%s/%s", folder, name) >= (int)sizeof paths[0]) stop("name", name);
+    return path;
+}
+
+const char *temporary_file(const char *folder, const char *name, const char *text) {
+    const char *path = temporary_path(folder, name);
+    char *parent = vw_path_folder(path);
+    if (!parent || vw_folder_create(parent) || vw_file_write(path, text, strlen(text))) stop("write", path);
+    free(parent);
+    return path;
+}
+
+const char *real_scene_path(const char *name) {
+    const char *scenes = getenv("VIEWWORTH_SCENES");
+    const char *path = temporary_path(scenes ? scenes : VW_SOURCE_FOLDER "/../shared/scenes", name);
+    if (vw_folder_exists(path)) return path;
+    fprintf(stderr, "SKIPPED: the scene %s is not there (%s); set VIEWWORTH_SCENES to the folder that holds it\n", name, path);
+    return NULL;
+}

@@ -1,0 +1,20 @@
+// A folder of a test's own, and small files in it. Every function stops the test when it cannot do its work.
+#ifndef VIEWWORTH_TEMPORARY_FOLDER_H
+#define VIEWWORTH_TEMPORARY_FOLDER_H
+
+#include <stddef.h>
+
+// Creates a folder under $TMPDIR (or /tmp) and returns its path, to be given to temporary_folder_remove().
+char *temporary_folder_create(void);
+// Removes the folder with all it holds, and frees the path.
+void temporary_folder_remove(char *folder);
+
+// "folder/name" in storage that the next eight calls keep.
+const char *temporary_path(const char *folder, const char *name);
+// Writes a text to folder/name, creating folders on the way, and returns the path as temporary_path() does.
+const char *temporary_file(const char *folder, const char *name, const char *text);
+
+// The folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL, said aloud, when absent.
+const char *real_scene_path(const char *name);
+
+#endif

@@ -1,0 +1,71 @@
+#include "support/tiny_scene.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "viewworth/file.h"
+
+void tiny_photo_write(const char *path, uint32_t index) {
+    float pixels[TINY_HEIGHT_PX * TINY_WIDTH_PX * 3];
+    for (size_t i = 0; i < sizeof pixels / sizeof pixels[0]; i++) pixels[i] = (float)(index % 16) / 16;
+    char *folder = vw_path_folder(path);
+    assert_int_equal(vw_folder_create(folder), VW_OK);
+    free(folder);
+    if (vw_image_save(path, TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels)) fail_msg("%s", vw_error_message());
+}
+
+// A camera on a ring (with some height) that looks at the centre. Its axes: z away from the centre, x level, y = z cross x.
+static void write_frame(FILE *json, const struct tiny_scene *tiny, uint32_t index) {
+    double turn = 2 * M_PI * index / 8 + 0.1, tilt = 0.3 + 0.2 * (index % 3), scale = tiny->scale_world ? tiny->scale_world : 1;
+    double z[3] = {cos(turn) * cos(tilt), sin(turn) * cos(tilt), sin(tilt)}, x[3] = {-sin(turn), cos(turn), 0};
+    fprintf(json, "%s\n    {%s \"file_path\": \"%s%02u%s", index > tiny->first ? "," : "", tiny->frame_keys ? tiny->frame_keys : "",
+            tiny->name_prefix ? tiny->name_prefix : "images/", index, tiny->name_suffix ? tiny->name_suffix : ".png");
+    fprintf(json, "\", \"transform_matrix\": [");
+    for (int i = 0; i < 3; i++)
+        fprintf(json, "[%.17g, %.17g, %.17g, %.17g], ", x[i], z[(i + 1) % 3] * x[(i + 2) % 3] - z[(i + 2) % 3] * x[(i + 1) % 3], z[i],
+                4 * z[i] * scale + tiny->offset_world[i]);
+    fprintf(json, "[0, 0, 0, 1]]}");
+}
+
+const char *tiny_scene_write(const char *folder, const struct tiny_scene *tiny) {
+    uint32_t count = tiny->count ? tiny->count : 8;
+    const char *path = temporary_path(folder, tiny->file ? tiny->file : "transforms.json");
+    FILE *json = fopen(path, "w");
+    assert_non_null(json);
+    fprintf(json, "{%s\n  \"frames\": [", tiny->keys ? tiny->keys : "\"camera_angle_x\": 0.7,");
+    for (uint32_t i = tiny->first; i < tiny->first + count; i++) {
+        char name[32];
+        write_frame(json, tiny, i);
+        snprintf(name, sizeof name, "images/%02u.png", i);
+        tiny_photo_write(temporary_path(folder, name), i);
+    }
+    fprintf(json, "\n  ]\n}\n");
+    assert_int_equal(fclose(json), 0);
+    return path;
+}
+
+struct vw_scene *tiny_scene_open(const struct vw_scene_params *params) {
+    struct vw_scene *scene = NULL;
+    if (vw_scene_open(params, &scene)) fail_msg("%s", vw_error_message());
+    return scene;
+}
+
+void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) {
+    struct vw_scene *scene = NULL;
+    assert_int_equal(vw_scene_open(params, &scene), status);
+    assert_null(scene);
+    assert_null(strchr(vw_error_message(), '\n'));
+    va_list texts;
+    va_start(texts, status);
+    for (const char *text = va_arg(texts, const char *); text; text = va_arg(texts, const char *))
+        if (!strstr(vw_error_message(), text)) fail_msg("'%s' does not say '%s'", vw_error_message(), text);
+    va_end(texts);
+}

@@ -1,0 +1,33 @@
+// Tiny scenes on disk: a ring of cameras around a point, each with a photo of 8 x 6 pixels.
+#ifndef VIEWWORTH_TINY_SCENE_H
+#define VIEWWORTH_TINY_SCENE_H
+
+#include <stdint.h>
+
+#include "viewworth/scene.h"
+
+enum { TINY_WIDTH_PX = 8, TINY_HEIGHT_PX = 6 };
+
+// Zero means the default.
+struct tiny_scene {
+    const char *file;         // "transforms.json"
+    uint32_t first, count;    // photos images/<first>.png ... (two digits); default count 8
+    double scale_world;       // of all coordinates; 1. The cameras' distance to the centre is 4
+    double offset_world[3];   // added to all coordinates
+    const char *keys;         // further keys of the file, each followed by a comma; default "camera_angle_x": 0.7,
+    const char *frame_keys;   // further keys of every frame, each followed by a comma
+    const char *name_prefix;  // of file_path: "images/"
+    const char *name_suffix;  // ".png"
+};
+
+// Writes scene file and photos into the folder; returns the scene file's path as temporary_path() does.
+const char *tiny_scene_write(const char *folder, const struct tiny_scene *tiny);
+// Writes a photo of one colour, which depends on `index`.
+void tiny_photo_write(const char *path, uint32_t index);
+
+// Opens a scene or fails the test with its message.
+struct vw_scene *tiny_scene_open(const struct vw_scene_params *params);
+// Fails the test unless opening is refused with this status and a message of one line that holds every text (NULL ends them).
+void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
+
+#endif

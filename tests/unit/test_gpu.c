@@ -1,0 +1,446 @@
+// Devices, limits, buffers and passes.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gpu/result.h"
+#include "support/gpu_fixture.h"
+#include "viewworth/memory.h"
+
+#include "count_atomically.h"
+#include "gather_texels.h"
+#include "halve_double.h"
+#include "scale_values.h"
+#include "sum_windows.h"
+
+static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
+static const struct vw_shader gather_texels = {"gather_texels", gather_texels_code, sizeof gather_texels_code};
+static const struct vw_shader sum_windows = {"sum_windows", sum_windows_code, sizeof sum_windows_code};
+static const struct vw_shader count_atomically = {"count_atomically", count_atomically_code, sizeof count_atomically_code};
+static const struct vw_shader halve_double = {"halve_double", halve_double_code, sizeof halve_double_code};
+
+struct scale_push {
+    uint32_t count;
+    uint32_t factor;
+};
+
+static void assert_ok(enum vw_status status) {
+    if (status) fail_msg("status %d: %s", status, vw_error_message());
+}
+
+static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
+    if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
+    if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
+    assert_null(strchr(vw_error_message(), '\n'));
+}
+
+static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
+    struct vw_buffer *buffer = NULL;
+    assert_ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
+    return buffer;
+}
+
+static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
+    struct vw_batch *batch = NULL;
+    assert_ok(vw_batch_create(gpu, &batch));
+    vw_batch_begin(batch);
+    vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
+    assert_ok(vw_batch_submit(batch));
+    assert_ok(vw_batch_wait(batch));
+    vw_batch_destroy(&batch);
+}
+
+static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
+    struct vw_gpu *gpu = NULL;
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
+    return gpu;
+}
+
+// ---- Devices -------------------------------------------------------------------------------------------------------------
+
+static void test_lists_devices_in_order_of_preference(void **state) {
+    (void)state;
+    struct vw_gpu_info *infos = NULL;
+    uint32_t count = 0;
+    assert_ok(vw_gpu_list(&infos, &count));
+    assert_true(count > 0);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(infos[i].index, i);
+        assert_true(strlen(infos[i].name) > 0 && strlen(infos[i].driver) > 0 && infos[i].memory_bytes > 0);
+        if (i) assert_true(infos[i - 1].kind <= infos[i].kind);
+        if (infos[i].kind == VW_GPU_CPU) assert_non_null(strstr(infos[i].name, " on "));
+    }
+    free(infos);
+}
+
+static void test_chooses_by_index_and_by_name(void **state) {
+    (void)state;
+    const struct vw_gpu_info *preferred = vw_gpu_get_info(test_gpu());
+    char upper[256];
+    for (size_t i = 0; i < sizeof upper; i++) {
+        char letter = preferred->name[i];
+        upper[i] = letter >= 'a' && letter <= 'z' ? (char)(letter - 'a' + 'A') : letter;
+    }
+    char index[16];
+    snprintf(index, sizeof index, "%u", preferred->index);
+    const char *const choices[] = {index, upper};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
+        struct vw_gpu *gpu = NULL;
+        assert_ok(vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu));
+        assert_string_equal(vw_gpu_get_info(gpu)->name, preferred->name);
+        assert_ok(vw_gpu_close(&gpu));
+        assert_null(gpu);
+    }
+}
+
+static void test_unknown_device_lists_what_there_is(void **state) {
+    (void)state;
+    const char *const choices[] = {"no such device", "99", "000", ""};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
+        struct vw_gpu *gpu = NULL;
+        enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu);
+        assert_fails(status, VW_ERROR_NO_DEVICE, vw_gpu_get_info(test_gpu())->name);
+        assert_null(gpu);
+    }
+}
+
+static void test_no_driver_is_no_device(void **state) {
+    (void)state;
+    const char *before = getenv("VK_DRIVER_FILES"); // goes before every other way to name drivers
+    char *kept = before ? vw_copy_text(before) : NULL;
+    assert_int_equal(setenv("VK_DRIVER_FILES", "/nonexistent.json", 1), 0);
+    struct vw_gpu_info *infos = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_gpu_list(&infos, &count);
+    if (kept) setenv("VK_DRIVER_FILES", kept, 1);
+    else unsetenv("VK_DRIVER_FILES");
+    free(kept);
+    assert_fails(status, VW_ERROR_NO_DEVICE, "install");
+}
+
+static void test_clamp_only_lowers(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = vw_gpu_floor_limits;
+    clamp.buffer_bytes = UINT64_MAX;
+    clamp.storage_offset_alignment_bytes = 1;
+    struct vw_gpu *gpu = open_clamped(&clamp);
+    const struct vw_gpu_limits *limits = vw_gpu_get_limits(gpu), *queried = vw_gpu_get_limits(test_gpu());
+    assert_int_equal(limits->buffer_bytes, queried->buffer_bytes);
+    assert_int_equal(limits->storage_offset_alignment_bytes, queried->storage_offset_alignment_bytes);
+    assert_int_equal(limits->texel_elements, vw_gpu_floor_limits.texel_elements);
+    assert_int_equal(limits->texel_offset_alignment_bytes, vw_gpu_floor_limits.texel_offset_alignment_bytes);
+    assert_int_equal(limits->storage_buffers, vw_gpu_floor_limits.storage_buffers);
+    assert_false(limits->int64 || limits->int64_atomics || limits->buffer_reference || limits->timestamps);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_messages_tell_memory_from_loss(void **state) {
+    (void)state; // the numbers are VkResult's
+    assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "buffer rays: out of host memory");
+    assert_fails(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
+    assert_fails(vw_gpu_fail(-4, "vkQueueSubmit", "batch"), VW_ERROR_DEVICE_LOST, "--resume");
+    assert_fails(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
+    assert_fails(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE, "a card: vkCreateDevice failed with VkResult -3");
+}
+
+static void test_validation_complaint_fails_submit_and_close(void **state) {
+    (void)state;
+    struct vw_gpu *gpu = open_clamped(NULL);
+    struct vw_buffer *value = make_buffer(gpu, "value", 4);
+    struct vw_pass *pass = NULL;
+    struct vw_batch *batch = NULL;
+    print_message("one validation message is expected here:\n");
+    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = &halve_double, .binding_count = 1,
+                                                           .bindings = &(struct vw_binding){.slot = 0, .buffer = value}}, &pass));
+    assert_ok(vw_batch_create(gpu, &batch));
+    vw_batch_begin(batch);
+    assert_fails(vw_batch_submit(batch), VW_ERROR_DEVICE, "validation complained");
+    vw_batch_destroy(&batch);
+    vw_pass_destroy(&pass);
+    vw_buffer_destroy(&value);
+    assert_fails(vw_gpu_close(&gpu), VW_ERROR_DEVICE, "validation complained");
+    assert_null(gpu);
+}
+
+// ---- Buffers -------------------------------------------------------------------------------------------------------------
+
+static void test_new_buffers_are_zero_and_only_host_homes_map(void **state) {
+    (void)state;
+    for (enum vw_buffer_home home = VW_BUFFER_DEVICE; home <= VW_BUFFER_READBACK; home++) {
+        struct vw_buffer *buffer = NULL;
+        const struct vw_buffer_params params = {.name = "zero", .size_bytes = 1001, .home = home};
+        assert_ok(vw_buffer_create(test_gpu(), &params, &buffer));
+        unsigned char bytes[1001];
+        memset(bytes, 0xff, sizeof bytes);
+        assert_ok(vw_buffer_read(buffer, 0, bytes, sizeof bytes));
+        for (size_t i = 0; i < sizeof bytes; i++) assert_int_equal(bytes[i], 0);
+        assert_int_equal(vw_buffer_size_bytes(buffer), sizeof bytes);
+        assert_true((vw_buffer_map(buffer) == NULL) == (home == VW_BUFFER_DEVICE));
+        vw_buffer_destroy(&buffer);
+        assert_null(buffer);
+    }
+}
+
+static void test_write_and_read_cross_the_staging_buffer(void **state) {
+    (void)state; // larger than the staging buffer, at an odd offset
+    const uint64_t count = 5 << 20, size = count * 4;
+    struct vw_buffer *buffer = make_buffer(test_gpu(), "large", size + 3);
+    uint32_t *there = vw_allocate(count, 4), *back = vw_allocate(count, 4);
+    assert_true(there && back);
+    for (uint32_t i = 0; i < count; i++) there[i] = i * 2654435761u;
+    assert_ok(vw_buffer_write(buffer, 3, there, size));
+    assert_ok(vw_buffer_read(buffer, 3, back, size));
+    assert_memory_equal(there, back, size);
+    assert_fails(vw_buffer_write(buffer, 4, there, size), VW_ERROR_DEVICE, "buffer large");
+    assert_fails(vw_buffer_read(buffer, UINT64_MAX, back, 4), VW_ERROR_DEVICE, "buffer large");
+    free(there);
+    free(back);
+    vw_buffer_destroy(&buffer);
+}
+
+static void test_huge_buffer_is_out_of_memory(void **state) {
+    (void)state;
+    struct vw_buffer *buffer = NULL;
+    const uint64_t largest = vw_gpu_get_limits(test_gpu())->buffer_bytes;
+    const uint64_t sizes[] = {largest + 1, UINT64_MAX};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
+        const struct vw_buffer_params params = {.name = "huge", .size_bytes = sizes[i]};
+        assert_fails(vw_buffer_create(test_gpu(), &params, &buffer), VW_ERROR_MEMORY, "buffer huge");
+        assert_null(buffer);
+    }
+    assert_fails(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = "none"}, &buffer), VW_ERROR_DEVICE, "buffer none");
+}
+
+// ---- Passes --------------------------------------------------------------------------------------------------------------
+
+enum { VALUES = 1000 };
+
+// target = 3 * source + offset on `gpu`; an offset of 0 is left to the shader's default.
+static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
+    uint32_t values[VALUES], results[VALUES];
+    for (uint32_t i = 0; i < VALUES; i++) values[i] = i * i;
+    struct vw_buffer *source = make_buffer(gpu, "source", sizeof values), *target = make_buffer(gpu, "target", sizeof values);
+    assert_ok(vw_buffer_write(source, 0, values, sizeof values));
+    const uint32_t specialization[] = {1, 2, offset}; // the shader has no constants 0 and 1
+    const struct vw_binding bindings[] = {{.slot = 3, .buffer = target}, {.slot = 9, .buffer = target}, {.slot = 0, .buffer = source}};
+    const struct vw_pass_params params = {.shader = &scale_values, .specialization = specialization,
+                                          .specialization_count = offset ? 3 : 0, .bindings = bindings,
+                                          .binding_count = VW_ARRAY_COUNT(bindings)};
+    struct vw_pass *pass = NULL;
+    assert_ok(vw_pass_create(gpu, &params, &pass));
+    assert_string_equal(vw_pass_name(pass), "scale_values");
+    run_pass(gpu, pass, &(struct scale_push){VALUES - 1, 3}, sizeof(struct scale_push), VALUES);
+    assert_ok(vw_buffer_read(target, 0, results, sizeof results));
+    for (uint32_t i = 0; i < VALUES - 1; i++) assert_int_equal(results[i], 3 * i * i + offset);
+    assert_int_equal(results[VALUES - 1], 0);
+    vw_pass_destroy(&pass);
+    vw_buffer_destroy(&source);
+    vw_buffer_destroy(&target);
+}
+
+static void test_pass_computes(void **state) {
+    (void)state;
+    check_scaling(test_gpu(), 0);
+}
+
+static void test_specialization_words_reach_the_shader(void **state) {
+    (void)state;
+    check_scaling(test_gpu(), 1234567);
+}
+
+static void test_floor_limits_still_run_a_pass(void **state) {
+    (void)state;
+    struct vw_gpu *gpu = open_clamped(&vw_gpu_floor_limits);
+    check_scaling(gpu, 0);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+// Fills `values` with what gather_texels reads from a buffer of `count` words holding i + 100, bound with `size_bytes`.
+static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_t size_bytes) {
+    struct vw_buffer *source = make_buffer(gpu, "source", count * 4ull), *target = make_buffer(gpu, "target", count * 4ull);
+    for (uint32_t i = 0; i < count; i++) values[i] = i + 100;
+    assert_ok(vw_buffer_write(source, 0, values, count * 4ull));
+    const struct vw_binding bindings[] = {{.slot = 1, .buffer = source, .size_bytes = size_bytes, .texel = VW_TEXEL_UINT1},
+                                          {.slot = 2, .buffer = target}};
+    struct vw_pass *pass = NULL;
+    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2}, &pass));
+    run_pass(gpu, pass, NULL, 0, count);
+    assert_ok(vw_buffer_read(target, 0, values, count * 4ull));
+    vw_pass_destroy(&pass);
+    vw_buffer_destroy(&source);
+    vw_buffer_destroy(&target);
+}
+
+static void test_texel_view_covers_its_range(void **state) {
+    (void)state;
+    uint32_t values[300];
+    gather(test_gpu(), values, 300, 200 * 4);
+    for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 200 ? i + 100 : 7);
+}
+
+static void test_texel_view_is_cut_at_the_limit(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.texel_elements = 130;
+    struct vw_gpu *gpu = open_clamped(&clamp);
+    uint32_t values[300];
+    gather(gpu, values, 300, 0);
+    for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 130 ? i + 100 : 7);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
+    (void)state;
+    enum { WINDOW = 4096, WORDS = WINDOW / 4 };
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.storage_binding_bytes = WINDOW;
+    struct vw_gpu *gpu = open_clamped(&clamp);
+    uint32_t values[2 * WORDS];
+    for (uint32_t i = 0; i < 2 * WORDS; i++) values[i] = i;
+    struct vw_buffer *buffer = make_buffer(gpu, "wide", sizeof values);
+    assert_ok(vw_buffer_write(buffer, 0, values, sizeof values));
+    struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer, .size_bytes = WINDOW},
+                                    {.slot = 1, .buffer = buffer, .offset_bytes = WINDOW}};
+    const uint32_t specialization[] = {8, 128};
+    const struct vw_pass_params params = {.shader = &sum_windows, .specialization = specialization, .specialization_count = 2,
+                                          .bindings = bindings, .binding_count = 2};
+    struct vw_pass *pass = NULL;
+    assert_ok(vw_pass_create(gpu, &params, &pass));
+    run_pass(gpu, pass, NULL, 0, WORDS);
+    assert_ok(vw_buffer_read(buffer, 0, values, sizeof values));
+    for (uint32_t i = 0; i < WORDS; i++) {
+        assert_int_equal(values[i], i);
+        assert_int_equal(values[WORDS + i], 2 * i + WORDS);
+    }
+    vw_pass_destroy(&pass);
+    bindings[0].size_bytes = 0;
+    assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
+    assert_null(pass);
+    vw_buffer_destroy(&buffer);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_refusals_name_pass_and_slot(void **state) {
+    (void)state;
+    struct vw_gpu *gpu = test_gpu();
+    struct vw_buffer *buffer = make_buffer(gpu, "values", 4096);
+    const struct {
+        const struct vw_shader *shader;
+        struct vw_binding bindings[2];
+        const char *part;
+    } cases[] = {
+        {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}}, "pass scale_values, slot 3"},
+        {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 3}}, "pass scale_values, slot 3"},
+        {&scale_values, {{.slot = 3, .buffer = buffer}, {.slot = 3, .buffer = buffer}}, "slot 3: bound twice"},
+        {&scale_values, {{.slot = 0, .buffer = buffer, .size_bytes = 4097}, {.slot = 3, .buffer = buffer}}, "slot 0: buffer values"},
+        {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 4096}, {.slot = 3, .buffer = buffer}}, "slot 0: an empty range"},
+        {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 1}, {.slot = 3, .buffer = buffer}}, "slot 0: offset 1"},
+        {&scale_values, {{.slot = 0, .buffer = buffer, .texel = VW_TEXEL_UINT1}, {.slot = 3, .buffer = buffer}},
+         "slot 0: the shader declares a storage buffer"},
+        {&gather_texels, {{.slot = 1, .buffer = buffer}, {.slot = 2, .buffer = buffer}}, "declares a texel buffer"},
+        {&gather_texels, {{.slot = 1, .buffer = buffer, .texel = VW_TEXEL_FLOAT1}, {.slot = 2, .buffer = buffer}}, "unsigned texels"},
+        {&gather_texels, {{.slot = 1, .buffer = buffer, .size_bytes = 4, .texel = VW_TEXEL_UINT4}, {.slot = 2, .buffer = buffer}},
+         "slot 1: buffer values is smaller than one texel"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_pass *pass = NULL;
+        const struct vw_pass_params params = {.shader = cases[i].shader, .bindings = cases[i].bindings, .binding_count = 2};
+        assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, cases[i].part);
+        assert_null(pass);
+    }
+    vw_buffer_destroy(&buffer);
+}
+
+static void test_specialised_sizes_are_held_to_the_limits(void **state) {
+    (void)state;
+    const struct vw_gpu_limits *limits = vw_gpu_get_limits(test_gpu());
+    struct vw_buffer *buffer = make_buffer(test_gpu(), "values", 4096);
+    const struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}};
+    const struct {
+        uint32_t specialization[2];
+        const char *part;
+    } cases[] = {
+        {{limits->shared_memory_bytes / 16 + 1, 32}, "bytes of shared memory"},
+        {{8, limits->workgroup_invocations + 1}, "invocations a workgroup"},
+        {{8, 0}, "workgroup size is 0"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_pass *pass = NULL;
+        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &sum_windows, .specialization = cases[i].specialization,
+                                                                         .specialization_count = 2, .bindings = bindings,
+                                                                         .binding_count = 2}, &pass),
+                     VW_ERROR_DEVICE, cases[i].part);
+    }
+    vw_buffer_destroy(&buffer);
+}
+
+static void test_optional_features_are_refused_where_clamped(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    if (!clamp.int64_atomics) skip();
+    for (int clamped = 0; clamped < 2; clamped++) {
+        if (clamped) clamp.int64_atomics = false;
+        struct vw_gpu *gpu = open_clamped(&clamp);
+        struct vw_buffer *counter = make_buffer(gpu, "counter", 8);
+        struct vw_pass *pass = NULL;
+        enum vw_status status = vw_pass_create(gpu, &(struct vw_pass_params){.shader = &count_atomically, .binding_count = 1,
+                                               .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}}, &pass);
+        if (clamped) {
+            assert_fails(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
+        } else {
+            assert_ok(status);
+            uint64_t count = 0;
+            run_pass(gpu, pass, NULL, 0, 320);
+            assert_ok(vw_buffer_read(counter, 0, &count, sizeof count));
+            assert_true(count == (uint64_t)320 << 32);
+        }
+        vw_pass_destroy(&pass);
+        vw_buffer_destroy(&counter);
+        assert_ok(vw_gpu_close(&gpu));
+    }
+}
+
+static void test_broken_spirv_is_refused(void **state) {
+    (void)state;
+    static const uint32_t wrong_magic[8] = {1}, short_code[3] = {0x07230203};
+    static const uint32_t endless[] = {0x07230203, 0x10500, 0, 8, 0, 0x0009003b}; // an instruction of 9 words where there is one
+    const struct vw_shader shaders[] = {{"wrong_magic", wrong_magic, sizeof wrong_magic},
+                                        {"short_code", short_code, sizeof short_code},
+                                        {"endless", endless, sizeof endless}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(shaders); i++) {
+        struct vw_pass *pass = NULL;
+        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass), VW_ERROR_DEVICE, shaders[i].name);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lists_devices_in_order_of_preference),
+        cmocka_unit_test(test_chooses_by_index_and_by_name),
+        cmocka_unit_test(test_unknown_device_lists_what_there_is),
+        cmocka_unit_test(test_no_driver_is_no_device),
+        cmocka_unit_test(test_clamp_only_lowers),
+        cmocka_unit_test(test_messages_tell_memory_from_loss),
+        cmocka_unit_test(test_validation_complaint_fails_submit_and_close),
+        cmocka_unit_test(test_new_buffers_are_zero_and_only_host_homes_map),
+        cmocka_unit_test(test_write_and_read_cross_the_staging_buffer),
+        cmocka_unit_test(test_huge_buffer_is_out_of_memory),
+        cmocka_unit_test(test_pass_computes),
+        cmocka_unit_test(test_specialization_words_reach_the_shader),
+        cmocka_unit_test(test_floor_limits_still_run_a_pass),
+        cmocka_unit_test(test_texel_view_covers_its_range),
+        cmocka_unit_test(test_texel_view_is_cut_at_the_limit),
+        cmocka_unit_test(test_buffer_beyond_one_binding_works_in_windows),
+        cmocka_unit_test(test_refusals_name_pass_and_slot),
+        cmocka_unit_test(test_specialised_sizes_are_held_to_the_limits),
+        cmocka_unit_test(test_optional_features_are_refused_where_clamped),
+        cmocka_unit_test(test_broken_spirv_is_refused),
+    };
+    return cmocka_run_group_tests_name("gpu", tests, NULL, test_gpu_close);
+}

@@ -1,0 +1,362 @@
+// Batches: derived barriers, folding, copies, order, sticky failures, timers.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gpu/hazard.h"
+#include "support/gpu_fixture.h"
+#include "viewworth/memory.h"
+
+#include "gather_texels.h"
+#include "scale_values.h"
+#include "sum_windows.h"
+
+static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
+static const struct vw_shader gather_texels = {"gather_texels", gather_texels_code, sizeof gather_texels_code};
+static const struct vw_shader sum_windows = {"sum_windows", sum_windows_code, sizeof sum_windows_code};
+
+enum { VALUES = 256, VALUE_BYTES = VALUES * 4 };
+
+struct scale_push {
+    uint32_t count;
+    uint32_t factor;
+};
+
+static void assert_ok(enum vw_status status) {
+    if (status) fail_msg("status %d: %s", status, vw_error_message());
+}
+
+static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
+    if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
+    if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
+}
+
+// Three buffers a, b, c, where a[i] = i + 1, and passes between them.
+struct bench {
+    struct vw_gpu *gpu;
+    struct vw_buffer *a, *b, *c;
+    struct vw_pass *a_to_b, *a_to_c, *b_to_c, *b_to_a, *gather_b_to_c, *add_a_to_b;
+    struct vw_batch *batch;
+};
+
+static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
+    struct vw_buffer *buffer = NULL;
+    assert_ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES}, &buffer));
+    return buffer;
+}
+
+static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *shader, struct vw_binding source, struct vw_binding target) {
+    const struct vw_binding bindings[] = {source, target};
+    const uint32_t specialization[] = {16, 64}; // for sum_windows
+    struct vw_pass *pass = NULL;
+    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = shader, .specialization = specialization, .specialization_count = 2,
+                                                           .bindings = bindings, .binding_count = 2}, &pass));
+    return pass;
+}
+
+static struct vw_pass *make_scale(struct vw_gpu *gpu, struct vw_buffer *source, struct vw_buffer *target) {
+    return make_pass(gpu, &scale_values, (struct vw_binding){.slot = 0, .buffer = source},
+                     (struct vw_binding){.slot = 3, .buffer = target});
+}
+
+static struct bench open_bench(struct vw_gpu *gpu) {
+    struct bench bench = {.gpu = gpu, .a = make_buffer(gpu, "a"), .b = make_buffer(gpu, "b"), .c = make_buffer(gpu, "c")};
+    bench.a_to_b = make_scale(gpu, bench.a, bench.b);
+    bench.a_to_c = make_scale(gpu, bench.a, bench.c);
+    bench.b_to_c = make_scale(gpu, bench.b, bench.c);
+    bench.b_to_a = make_scale(gpu, bench.b, bench.a);
+    bench.gather_b_to_c = make_pass(gpu, &gather_texels, (struct vw_binding){.slot = 1, .buffer = bench.b, .texel = VW_TEXEL_UINT1},
+                                    (struct vw_binding){.slot = 2, .buffer = bench.c});
+    bench.add_a_to_b = make_pass(gpu, &sum_windows, (struct vw_binding){.slot = 0, .buffer = bench.a},
+                                 (struct vw_binding){.slot = 1, .buffer = bench.b});
+    uint32_t values[VALUES];
+    for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
+    assert_ok(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
+    assert_ok(vw_batch_create(gpu, &bench.batch));
+    return bench;
+}
+
+static void close_bench(struct bench *bench) {
+    struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c, &bench->b_to_c, &bench->b_to_a, &bench->gather_b_to_c,
+                                       &bench->add_a_to_b};
+    struct vw_buffer **const buffers[] = {&bench->a, &bench->b, &bench->c};
+    vw_batch_destroy(&bench->batch);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+}
+
+static void scale(struct vw_batch *batch, const struct vw_pass *pass, uint32_t factor) {
+    vw_batch_dispatch(batch, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push), VALUES);
+}
+
+static void finish(struct vw_batch *batch) {
+    assert_ok(vw_batch_submit(batch));
+    assert_ok(vw_batch_wait(batch));
+}
+
+static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
+    uint32_t values[VALUES];
+    assert_ok(vw_buffer_read(buffer, 0, values, VALUE_BYTES));
+    for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], factor * (i + 1));
+}
+
+// ---- Barriers: synchronization validation watches what the counts only claim -------------------------------------------
+
+static void test_hazards(void **state) {
+    (void)state;
+    const struct vw_last_access untouched = {0}, read = {.read_epoch = 5}, written = {.write_epoch = 5};
+    assert_false(vw_hazard(untouched, 5, false));
+    assert_false(vw_hazard(untouched, 5, true));
+    assert_false(vw_hazard(read, 5, false)); // read after read
+    assert_true(vw_hazard(read, 5, true));
+    assert_true(vw_hazard(written, 5, false));
+    assert_true(vw_hazard(written, 5, true));
+    assert_false(vw_hazard(read, 6, true)); // a barrier lies between
+    assert_false(vw_hazard(written, 6, false));
+}
+
+static void test_read_after_write_waits_once(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 3);
+    assert_int_equal(vw_batch_barriers(bench.batch), 0);
+    scale(bench.batch, bench.b_to_c, 5);
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    scale(bench.batch, bench.b_to_a, 1); // b is visible already; a was read before that barrier
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    finish(bench.batch);
+    assert_values(bench.b, 3);
+    assert_values(bench.c, 15);
+    assert_values(bench.a, 3);
+    close_bench(&bench);
+}
+
+static void test_write_after_read_and_write_after_write_wait(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.b_to_c, 1);
+    scale(bench.batch, bench.a_to_b, 3); // b was read
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    scale(bench.batch, bench.a_to_b, 4); // b was written
+    assert_int_equal(vw_batch_barriers(bench.batch), 2);
+    scale(bench.batch, bench.a_to_c, 7); // c was written before two barriers; a is only read
+    assert_int_equal(vw_batch_barriers(bench.batch), 2);
+    finish(bench.batch);
+    assert_values(bench.b, 4);
+    assert_values(bench.c, 7);
+    close_bench(&bench);
+}
+
+static void test_accumulation_and_texel_reads_wait(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    vw_batch_begin(bench.batch);
+    for (int i = 0; i < 3; i++) vw_batch_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
+    assert_int_equal(vw_batch_barriers(bench.batch), 2);
+    vw_batch_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
+    assert_int_equal(vw_batch_barriers(bench.batch), 3);
+    finish(bench.batch);
+    assert_values(bench.c, 3);
+    close_bench(&bench);
+}
+
+static void test_copies_wait(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    struct vw_buffer *back = NULL;
+    const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .home = VW_BUFFER_READBACK};
+    assert_ok(vw_buffer_create(test_gpu(), &params, &back));
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 3);
+    vw_batch_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    scale(bench.batch, bench.b_to_a, 2); // a was read before the barrier
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    vw_batch_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2);
+    vw_batch_copy(bench.batch, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
+    assert_int_equal(vw_batch_barriers(bench.batch), 3);
+    finish(bench.batch);
+    const uint32_t *values = vw_buffer_map(back);
+    for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], (i < VALUES / 2 ? 3 : 6) * (i + 1));
+    vw_buffer_destroy(&back);
+    close_bench(&bench);
+}
+
+static void test_batches_in_flight_run_in_order(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    struct vw_batch *second = NULL;
+    assert_ok(vw_batch_create(test_gpu(), &second));
+    for (int round = 0; round < 4; round++) { // each batch is recorded again and again
+        vw_batch_begin(bench.batch);
+        scale(bench.batch, bench.a_to_b, 2);
+        assert_ok(vw_batch_submit(bench.batch));
+        vw_batch_begin(second);
+        scale(second, bench.b_to_a, 3);
+        assert_ok(vw_batch_submit(second));
+        assert_ok(vw_batch_wait(bench.batch));
+        assert_ok(vw_batch_wait(second));
+    }
+    assert_values(bench.a, 6 * 6 * 6 * 6);
+    vw_batch_destroy(&second);
+    close_bench(&bench);
+}
+
+// ---- Dispatching ---------------------------------------------------------------------------------------------------------
+
+static void test_dispatch_folds_into_y(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.workgroup_count_x = 3; // of the 4 workgroups that VALUES take
+    struct vw_gpu *gpu = NULL;
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
+    struct bench bench = open_bench(gpu);
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 9);
+    finish(bench.batch);
+    assert_values(bench.b, 9);
+    close_bench(&bench);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.workgroup_count_x = 2;
+    clamp.workgroup_count_y = 2;
+    struct vw_gpu *gpu = NULL;
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
+    struct bench bench = open_bench(gpu);
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 2);
+    finish(bench.batch);
+    assert_values(bench.b, 2);
+    vw_batch_begin(bench.batch);
+    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push), VALUES + 1);
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
+    close_bench(&bench);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_nothing_to_do_is_done(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    assert_ok(vw_batch_wait(bench.batch)); // never submitted
+    vw_batch_begin(bench.batch);
+    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
+    vw_batch_copy(bench.batch, bench.a, VALUE_BYTES, bench.b, 0, 0);
+    finish(bench.batch);
+    assert_values(bench.b, 0);
+    close_bench(&bench);
+}
+
+static void test_first_failure_sticks_until_submit(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    vw_batch_begin(bench.batch);
+    vw_batch_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
+    vw_batch_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    scale(bench.batch, bench.a_to_b, 3);
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 4 push constant bytes given, the shader has 8");
+    assert_values(bench.b, 0);
+
+    vw_batch_begin(bench.batch);
+    vw_batch_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
+
+    vw_batch_begin(bench.batch); // begin forgives
+    scale(bench.batch, bench.a_to_b, 3);
+    finish(bench.batch);
+    assert_values(bench.b, 3);
+    close_bench(&bench);
+}
+
+static void test_one_batch_records_at_a_time(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    struct vw_batch *second = NULL;
+    assert_ok(vw_batch_create(test_gpu(), &second));
+    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "vw_batch_begin"); // never begun
+    vw_batch_begin(bench.batch);
+    vw_batch_begin(second);
+    scale(second, bench.a_to_b, 2);
+    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "one batch at a time");
+    scale(bench.batch, bench.a_to_b, 3);
+    assert_ok(vw_batch_submit(bench.batch));
+    vw_batch_begin(bench.batch);
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
+    assert_ok(vw_batch_wait(bench.batch));
+    vw_batch_begin(second);
+    vw_batch_destroy(&second); // an abandoned recording makes room
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.b_to_c, 2);
+    finish(bench.batch);
+    assert_values(bench.c, 6);
+    close_bench(&bench);
+}
+
+// ---- Timers --------------------------------------------------------------------------------------------------------------
+
+static void test_timers_add_up_by_pass_name(void **state) {
+    (void)state;
+    if (!vw_gpu_get_limits(test_gpu())->timestamps) skip();
+    struct vw_gpu *gpu = NULL;
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    struct bench bench = open_bench(gpu);
+    uint32_t count = 99;
+    vw_gpu_timers(gpu, &count);
+    assert_int_equal(count, 0);
+    for (int round = 0; round < 2; round++) {
+        vw_batch_begin(bench.batch);
+        scale(bench.batch, bench.a_to_b, 2);
+        vw_batch_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
+        scale(bench.batch, bench.b_to_c, 2);
+        finish(bench.batch);
+    }
+    const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
+    assert_int_equal(count, 2);
+    assert_string_equal(timers[0].name, "scale_values");
+    assert_int_equal(timers[0].dispatches, 4);
+    assert_string_equal(timers[1].name, "gather_texels");
+    assert_int_equal(timers[1].dispatches, 2);
+    for (uint32_t i = 0; i < count; i++) assert_true(timers[i].total_ms > 0 && timers[i].total_ms < 60000);
+    close_bench(&bench);
+    assert_ok(vw_gpu_close(&gpu));
+}
+
+static void test_no_timers_unless_asked(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 2);
+    finish(bench.batch);
+    uint32_t count = 99;
+    vw_gpu_timers(test_gpu(), &count);
+    assert_int_equal(count, 0);
+    close_bench(&bench);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_hazards),
+        cmocka_unit_test(test_read_after_write_waits_once),
+        cmocka_unit_test(test_write_after_read_and_write_after_write_wait),
+        cmocka_unit_test(test_accumulation_and_texel_reads_wait),
+        cmocka_unit_test(test_copies_wait),
+        cmocka_unit_test(test_batches_in_flight_run_in_order),
+        cmocka_unit_test(test_dispatch_folds_into_y),
+        cmocka_unit_test(test_fold_covers_every_workgroup_beyond_the_clamp),
+        cmocka_unit_test(test_nothing_to_do_is_done),
+        cmocka_unit_test(test_first_failure_sticks_until_submit),
+        cmocka_unit_test(test_one_batch_records_at_a_time),
+        cmocka_unit_test(test_timers_add_up_by_pass_name),
+        cmocka_unit_test(test_no_timers_unless_asked),
+    };
+    return cmocka_run_group_tests_name("gpu batch", tests, NULL, test_gpu_close);
+}

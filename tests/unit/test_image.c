@@ -1,0 +1,355 @@
+// Photos: formats, alpha, linear light, what is masked and clamped, downscaling, writing.
+#include <fcntl.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "support/temporary_folder.h"
+#include "viewworth/file.h"
+#include "viewworth/image.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads -----------------------------------------------
+
+enum alpha { ALPHA_NONE = -1, ALPHA_ASSOCIATED = 1, ALPHA_STRAIGHT = 2 }; // as TIFF counts them
+
+struct tiff {
+    uint32_t width_px, height_px, channels, bits;
+    bool is_float;
+    enum alpha alpha;
+    const void *pixels;
+};
+
+struct tiff_field {
+    uint16_t tag, type; // type 3: 16 bit, 4: 32 bit
+    uint32_t count, value;
+};
+
+static const char *write_tiff(const char *folder, const char *name, const struct tiff *tiff) {
+    enum { HEADER = 8, FIELDS_MAX = 12, BITS_AT = HEADER + 2 + FIELDS_MAX * 12 + 4, KINDS_AT = BITS_AT + 8, PIXELS_AT = KINDS_AT + 8 };
+    uint32_t pixel_bytes = tiff->width_px * tiff->height_px * tiff->channels * tiff->bits / 8;
+    uint32_t channels = tiff->channels, kind = tiff->is_float ? 3 : 1;
+    const struct tiff_field fields[] = {
+        {256, 4, 1, tiff->width_px},
+        {257, 4, 1, tiff->height_px},
+        {258, 3, channels, channels < 3 ? tiff->bits * 0x10001 : BITS_AT},
+        {259, 3, 1, 1},                     // uncompressed
+        {262, 3, 1, channels < 3 ? 1 : 2},  // grey or RGB
+        {273, 4, 1, PIXELS_AT},
+        {277, 3, 1, channels},
+        {278, 4, 1, tiff->height_px},
+        {279, 4, 1, pixel_bytes},
+        {284, 3, 1, 1},                     // interleaved
+        {339, 3, channels, channels < 3 ? kind * 0x10001 : KINDS_AT},
+        {338, 3, 1, (uint32_t)tiff->alpha}, // last, so that it can be left out (339 before 338 is tolerated)
+    };
+    uint16_t field_count = (uint16_t)(tiff->alpha == ALPHA_NONE ? VW_ARRAY_COUNT(fields) - 1 : VW_ARRAY_COUNT(fields));
+    uint8_t *file = calloc(1, PIXELS_AT + pixel_bytes);
+    assert_non_null(file);
+    memcpy(file, "II*\0\x08\0\0", HEADER);
+    memcpy(file + HEADER, &field_count, 2);
+    for (uint16_t i = 0; i < field_count; i++) memcpy(file + HEADER + 2 + 12 * i, &fields[i], 12);
+    for (uint32_t c = 0; c < 4; c++) {
+        memcpy(file + BITS_AT + 2 * c, &tiff->bits, 2);
+        memcpy(file + KINDS_AT + 2 * c, &kind, 2);
+    }
+    memcpy(file + PIXELS_AT, tiff->pixels, pixel_bytes);
+    const char *path = temporary_path(folder, name);
+    assert_int_equal(vw_file_write(path, file, PIXELS_AT + pixel_bytes), VW_OK);
+    free(file);
+    return path;
+}
+
+static struct vw_image load(const char *path, uint32_t downscale) {
+    struct vw_image image;
+    if (vw_image_load(path, downscale, &image)) fail_msg("%s", vw_error_message());
+    return image;
+}
+
+static void check_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float expected[4], double tolerance) {
+    float rgba[4];
+    vw_image_pixel(image, x_px, y_px, rgba);
+    for (int c = 0; c < 4; c++)
+        if (!(fabs(rgba[c] - expected[c]) <= tolerance))
+            fail_msg("pixel (%u, %u) is %g %g %g %g, not %g %g %g %g", x_px, y_px, rgba[0], rgba[1], rgba[2], rgba[3], expected[0],
+                     expected[1], expected[2], expected[3]);
+}
+
+static double srgb(double linear) { return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055; }
+
+// ---- Formats ---------------------------------------------------------------------------------------------------------------
+
+static void test_png_round_trip(void **state) {
+    const char *path = temporary_path(*state, "a.png");
+    const float pixels[2 * 3 * 4] = {1, 0, 0, 1, 0, 1, 0, 1, /**/ 0, 0, 1, 1, 0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f, 0.1f, 0.1f, 1};
+    assert_int_equal(vw_image_save(path, 2, 3, 4, pixels), VW_OK);
+    uint32_t width_px, height_px;
+    assert_int_equal(vw_image_probe(path, &width_px, &height_px), VW_OK);
+    assert_int_equal(width_px, 2);
+    assert_int_equal(height_px, 3);
+    struct vw_image image = load(path, 1);
+    assert_int_equal(image.format, VW_PIXEL_UINT8);
+    assert_true(image.has_alpha);
+    for (uint32_t i = 0; i < 6; i++) check_pixel(&image, i % 2, i / 2, pixels + 4 * i, 0.5 / 255 + 1e-6); // straight, even below alpha 0
+    vw_image_clear(&image);
+    assert_null(image.pixels);
+}
+
+static void test_exr_round_trip(void **state) {
+    const char *path = temporary_path(*state, "a.exr");
+    const float pixels[2 * 4] = {0.9f, 0.5f, 0.02f, 1, 0.8f, 0.1f, 0.3f, 0.25f};
+    assert_int_equal(vw_image_save(path, 2, 1, 4, pixels), VW_OK);
+    struct vw_image image = load(path, 1);
+    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
+    check_pixel(&image, 0, 0, pixels, 1e-5);
+    check_pixel(&image, 1, 0, pixels + 4, 1e-5);
+    vw_image_clear(&image);
+}
+
+static void test_opaque(void **state) {
+    const char *path = temporary_path(*state, "a.png");
+    const float rgb[3] = {0.2f, 0.4f, 0.6f};
+    assert_int_equal(vw_image_save(path, 1, 1, 3, rgb), VW_OK);
+    struct vw_image image = load(path, 1);
+    assert_false(image.has_alpha);
+    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.4f, 0.6f, 1}, 0.5 / 255);
+    vw_image_clear(&image);
+    const float rgba[4] = {0.2f, 0.4f, 0.6f, 1}; // an alpha channel, but nothing transparent
+    assert_int_equal(vw_image_save(path, 1, 1, 4, rgba), VW_OK);
+    image = load(path, 1);
+    assert_false(image.has_alpha);
+    vw_image_clear(&image);
+}
+
+static void test_grey(void **state) {
+    const uint8_t one[2] = {51, 102}, two[2] = {51, 102};
+    struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, one};
+    struct vw_image image = load(write_tiff(*state, "grey.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 1}, 1e-6);
+    check_pixel(&image, 1, 0, (const float[]){0.4f, 0.4f, 0.4f, 1}, 1e-6);
+    vw_image_clear(&image);
+    tiff = (struct tiff){1, 1, 2, 8, false, ALPHA_STRAIGHT, two};
+    image = load(write_tiff(*state, "grey_alpha.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 0.4f}, 1e-6);
+    assert_true(image.has_alpha);
+    vw_image_clear(&image);
+}
+
+static void test_16_bit(void **state) {
+    const uint16_t pixels[2][4] = {{1, 256, 65534, 65535}, {40000, 20000, 10000, 32768}};
+    const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, pixels};
+    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    assert_int_equal(image.format, VW_PIXEL_UINT16);
+    assert_memory_equal(image.pixels, pixels, sizeof pixels); // bit for bit
+    vw_image_clear(&image);
+}
+
+static void test_associated_alpha_is_divided_out(void **state) {
+    const uint8_t pixels[4] = {64, 32, 0, 128};
+    const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, pixels};
+    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, (const float[]){0.5f, 0.25f, 0, 128 / 255.0f}, 0.5 / 255 + 1e-6);
+    vw_image_clear(&image);
+}
+
+// ---- Floats: linear light, masks, clamps -------------------------------------------------------------------------------------
+
+static void test_float_is_encoded_masked_and_clamped(void **state) {
+    float pixels[100][3];
+    for (int i = 0; i < 100; i++) pixels[i][0] = 0.5f, pixels[i][1] = 0.002f, pixels[i][2] = 1;
+    pixels[3][1] = NAN;
+    pixels[4][0] = -0.01f;
+    pixels[5][2] = INFINITY;
+    pixels[6][0] = 7, pixels[6][1] = 1.5f;
+    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, pixels};
+    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
+    assert_int_equal(image.masked_count, 3);
+    assert_int_equal(image.clamped_count, 2);
+    assert_false(image.has_alpha); // masked is not transparent
+    check_pixel(&image, 0, 0, (const float[]){(float)srgb(0.5), (float)srgb(0.002), 1, 1}, 1e-6);
+    for (uint32_t x = 3; x < 6; x++) check_pixel(&image, x, 0, (const float[]){0, 0, 0, 0}, 0);
+    check_pixel(&image, 6, 0, (const float[]){1, 1, 1, 1}, 1e-6);
+    vw_image_clear(&image);
+}
+
+static void test_too_many_masked_are_refused(void **state) {
+    float pixels[100][3];
+    for (int i = 0; i < 100; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = i < 5 ? NAN : 0.5f;
+    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, pixels};
+    struct vw_image image = load(write_tiff(*state, "five.tif", &tiff), 1); // 5 % is allowed
+    assert_int_equal(image.masked_count, 5);
+    vw_image_clear(&image);
+    pixels[50][0] = -1;
+    const char *path = write_tiff(*state, "six.tif", &tiff);
+    assert_int_equal(vw_image_load(path, 1, &image), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "six.tif"));
+    assert_non_null(strstr(vw_error_message(), "6.0 %"));
+}
+
+// ---- Downscaling ---------------------------------------------------------------------------------------------------------------
+
+static void test_downscale_keeps_constants(void **state) {
+    static float pixels[37 * 23 * 3];
+    for (int i = 0; i < 37 * 23; i++) pixels[3 * i] = 0.2f, pixels[3 * i + 1] = 1, pixels[3 * i + 2] = 0;
+    const char *path = temporary_path(*state, "a.png");
+    assert_int_equal(vw_image_save(path, 37, 23, 3, pixels), VW_OK);
+    struct vw_image image = load(path, 4);
+    assert_int_equal(image.width_px, 9);
+    assert_int_equal(image.height_px, 5);
+    assert_int_equal(image.format, VW_PIXEL_UINT16);
+    for (uint32_t i = 0; i < 45; i++) check_pixel(&image, i % 9, i / 9, (const float[]){0.2f, 1, 0, 1}, 1.0 / 65535);
+    vw_image_clear(&image);
+    image = load(path, 100);
+    assert_int_equal(image.width_px * image.height_px, 1);
+    vw_image_clear(&image);
+}
+
+// A ramp along x: each small pixel shows the ramp at its own centre, so nothing shifts and the mean stays.
+static void test_downscale_keeps_ramps(void **state) {
+    enum { WIDTH = 64, HEIGHT = 8 };
+    static uint16_t pixels[HEIGHT][WIDTH][3];
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++)
+            for (int c = 0; c < 3; c++) pixels[y][x][c] = (uint16_t)(1000 + 900 * x);
+    const struct tiff tiff = {WIDTH, HEIGHT, 3, 16, false, ALPHA_NONE, pixels};
+    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    double mean = 0;
+    for (uint32_t x = 0; x < 16; x++) {
+        double centre = (x + 0.5) * 4 - 0.5;
+        float expected = (float)((1000 + 900 * centre) / 65535), rgba[4];
+        if (x >= 3 && x < 13) check_pixel(&image, x, 1, (const float[]){expected, expected, expected, 1}, 2e-4); // away from the edges
+        vw_image_pixel(&image, x, 1, rgba);
+        mean += rgba[0] / 16;
+    }
+    assert_near(mean, (1000 + 900 * 31.5) / 65535, 1e-3);
+    vw_image_clear(&image);
+}
+
+// Green beside transparent red: none of the hidden red may show, and the green must not darken.
+static void test_downscale_has_no_fringe(void **state) {
+    enum { SIDE = 32 };
+    static float pixels[SIDE][SIDE][4];
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++) pixels[y][x][x < 14 ? 1 : 0] = 1, pixels[y][x][3] = x < 14 ? 1 : 0;
+    const char *path = temporary_path(*state, "a.png");
+    assert_int_equal(vw_image_save(path, SIDE, SIDE, 4, &pixels[0][0][0]), VW_OK);
+    struct vw_image image = load(path, 4);
+    assert_true(image.has_alpha);
+    for (uint32_t x = 0; x < 8; x++) {
+        float rgba[4];
+        vw_image_pixel(&image, x, 4, rgba);
+        assert_near(rgba[0], 0, 1e-4);
+        if (rgba[3] > 0.001f) assert_near(rgba[1], 1, 1e-3);
+        if (x == 3) assert_near(rgba[3], 0.5, 0.05); // half covered
+        if (x > 4) assert_near(rgba[3], 0, 0.06);
+    }
+    vw_image_clear(&image);
+}
+
+static void test_downscale_ignores_masked(void **state) {
+    float pixels[64 * 64][3];
+    for (int i = 0; i < 64 * 64; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = 0.5f;
+    pixels[64 * 32 + 33][1] = NAN;                                         // one of the 16 of its small pixel
+    for (int i = 0; i < 16; i++) pixels[64 * (8 + i / 4) + 8 + i % 4][0] = NAN; // all 16 of another
+    const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, pixels};
+    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
+    assert_int_equal(image.masked_count, 17);
+    float grey = (float)srgb(0.5);
+    for (uint32_t i = 0; i < 16 * 16; i++) {
+        bool masked = i % 16 == 2 && i / 16 == 2;
+        check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1}, 1e-5);
+    }
+    vw_image_clear(&image);
+}
+
+// ---- Errors ----------------------------------------------------------------------------------------------------------------------
+
+static void check_refused(const char *path, enum vw_status expected, const char *said) {
+    struct vw_image image = {0};
+    assert_int_equal(vw_image_load(path, 1, &image), expected);
+    assert_null(image.pixels);
+    assert_non_null(strstr(vw_error_message(), path));
+    if (!strstr(vw_error_message(), said)) fail_msg("'%s' does not say '%s'", vw_error_message(), said);
+    assert_null(strchr(vw_error_message(), '\n'));
+}
+
+static void test_errors(void **state) {
+    check_refused(temporary_path(*state, "none.png"), VW_ERROR_INPUT, "no such image");
+    check_refused(temporary_file(*state, "text.png", "not an image"), VW_ERROR_INPUT, "cannot open");
+    check_refused(temporary_file(*state, "empty.jpg", ""), VW_ERROR_INPUT, "cannot open");
+    const uint8_t pixel[3] = {0};
+    const struct tiff huge = {1u << 15, 1u << 14, 3, 8, false, ALPHA_NONE, pixel}; // 2^29 pixels
+    struct tiff small = huge;
+    small.width_px = small.height_px = 1;
+    const char *path = write_tiff(*state, "huge.tif", &small);
+    int file = open(path, O_WRONLY);
+    const uint32_t size[2] = {huge.width_px, huge.height_px};
+    assert_int_equal(pwrite(file, &size[0], 4, 8 + 2 + 8), 4); // the values of the first two fields
+    assert_int_equal(pwrite(file, &size[1], 4, 8 + 2 + 12 + 8), 4);
+    close(file);
+    check_refused(path, VW_ERROR_INPUT, "limit of 268435456");
+}
+
+// Not of a PNG: OpenImageIO itself leaks a string when one ends early.
+static void test_truncated_pixels(void **state) {
+    static float pixels[64 * 64 * 3];
+    for (size_t i = 0; i < VW_ARRAY_COUNT(pixels); i++) pixels[i] = (float)(i * i * 7919 % 251) / 255;
+    const char *path = temporary_path(*state, "cut.jpg");
+    assert_int_equal(vw_image_save(path, 64, 64, 3, pixels), VW_OK);
+    void *whole;
+    size_t size_bytes;
+    assert_int_equal(vw_file_read(path, 1 << 20, &whole, &size_bytes), VW_OK);
+    assert_int_equal(vw_file_write(path, whole, size_bytes / 2), VW_OK);
+    free(whole);
+    check_refused(path, VW_ERROR_IO, "cannot decode");
+    const struct tiff tiff = {64, 64, 3, 8, false, ALPHA_NONE, pixels};
+    path = write_tiff(*state, "cut.tif", &tiff);
+    assert_int_equal(truncate(path, 4000), 0);
+    check_refused(path, VW_ERROR_IO, "cannot decode");
+}
+
+static void test_save_errors(void **state) {
+    const float pixel[3] = {0};
+    assert_int_equal(vw_image_save(temporary_path(*state, "a.unknown"), 1, 1, 3, pixel), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "a.unknown"));
+    assert_int_equal(vw_image_save(temporary_path(*state, "no/folder/a.png"), 1, 1, 3, pixel), VW_ERROR_IO);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_png_round_trip, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_exr_round_trip, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_opaque, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_grey, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_16_bit, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_associated_alpha_is_divided_out, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_float_is_encoded_masked_and_clamped, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_too_many_masked_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_keeps_constants, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_keeps_ramps, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_has_no_fringe, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_ignores_masked, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_truncated_pixels, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_save_errors, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,282 @@
+// Opening a scene: the box, downscaling, transparency, the hash, and the real scenes.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "viewworth/hash.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// ---- The box ---------------------------------------------------------------------------------------------------------------
+
+static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
+    tiny_scene_write(folder, tiny);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    struct vw_box box = scene->box;
+    if (!strstr(scene->box_source, source)) fail_msg("box_source '%s' does not say '%s'", scene->box_source, source);
+    vw_scene_close(&scene);
+    return box;
+}
+
+static void check_box(const struct vw_box *box, double x, double y, double z, double half_extent, double tolerance) {
+    assert_near(box->centre_world[0], x, tolerance);
+    assert_near(box->centre_world[1], y, tolerance);
+    assert_near(box->centre_world[2], z, tolerance);
+    assert_near(box->half_extent_world, half_extent, tolerance);
+}
+
+static void test_box_of_inward_cameras(void **state) {
+    double half_extent = 1.1 * 4 * tan(0.35);
+    struct vw_box box = box_of(*state, &(struct tiny_scene){0}, "closest to all optical axes");
+    check_box(&box, 0, 0, 0, half_extent, 1e-12);
+    box = box_of(*state, &(struct tiny_scene){.offset_world = {1e6, -2e6, 3e6}}, "closest to all optical axes");
+    check_box(&box, 1e6, -2e6, 3e6, half_extent, 1e-8); // what doubles near 3e6 resolve is 5e-10
+    box = box_of(*state, &(struct tiny_scene){.scale_world = 1e6}, "closest to all optical axes");
+    check_box(&box, 0, 0, 0, 1e6 * half_extent, 1e-6);
+}
+
+static void test_box_of_instant_ngp(void **state) {
+    struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4");
+    check_box(&box, 0, 0, 0, 2 / 0.33, 1e-12);
+    box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 2, \"scale\": 0.5, \"offset\": [0.25, 0.5, 1],"},
+                 "aabb_scale 2");
+    check_box(&box, 0.5, 0, -1, 2, 1e-12); // 0.5 * world + offset covers -0.5 ... 1.5
+}
+
+static void test_box_of_other_coordinates_is_ignored(void **state) {
+    const char *keys = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
+    double half_extent = 1.1 * 4 * tan(0.35);
+    struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = keys, .offset_world = {1e6}}, "closest to all optical axes");
+    check_box(&box, 1e6, 0, 0, half_extent, 1e-8);
+    box = box_of(*state, &(struct tiny_scene){.keys = keys, .scale_world = 1e3}, "closest to all optical axes");
+    check_box(&box, 0, 0, 0, 1e3 * half_extent, 1e-8);
+}
+
+// Four cameras on a square of side 2, all looking along -z (`outward` 0), or away from the square's centre.
+static struct vw_box box_of_square(const char *folder, bool outward) {
+    tiny_scene_write(folder, &(struct tiny_scene){.count = 4});
+    char *frames[4], *json;
+    for (int i = 0; i < 4; i++) {
+        int x = i % 2 ? 1 : -1, y = i / 2 ? 1 : -1;
+        const double r = sqrt(0.5);
+        const double away[3][3] = {{y * r, 0, -x * r}, {-x * r, 0, -y * r}, {0, 1, 0}};
+        const double ahead[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        const double(*m)[3] = outward ? away : ahead;
+        frames[i] = vw_format_text("{\"file_path\": \"images/0%d.png\", \"transform_matrix\": [[%.17g,%.17g,%.17g,%d],"
+                                   "[%.17g,%.17g,%.17g,%d],[%.17g,%.17g,%.17g,0],[0,0,0,1]]}",
+                                   i, m[0][0], m[0][1], m[0][2], x, m[1][0], m[1][1], m[1][2], y, m[2][0], m[2][1], m[2][2]);
+    }
+    json = vw_format_text("{\"fl_x\": 8, \"frames\": [%s,%s,%s,%s]}", frames[0], frames[1], frames[2], frames[3]);
+    temporary_file(folder, "transforms.json", json);
+    for (int i = 0; i < 4; i++) free(frames[i]);
+    free(json);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    assert_non_null(strstr(scene->box_source, "no common point"));
+    struct vw_box box = scene->box;
+    vw_scene_close(&scene);
+    return box;
+}
+
+static void test_box_without_common_point(void **state) {
+    double depth = 4 * sqrt(2);
+    struct vw_box box = box_of_square(*state, false);
+    check_box(&box, 0, 0, -depth, 1.1 * depth, 1e-12);
+    box = box_of_square(*state, true);
+    check_box(&box, 0, 0, 0, 1.1 * depth, 1e-12);
+}
+
+// ---- Photos ------------------------------------------------------------------------------------------------------------------
+
+static void test_downscale_fits_the_camera(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
+    for (int headers_only = 0; headers_only < 2; headers_only++) {
+        struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 3, .headers_only = headers_only});
+        const struct vw_camera *camera = &scene->views[0].camera;
+        assert_int_equal(camera->width_px, 2); // floor(8 / 3)
+        assert_int_equal(camera->height_px, 2);
+        assert_near(camera->focal_x_px, 12 * 2.0 / 8, 1e-12);
+        assert_near(camera->focal_y_px, 9 * 2.0 / 6, 1e-12);
+        assert_near(camera->centre_x_px, 5 * 2.0 / 8, 1e-12);
+        assert_near(camera->centre_y_px, 2 * 2.0 / 6, 1e-12);
+        assert_int_equal(scene->views[0].image.width_px, headers_only ? 0 : 2);
+        vw_scene_close(&scene);
+    }
+}
+
+static void test_background(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_false(scene->has_alpha);
+    assert_true(scene->background[0] == 0 && scene->background[1] == 0 && scene->background[2] == 0);
+    vw_scene_close(&scene);
+    float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0}; // all transparent
+    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels), VW_OK);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_true(scene->has_alpha);
+    assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
+    vw_scene_close(&scene);
+}
+
+static void test_excluded_views_are_not_decoded(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
+    const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
+    assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
+    assert_null(scene->views[3].image.pixels);
+    assert_non_null(scene->views[2].image.pixels);
+    const uint8_t zero[VW_HASH_BYTES] = {0};
+    assert_memory_not_equal(scene->views[3].sha256, zero, VW_HASH_BYTES); // but they are in the ledger
+    vw_scene_close(&scene);
+}
+
+// ---- The hash ------------------------------------------------------------------------------------------------------------------
+
+static void hash_of(const struct vw_scene_params *params, char hex[VW_HASH_HEX_BYTES]) {
+    struct vw_scene *scene = tiny_scene_open(params);
+    vw_hash_to_hex(scene->hash, hex);
+    vw_scene_close(&scene);
+}
+
+static void check_hash_differs(const struct vw_scene_params *params, const char *from) {
+    char hex[VW_HASH_HEX_BYTES];
+    hash_of(params, hex);
+    assert_string_not_equal(hex, from);
+}
+
+static void test_hash(void **state) {
+    char first[VW_HASH_HEX_BYTES], again[VW_HASH_HEX_BYTES];
+    struct vw_scene_params params = {.path = *state};
+    tiny_scene_write(*state, &(struct tiny_scene){0});
+    hash_of(&params, first);
+
+    char *elsewhere = temporary_folder_create(); // the folder does not matter
+    tiny_scene_write(elsewhere, &(struct tiny_scene){0});
+    hash_of(&(struct vw_scene_params){.path = elsewhere}, again);
+    assert_string_equal(first, again);
+    temporary_folder_remove(elsewhere);
+
+    params.downscale = 2;
+    check_hash_differs(&params, first);
+    params.downscale = 1; // the default, spelled out
+    hash_of(&params, again);
+    assert_string_equal(first, again);
+
+    params.val_list = temporary_file(*state, "val.txt", "images/01.png\n"); // a split
+    check_hash_differs(&params, first);
+    params.val_list = NULL;
+
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"k1\": 1e-12,"}); // a camera
+    check_hash_differs(&params, first);
+    tiny_scene_write(*state, &(struct tiny_scene){.offset_world = {1e-12}}); // a pose
+    check_hash_differs(&params, first);
+    tiny_scene_write(*state, &(struct tiny_scene){0});
+    hash_of(&params, again);
+    assert_string_equal(first, again);
+    tiny_photo_write(temporary_path(*state, "images/06.png"), 7); // pixels
+    check_hash_differs(&params, first);
+}
+
+static void test_headers_only_reads_no_pixels(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){0});
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .headers_only = true});
+    const uint8_t zero[VW_HASH_BYTES] = {0};
+    assert_memory_equal(scene->hash, zero, VW_HASH_BYTES);
+    assert_memory_equal(scene->views[0].sha256, zero, VW_HASH_BYTES);
+    assert_null(scene->views[0].image.pixels);
+    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 1);
+    vw_scene_close(&scene);
+    assert_null(scene);
+    vw_scene_close(&scene); // closing twice is fine
+}
+
+static void test_clamped_share_is_noted(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".exr"});
+    for (int i = 0; i < 3; i++) {
+        float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 3] = {0};
+        char name[32];
+        if (i == 1) pixels[0] = pixels[1] = 2;
+        snprintf(name, sizeof name, "images/0%d.exr", i);
+        assert_int_equal(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels), VW_OK);
+    }
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_int_equal(scene->note_count, 1);
+    assert_non_null(strstr(scene->notes[0], "1 photos: 0.347 %")); // 2 of 3 * 48 pixels * 4 channels
+    vw_scene_close(&scene);
+}
+
+// ---- Real scenes -----------------------------------------------------------------------------------------------------------------
+
+static void test_fox(void **state) {
+    (void)state;
+    const char *path = real_scene_path("fox");
+    if (!path) skip();
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    assert_int_equal(scene->view_count, 50);
+    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 7);
+    assert_int_equal(scene->split_count[VW_SPLIT_TEST], 6);
+    assert_string_equal(scene->views[0].name, "images/0001.jpg");
+    assert_int_equal(scene->views[49].image.height_px, 480);
+    assert_near(scene->box.half_extent_world, 2 / 0.33, 1e-12);
+    assert_near(scene->views[0].camera.k2, -0.0805099, 0);
+    assert_false(scene->has_alpha);
+    for (uint32_t row = 0; row <= 480; row += 32) {
+        for (uint32_t column = 0; column <= 270; column += 30) {
+            double direction[3], x_px, y_px;
+            assert_true(vw_camera_unproject(&scene->views[0].camera, column, row, direction));
+            assert_true(vw_camera_project(&scene->views[0].camera, direction, &x_px, &y_px));
+            assert_true(hypot(x_px - column, y_px - row) < 0.01);
+        }
+    }
+    vw_scene_close(&scene);
+}
+
+static void test_chair(void **state) {
+    (void)state;
+    const char *path = real_scene_path("chair_synthetic");
+    if (!path) skip();
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 100);
+    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 20);
+    assert_int_equal(scene->split_count[VW_SPLIT_TEST], 20);
+    assert_string_equal(scene->views[0].name, "train/r_0");
+    assert_near(scene->views[0].camera.focal_x_px, 100 / tan(0.5 * 0.6911112070083618), 1e-9);
+    assert_true(scene->has_alpha);
+    assert_true(scene->background[1] == 1);
+    check_box(&scene->box, 0, 0, 0, 1.55, 0.06);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_box_of_inward_cameras, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_box_of_instant_ngp, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_box_of_other_coordinates_is_ignored, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_box_without_common_point, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_fits_the_camera, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_background, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_excluded_views_are_not_decoded, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_hash, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_headers_only_reads_no_pixels, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_clamped_share_is_noted, make_folder, remove_folder),
+        cmocka_unit_test(test_fox),
+        cmocka_unit_test(test_chair),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

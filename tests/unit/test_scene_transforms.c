@@ -1,0 +1,245 @@
+// Reading transforms.json: every key, every refusal.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// The camera of the first view of a scene with these keys.
+static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
+    tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    struct vw_camera camera = scene->views[0].camera;
+    vw_scene_close(&scene);
+    return camera;
+}
+
+static void check_camera(const struct vw_camera *camera, double focal_x, double focal_y, double centre_x, double centre_y) {
+    assert_int_equal(camera->width_px, TINY_WIDTH_PX);
+    assert_int_equal(camera->height_px, TINY_HEIGHT_PX);
+    assert_near(camera->focal_x_px, focal_x, 1e-12);
+    assert_near(camera->focal_y_px, focal_y, 1e-12);
+    assert_near(camera->centre_x_px, centre_x, 1e-12);
+    assert_near(camera->centre_y_px, centre_y, 1e-12);
+}
+
+static void test_focal_keys(void **state) {
+    struct vw_camera camera = camera_of(*state, "\"camera_angle_x\": 1,", NULL);
+    check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 4, 3);
+    camera = camera_of(*state, "\"camera_angle_x\": 1, \"camera_angle_y\": 0.5,", NULL);
+    check_camera(&camera, 4 / tan(0.5), 3 / tan(0.25), 4, 3);
+    camera = camera_of(*state, "\"x_fov\": 90,", NULL);
+    check_camera(&camera, 4, 4, 4, 3);
+    camera = camera_of(*state, "\"x_fov\": 90, \"y_fov\": 60,", NULL);
+    check_camera(&camera, 4, 3 * sqrt(3), 4, 3);
+    camera = camera_of(*state, "\"fl_x\": 7.5, \"camera_angle_x\": 1, \"x_fov\": 90,", NULL); // a focal length wins
+    check_camera(&camera, 7.5, 7.5, 4, 3);
+    camera = camera_of(*state, "\"fl_x\": 7, \"fl_y\": 8, \"cx\": 3.5, \"cy\": 2.25, \"w\": 8.0, \"h\": 6,", NULL);
+    check_camera(&camera, 7, 8, 3.5, 2.25);
+    camera = camera_of(*state, "\"fl_y\": 9,", NULL);
+    check_camera(&camera, 9, 9, 4, 3);
+}
+
+static void test_distortion_keys(void **state) {
+    struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.01, \"p2\": -0.02, "
+                                                "\"k3\": 0, \"k4\": 0.0, \"is_fisheye\": false, \"camera_model\": \"OPENCV\",", NULL);
+    assert_true(camera.k1 == 0.1 && camera.k2 == -0.2 && camera.p1 == 0.01 && camera.p2 == -0.02);
+}
+
+static void test_frame_keys_win(void **state) {
+    struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
+    check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 2, 3);
+    assert_true(camera.k1 == 0.3);
+    camera = camera_of(*state, "", "\"fl_x\": 7, \"fl_y\": 8, \"w\": 8, \"h\": 6, \"camera_model\": \"SIMPLE_RADIAL\",");
+    check_camera(&camera, 7, 8, 4, 3);
+}
+
+static void test_intrinsics_of_another_size(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    check_camera(&scene->views[5].camera, 7, 7, 4.1, 2.9);
+    assert_int_equal(scene->note_count, 1);
+    assert_non_null(strstr(scene->notes[0], "8 frames: intrinsics scaled"));
+    vw_scene_close(&scene);
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"w\": 80, \"h\": 61,"});
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frame 0", "80 x 61", "8 x 6", NULL);
+}
+
+static void test_names_and_extensions(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_string_equal(scene->views[1].name, "images/01");
+    vw_scene_close(&scene);
+    assert_int_equal(rename(temporary_path(*state, "images/01.png"), temporary_path(*state, "images/01.PNG")), 0);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = temporary_path(*state, "transforms.json")});
+    assert_int_equal(scene->view_count, 3);
+    assert_string_equal(scene->format, "transforms");
+    vw_scene_close(&scene);
+}
+
+static void test_pose(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
+    char *json = vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
+                                "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}]}"); // a rotation times 2
+    temporary_file(*state, "transforms.json", json);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
+    for (int i = 0; i < 12; i++) assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
+    vw_scene_close(&scene);
+    free(json);
+}
+
+static void test_pose_errors(void **state) {
+    static const char *const matrices[][2] = {
+        {"null", "missing"},
+        {"[[1,0,0,0],[0,1,0,0]]", "4 rows"},
+        {"[[1,0,0,0],[0,1,0,0],[0,0,1],[0,0,0,1]]", "4 rows"},
+        {"[[1,0,0,\"a\"],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "4 rows"},
+        {"[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,1,1]]", "last row"},
+        {"[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]", "mirrored"},
+        {"[[1,0.01,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "not a rotation"},
+        {"[[1,0,0,0],[0,1.01,0,0],[0,0,1,0],[0,0,0,1]]", "not a rotation"},
+        {"[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]", "not a rotation"},
+    };
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
+    for (size_t i = 0; i < VW_ARRAY_COUNT(matrices); i++) {
+        char *json = vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
+                                    "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}, "
+                                    "{\"file_path\": \"images/01.png\", \"transform_matrix\": %s}]}",
+                                    matrices[i][0]);
+        temporary_file(*state, "transforms.json", json);
+        free(json);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1 (images/01.png)",
+                           "transform_matrix", matrices[i][1], NULL);
+    }
+}
+
+static void test_key_errors(void **state) {
+    static const char *const cases[][2] = {
+        {"", "focal length"},
+        {"\"fl_x\": 0,", "fl_x"},
+        {"\"fl_x\": -3,", "fl_x"},
+        {"\"fl_x\": \"7\",", "fl_x"},
+        {"\"camera_angle_x\": 3.2,", "camera_angle_x"},
+        {"\"x_fov\": 180,", "x_fov"},
+        {"\"fl_x\": 7, \"w\": 0,", "field w"},
+        {"\"fl_x\": 7, \"k3\": 0.1,", "k3"},
+        {"\"fl_x\": 7, \"k4\": -0.1,", "k4"},
+        {"\"fl_x\": 7, \"is_fisheye\": true,", "is_fisheye"},
+        {"\"fl_x\": 7, \"rolling_shutter\": [0, 0.1],", "rolling_shutter"},
+        {"\"fl_x\": 7, \"camera_model\": \"OPENCV_FISHEYE\",", "OPENCV_FISHEYE"},
+        {"\"fl_x\": 7, \"camera_model\": \"EQUIRECTANGULAR\",", "EQUIRECTANGULAR"},
+        {"\"fl_x\": 7, \"aabb_scale\": -1,", "aabb_scale"},
+        {"\"fl_x\": 7, \"aabb_scale\": 2, \"scale\": 0,", "field scale"},
+        {"\"fl_x\": 7, \"aabb_scale\": 2, \"offset\": [0.5, 0.5],", "offset"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .keys = cases[i][0]});
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", cases[i][1], NULL);
+    }
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k3\": 1,"});
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k3", NULL);
+}
+
+static void test_file_errors(void **state) {
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "no scene found", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene", "no such scene", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "transforms"}, VW_ERROR_INPUT, "transforms.json", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "bundler"}, VW_ERROR_USAGE, "bundler", NULL);
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"frames\": [}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:13:", "JSON", NULL);
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"fl_y\": NaN}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:", NULL);
+    static const char *const no_frames[] = {"[]", "{}", "{\"frames\": []}", "{\"frames\": 3}"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(no_frames); i++) {
+        temporary_file(*state, "transforms.json", no_frames[i]);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frames", NULL);
+    }
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path", NULL);
+}
+
+static void test_missing_photos(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
+    assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
+    assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_int_equal(scene->view_count, 3);
+    assert_string_equal(scene->views[1].name, "images/02.png");
+    assert_int_equal(scene->note_count, 1);
+    assert_non_null(strstr(scene->notes[0], "2 frames skipped"));
+    assert_non_null(strstr(scene->notes[0], "images/01.png"));
+    vw_scene_close(&scene);
+    for (int i = 0; i < 5; i += 2) {
+        char name[32];
+        snprintf(name, sizeof name, "images/%02d.png", i);
+        assert_int_equal(unlink(temporary_path(*state, name)), 0);
+    }
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "5 frames", "images/00.png", NULL);
+}
+
+static void test_photos_stay_in_the_folder(void **state) {
+    static const char *const prefixes[] = {"../images/", "images/../../images/", "/images/"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(prefixes); i++) {
+        tiny_scene_write(*state, &(struct tiny_scene){.count = 2, .name_prefix = prefixes[i]});
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path leaves the scene folder", NULL);
+    }
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
+    char *elsewhere = temporary_folder_create();
+    tiny_photo_write(temporary_path(elsewhere, "a.png"), 0);
+    assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
+    assert_int_equal(symlink(temporary_path(elsewhere, "a.png"), temporary_path(*state, "images/01.png")), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "through a link", NULL);
+    temporary_folder_remove(elsewhere);
+    assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
+    assert_int_equal(symlink("00.png", temporary_path(*state, "images/01.png")), 0); // inside is fine
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    vw_scene_close(&scene);
+}
+
+static void test_photo_errors(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    temporary_file(*state, "images/01.png", "not an image");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1", "images/01.png", NULL);
+    temporary_file(*state, "transforms.json",
+                   "{\"fl_x\": 7, \"frames\": ["
+                   "{\"file_path\": \"images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+                   "{\"file_path\": \"./images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "images/00.png appears twice", NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_focal_keys, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_distortion_keys, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_frame_keys_win, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_intrinsics_of_another_size, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_names_and_extensions, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_pose, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_pose_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_key_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_file_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_missing_photos, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_photos_stay_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_photo_errors, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
