@@ -30,7 +30,7 @@ void main() {
     vec4 out_gradient = d_field[slot];
     vec4 rgb_density = field[slot];
     uvec4 bits = relu[slot];
-    float d_raw = rgb_density.w >= exp(RAW_DENSITY_MAX) ? 0.0 : out_gradient.w; // cut where the forward pass was
+    float d_raw = rgb_density.w >= DENSITY_MAX ? 0.0 : out_gradient.w; // cut where the forward pass was
     vec4 d_logit = vec4(out_gradient.rgb * rgb_density.rgb * (1.0 - rgb_density.rgb), 0.0);
     store(ROW_D_LOGIT, slot, d_logit);
 

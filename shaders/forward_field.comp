@@ -63,7 +63,7 @@ void main() {
         [[unroll]] for (uint k = 0u; k < WIDTH4; k++) sum += weight_block(DENSITY2, j, WIDTH4, k) * hidden[k];
         colour_in[j] = sum;
     }
-    float density = exp(at_most(colour_in[0].x, RAW_DENSITY_MAX));
+    float density = at_most(exp(at_most(colour_in[0].x, 80.0)), DENSITY_MAX);
     colour_in[0].x = SH_BAND0; // the raw density's place
     spherical_harmonics(ray.direction_stride.xyz, colour_in[GEO4], colour_in[GEO4 + 1u]);
     [[unroll]] for (uint j = 0u; j < COLOUR4; j++) store(ROW_COLOUR_IN + j, slot, colour_in[j]);

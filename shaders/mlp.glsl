@@ -28,7 +28,7 @@ const uint ROW_D_ENCODING = ROW_D_LOGIT + 1u;
 const uint ROW_POSITION = ROW_D_ENCODING + ENC4;
 const uint ROW_COUNT = ROW_POSITION + 1u;
 
-const float RAW_DENSITY_MAX = 15.0; // exp beyond this gains nothing and its gradient is cut
+const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)
 
 // max, min and clamp may turn NaN into a number and so hide it; comparisons keep it (decision 8).
 float at_most(float x, float limit) { return x > limit ? limit : x; }
