@@ -120,7 +120,25 @@ static double from_box(const double p[3]) { // turned by 30 degrees
 }
 static double from_cylinder(const double p[3]) { return fmax(hypot(p[0] - 0.1, p[1]) - 0.4, fabs(p[2] - 0.1) - 0.3); }
 
-// Points are made from depths: they lie on the shape, on all its sides.
+#define LIT_BACKGROUND "\"sun\": {\"direction\": [0.6, 0, 0.8], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]"
+
+// A point of a convex grey shape is as bright as the slope of the distance there, its normal, says.
+static void check_brightness(const struct vw_point *point, double (*distance)(const double p[3])) {
+    double normal[3], length = 0;
+    for (int i = 0; i < 3; i++) {
+        double high[3], low[3];
+        memcpy(high, point->position_world, sizeof high);
+        memcpy(low, point->position_world, sizeof low);
+        high[i] += 1e-4;
+        low[i] -= 1e-4;
+        normal[i] = (distance(high) - distance(low)) / 2e-4;
+        length += normal[i] * normal[i];
+    }
+    if (fabs(length - 1) > 1e-2) return; // on an edge, or on the plane, which has two sides
+    assert_near(point->rgb[0], 0.5 * (0.8 + 0.6 * fmax(0, 0.6 * normal[0] + 0.8 * normal[2])), 0.5 / 255 + 1e-3);
+}
+
+// Points are made from depths: they lie on the shape, on all its sides, and are lit as the side faces.
 static void test_points_lie_on_the_shapes(void **state) {
     (void)state;
     const struct {
@@ -135,12 +153,13 @@ static void test_points_lie_on_the_shapes(void **state) {
          from_cylinder},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_scene *scene = draw(RECIPE_SPHERE, cases[i].shape, NULL, NULL);
+        struct vw_scene *scene = draw(RECIPE_SPHERE, cases[i].shape, "\"background\": [0, 0, 0]", LIT_BACKGROUND);
         assert_true(scene->point_count > 200);
         double highest = -1, lowest = 1;
         for (uint32_t p = 0; p < scene->point_count; p++) {
             const double *position = scene->points[p].position_world;
             assert_near(cases[i].distance(position), 0, 3e-6);
+            check_brightness(&scene->points[p], cases[i].distance);
             highest = fmax(highest, position[2]);
             lowest = fmin(lowest, position[2]);
         }

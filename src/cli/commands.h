@@ -1,0 +1,14 @@
+// The commands, one file each: options -> open -> call -> close. Results go to stdout, everything else to stderr.
+#ifndef VIEWWORTH_CLI_COMMANDS_H
+#define VIEWWORTH_CLI_COMMANDS_H
+
+#include "cli/options.h"
+#include "viewworth/status.h"
+
+enum vw_status vw_command_devices(const struct vw_options *options);
+enum vw_status vw_command_info(const struct vw_options *options);
+enum vw_status vw_command_value(const struct vw_options *options);
+enum vw_status vw_command_train(const struct vw_options *options);
+enum vw_status vw_command_render(const struct vw_options *options);
+
+#endif

@@ -1,0 +1,157 @@
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/commands.h"
+#include "cli/effects_table.h"
+#include "cli/json_output.h"
+#include "cli/open.h"
+#include "viewworth/memory.h"
+
+// A camera and how many views share it.
+struct shared_camera {
+    struct vw_camera camera;
+    uint32_t view_count;
+};
+
+struct description {
+    const struct vw_scene *scene;
+    struct shared_camera *cameras; // owned; the distinct ones, in order of first use
+    uint32_t camera_count;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    uint32_t effect_count;
+};
+
+static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
+    return a->width_px == b->width_px && a->height_px == b->height_px && a->focal_x_px == b->focal_x_px && a->focal_y_px == b->focal_y_px &&
+           a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px && a->k1 == b->k1 && a->k2 == b->k2 && a->p1 == b->p1 &&
+           a->p2 == b->p2;
+}
+
+static bool is_distorted(const struct vw_camera *camera) {
+    return camera->k1 != 0 || camera->k2 != 0 || camera->p1 != 0 || camera->p2 != 0;
+}
+
+static void count_cameras(struct description *description) {
+    for (uint32_t v = 0; v < description->scene->view_count; v++) {
+        const struct vw_camera *camera = &description->scene->views[v].camera;
+        uint32_t i = 0;
+        while (i < description->camera_count && !same_camera(&description->cameras[i].camera, camera)) i++;
+        if (i == description->camera_count) description->cameras[description->camera_count++].camera = *camera;
+        description->cameras[i].view_count++;
+    }
+}
+
+static enum vw_status describe(const struct vw_scene *scene, struct description *description) {
+    *description = (struct description){.scene = scene, .cameras = vw_allocate(scene->view_count, sizeof *description->cameras)};
+    if (!description->cameras) return VW_ERROR_MEMORY;
+    count_cameras(description);
+    return vw_effects_decide(scene, "auto", description->effects, &description->effect_count);
+}
+
+// ---- For people -------------------------------------------------------------------------------------------------------
+
+static void print_cameras(const struct description *description) {
+    enum { SHOWN = 8 };
+    printf("cameras  %u distinct\n", description->camera_count);
+    for (uint32_t i = 0; i < description->camera_count && i < SHOWN; i++) {
+        const struct vw_camera *camera = &description->cameras[i].camera;
+        printf("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px, camera->height_px,
+               camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
+               is_distorted(camera) ? "distorted" : "no distortion", description->cameras[i].view_count);
+    }
+    if (description->camera_count > SHOWN) printf("         and %u more (--json has all)\n", description->camera_count - SHOWN);
+}
+
+static void print_text(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    const struct vw_box *box = &scene->box;
+    printf("scene    %s (%s)\nphotos   %u:", scene->path, scene->format, scene->view_count);
+    for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
+        printf(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
+    printf("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
+    print_cameras(description);
+    printf("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0], box->centre_world[1],
+           box->centre_world[2], box->half_extent_world, scene->box_source);
+    for (uint32_t i = 0; i < scene->note_count; i++) printf("note     %s\n", scene->notes[i]);
+    printf("\n%s\n", vw_effects_heading);
+    for (uint32_t i = 0; i < description->effect_count; i++) {
+        char line[VW_EFFECT_LINE_BYTES];
+        vw_effect_to_line(&description->effects[i], line);
+        printf("%s\n", line);
+    }
+}
+
+// ---- As JSON: NULL when memory is short ---------------------------------------------------------------------------------
+
+static json_t *camera_to_json(const struct shared_camera *shared) {
+    const struct vw_camera *camera = &shared->camera;
+    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "width_px", (json_int_t)camera->width_px, "height_px",
+                     (json_int_t)camera->height_px, "focal_x_px", camera->focal_x_px, "focal_y_px", camera->focal_y_px, "centre_x_px",
+                     camera->centre_x_px, "centre_y_px", camera->centre_y_px, "k1", camera->k1, "k2", camera->k2, "p1", camera->p1, "p2",
+                     camera->p2, "views", (json_int_t)shared->view_count);
+}
+
+static json_t *cameras_to_json(const struct description *description) {
+    json_t *array = json_array();
+    bool failed = !array;
+    for (uint32_t i = 0; !failed && i < description->camera_count; i++)
+        failed = json_array_append_new(array, camera_to_json(&description->cameras[i]));
+    if (!failed) return array;
+    json_decref(array);
+    return NULL;
+}
+
+static json_t *splits_to_json(const struct vw_scene *scene) {
+    const uint32_t *count = scene->split_count;
+    return json_pack("{s:I, s:I, s:I, s:I}", "train", (json_int_t)count[VW_SPLIT_TRAIN], "val", (json_int_t)count[VW_SPLIT_VAL], "test",
+                     (json_int_t)count[VW_SPLIT_TEST], "excluded", (json_int_t)count[VW_SPLIT_EXCLUDED]);
+}
+
+static json_t *bounds_to_json(const struct vw_scene *scene) {
+    const struct vw_box *box = &scene->box;
+    return json_pack("{s:[f,f,f], s:f, s:s}", "centre_world", box->centre_world[0], box->centre_world[1], box->centre_world[2],
+                     "half_extent_world", box->half_extent_world, "source", scene->box_source);
+}
+
+static json_t *notes_to_json(const struct vw_scene *scene) {
+    json_t *array = json_array();
+    bool failed = !array;
+    for (uint32_t i = 0; !failed && i < scene->note_count; i++) failed = json_array_append_new(array, json_string(scene->notes[i]));
+    if (!failed) return array;
+    json_decref(array);
+    return NULL;
+}
+
+static json_t *to_json(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:o, s:o}", "scene", scene->path, "format", scene->format, "views",
+                     (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras", cameras_to_json(description), "bounds",
+                     bounds_to_json(scene), "has_alpha", scene->has_alpha, "notes", notes_to_json(scene), "effects",
+                     vw_effects_to_json(description->effects, description->effect_count));
+}
+
+// The evidence for effects is in the pixels, and the pixels of a recipe are made by a device.
+static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
+    enum vw_status status = vw_open_scene(options, options->operand, NULL, true, scene);
+    bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
+    vw_scene_close(scene);
+    if (recipe) status = vw_open_gpu(options, gpu);
+    return status ? status : vw_open_scene(options, options->operand, *gpu, false, scene);
+}
+
+enum vw_status vw_command_info(const struct vw_options *options) {
+    struct vw_gpu *gpu = NULL;
+    struct vw_scene *scene = NULL;
+    struct description description = {0};
+    enum vw_status status = open_scene(options, &gpu, &scene);
+    if (!status) status = describe(scene, &description);
+    if (!status && options->json) status = vw_json_print(to_json(&description));
+    else if (!status) print_text(&description);
+    free(description.cameras);
+    vw_scene_close(&scene);
+    (void)vw_gpu_close(&gpu);
+    return status;
+}

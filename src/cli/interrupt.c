@@ -1,0 +1,19 @@
+#include "cli/interrupt.h"
+
+#include <signal.h>
+
+static volatile sig_atomic_t requested;
+
+static void request(int signal_number) {
+    (void)signal_number;
+    requested = 1;
+}
+
+void vw_interrupt_watch(void) {
+    struct sigaction action = {.sa_handler = request, .sa_flags = SA_RESTART | (int)SA_RESETHAND};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+bool vw_interrupt_requested(void) { return requested; }

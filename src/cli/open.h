@@ -1,0 +1,18 @@
+// Opening what the command line names.
+#ifndef VIEWWORTH_CLI_OPEN_H
+#define VIEWWORTH_CLI_OPEN_H
+
+#include <stdbool.h>
+
+#include "cli/options.h"
+#include "viewworth/gpu.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+// The device of --device, or the most preferred fit one; says which.
+enum vw_status vw_open_gpu(const struct vw_options *options, struct vw_gpu **gpu);
+// The scene at `path` as the scene options say. `gpu` is needed for recipes, unless only headers are read.
+enum vw_status vw_open_scene(const struct vw_options *options, const char *path, struct vw_gpu *gpu, bool headers_only,
+                             struct vw_scene **scene);
+
+#endif

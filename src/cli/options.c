@@ -1,0 +1,239 @@
+#include "cli/options.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <getopt.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+enum kind {
+    KIND_FLAG,   // bool
+    KIND_TEXT,   // const char *
+    KIND_UINT32,
+    KIND_UINT64,
+    KIND_REAL,   // double
+    KIND_CHOICE, // an enum, by its names
+    KIND_EFFECTS // the config's own copy
+};
+
+struct option_row {
+    const char *name, *argument, *help;
+    unsigned group;
+    enum kind kind;
+    size_t offset;             // of its field in struct vw_options
+    uint64_t lowest, highest;  // whole numbers; the config's own limits are vw_config_check's
+    const char *(*choice_name)(uint32_t choice);
+    uint32_t choice_count;
+};
+
+static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
+static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
+
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t), "KIND_CHOICE stores 32 bits");
+
+#define FIELD(field) .offset = offsetof(struct vw_options, field)
+#define FLAG .kind = KIND_FLAG
+#define TEXT .kind = KIND_TEXT
+#define COUNT .kind = KIND_UINT32, .highest = UINT32_MAX
+#define REAL .kind = KIND_REAL
+
+static const struct option_row rows[] = {
+    {"device", "N|NAME", "Vulkan device: index or part of the name, as in viewworth devices", VW_OPTIONS_DEVICE, TEXT, FIELD(device)},
+    {"format", "NAME", "read the scene as transforms or recipe instead of probing", VW_OPTIONS_SCENE, TEXT, FIELD(format)},
+    {"train", "FILE", "names of the photos to train on, one a line", VW_OPTIONS_SCENE, TEXT, FIELD(train_list)},
+    {"val", "FILE", "names of the photos to validate on", VW_OPTIONS_SCENE, TEXT, FIELD(val_list)},
+    {"test", "FILE", "names of the photos to keep for tests", VW_OPTIONS_SCENE, TEXT, FIELD(test_list)},
+    {"providers", "FILE.csv", "who supplied which photo: header name,provider", VW_OPTIONS_SCENE, TEXT, FIELD(providers)},
+    {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, FIELD(downscale), .kind = KIND_UINT32, .lowest = 1,
+     .highest = 64},
+    {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_UINT64,
+     .highest = INT64_MAX},
+    {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
+    {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING, COUNT, FIELD(config.burn_in_epochs)},
+    {"rays", "N", "training rays per step", VW_OPTIONS_TRAINING, COUNT, FIELD(config.rays)},
+    {"samples", "N", "samples per ray", VW_OPTIONS_TRAINING, COUNT, FIELD(config.samples)},
+    {"val-rays", "N", "validation rays in total, at least 32 per validation photo", VW_OPTIONS_TRAINING, COUNT, FIELD(config.val_rays)},
+    {"loss", "NAME", "training loss", VW_OPTIONS_TRAINING, FIELD(config.loss), .kind = KIND_CHOICE, .choice_name = loss_choice,
+     .choice_count = VW_LOSS_HUBER + 1},
+    {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer), .kind = KIND_CHOICE,
+     .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
+    {"lr", "X", "learning rate", VW_OPTIONS_TRAINING, REAL, FIELD(config.learning_rate)},
+    {"beta1", "X", "momentum of Adam; 0 credits each step to its photo alone", VW_OPTIONS_TRAINING, REAL, FIELD(config.beta1)},
+    {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
+     FIELD(config.effects), .kind = KIND_EFFECTS},
+    {"levels", "N", "levels of the hash grid", VW_OPTIONS_TRAINING, COUNT, FIELD(config.levels)},
+    {"features", "N", "features of a grid entry", VW_OPTIONS_TRAINING, COUNT, FIELD(config.features)},
+    {"log2-table", "N", "binary logarithm of the entries of a level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.log2_table)},
+    {"base-resolution", "N", "cells along an axis of the coarsest level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.base_resolution)},
+    {"growth", "X", "ratio of resolutions from level to level", VW_OPTIONS_TRAINING, REAL, FIELD(config.growth)},
+    {"width", "N", "neurons of the hidden layers", VW_OPTIONS_TRAINING, COUNT, FIELD(config.width)},
+    {"out", "FOLDER", "where results go (needed); must not hold a run yet", VW_OPTIONS_OUT, TEXT, FIELD(out)},
+    {"view", "NAME|N", "photo to render: its name, or its place among the validation photos (default: the first)", VW_OPTIONS_VIEW, TEXT,
+     FIELD(view)},
+    {"to", "FILE", "image to write, .png or .exr (default: OUT/render_<view>.png)", VW_OPTIONS_VIEW, TEXT, FIELD(to)},
+    {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
+    {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
+    {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},
+};
+
+enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
+
+static const struct vw_options defaults = {.downscale = 1};
+
+static enum vw_status parse_whole(const struct option_row *row, const char *text, uint64_t *number) {
+    char *end = NULL;
+    errno = 0;
+    unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
+    if (!end || *end || errno || parsed < row->lowest || parsed > row->highest)
+        return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not a whole number from %" PRIu64 " to %" PRIu64, row->name, text, row->lowest,
+                       row->highest);
+    *number = parsed;
+    return VW_OK;
+}
+
+static enum vw_status parse_real(const struct option_row *row, const char *text, double *number) {
+    char *end = NULL;
+    double parsed = isspace((unsigned char)text[0]) ? NAN : strtod(text, &end);
+    if (!end || end == text || *end || !isfinite(parsed))
+        return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not a number such as 0.01", row->name, text);
+    *number = parsed;
+    return VW_OK;
+}
+
+static void list_choices(const struct option_row *row, char *list, size_t list_bytes) {
+    size_t used = 0;
+    list[0] = 0;
+    for (uint32_t i = 0; i < row->choice_count && used < list_bytes; i++)
+        used += (size_t)snprintf(list + used, list_bytes - used, "%s%s", i ? "|" : "", row->choice_name(i));
+}
+
+static enum vw_status parse_choice(const struct option_row *row, const char *text, uint32_t *choice) {
+    for (uint32_t i = 0; i < row->choice_count; i++) {
+        if (strcmp(text, row->choice_name(i)) != 0) continue;
+        *choice = i;
+        return VW_OK;
+    }
+    char list[128];
+    list_choices(row, list, sizeof list);
+    return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not one of %s", row->name, text, list);
+}
+
+static enum vw_status store(const struct option_row *row, const char *text, struct vw_options *options) {
+    void *field = (char *)options + row->offset;
+    uint64_t number = 0;
+    enum vw_status status = VW_OK;
+    switch (row->kind) {
+    case KIND_FLAG: *(bool *)field = true; break;
+    case KIND_TEXT: *(const char **)field = text; break;
+    case KIND_UINT32:
+        status = parse_whole(row, text, &number);
+        if (!status) *(uint32_t *)field = (uint32_t)number;
+        break;
+    case KIND_UINT64:
+        status = parse_whole(row, text, &number);
+        if (!status) *(uint64_t *)field = number;
+        break;
+    case KIND_REAL: status = parse_real(row, text, field); break;
+    case KIND_CHOICE: status = parse_choice(row, text, field); break;
+    case KIND_EFFECTS:
+        if (strlen(text) >= sizeof options->config.effects)
+            return vw_fail(VW_ERROR_USAGE, "--%s: the list is longer than %zu characters", row->name, sizeof options->config.effects - 1);
+        strcpy(field, text);
+        break;
+    }
+    return status;
+}
+
+static bool takes(const struct vw_command *command, const struct option_row *row) {
+    return row->group == VW_OPTIONS_ALWAYS || (row->group & command->options);
+}
+
+static void list_for_getopt(const struct vw_command *command, struct option list[ROW_COUNT + 1]) {
+    int count = 0;
+    for (int i = 0; i < ROW_COUNT; i++) {
+        if (!takes(command, &rows[i])) continue;
+        list[count++] = (struct option){rows[i].name, rows[i].argument ? required_argument : no_argument, NULL, FIRST_CODE + i};
+    }
+    list[count] = (struct option){0};
+}
+
+// What getopt stumbled over: `word`, unless optopt has the letter of a short option.
+static enum vw_status refuse(const struct vw_command *command, bool value_missing, const char *word) {
+    if (value_missing) return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see viewworth %s --help", command->name, word, command->name);
+    if (optopt >= FIRST_CODE) return vw_fail(VW_ERROR_USAGE, "%s: --%s takes no value", command->name, rows[optopt - FIRST_CODE].name);
+    char letter[3] = {'-', (char)optopt, 0};
+    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see viewworth %s --help", command->name, optopt ? letter : word,
+                   command->name);
+}
+
+static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands, struct vw_options *options) {
+    int wanted = command->operand ? 1 : 0;
+    if (count < wanted)
+        return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see viewworth %s --help", command->name, command->operand, command->name);
+    if (count > wanted)
+        return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
+                       command->name);
+    if (wanted) options->operand = operands[0];
+    if ((command->options & VW_OPTIONS_OUT) && !options->out)
+        return vw_fail(VW_ERROR_USAGE, "%s: --out is missing; name the folder for the results", command->name);
+    return VW_OK;
+}
+
+enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options) {
+    *options = defaults;
+    options->config = vw_config_default;
+    struct option list[ROW_COUNT + 1];
+    list_for_getopt(command, list);
+    optind = 0; // start anew
+    opterr = 0; // messages are ours
+    int code;
+    while ((code = getopt_long(argc, argv, ":", list, NULL)) != -1) {
+        if (code == ':' || code == '?') return refuse(command, code == ':', argv[optind - 1]);
+        enum vw_status status = store(&rows[code - FIRST_CODE], optarg, options);
+        if (status) return status;
+    }
+    if (options->help) return VW_OK;
+    enum vw_status status = parse_operands(command, argc - optind, argv + optind, options);
+    if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);
+    return status;
+}
+
+static void format_default(const struct option_row *row, const struct vw_options *options, char *text, size_t text_bytes) {
+    const void *field = (const char *)options + row->offset;
+    text[0] = 0;
+    switch (row->kind) {
+    case KIND_FLAG:
+    case KIND_TEXT: break;
+    case KIND_UINT32: snprintf(text, text_bytes, " (%" PRIu32 ")", *(const uint32_t *)field); break;
+    case KIND_UINT64: snprintf(text, text_bytes, " (%" PRIu64 ")", *(const uint64_t *)field); break;
+    case KIND_REAL: snprintf(text, text_bytes, " (%g)", *(const double *)field); break;
+    case KIND_CHOICE: snprintf(text, text_bytes, " (%s)", row->choice_name(*(const uint32_t *)field)); break;
+    case KIND_EFFECTS: snprintf(text, text_bytes, " (%s)", (const char *)field); break;
+    }
+}
+
+static void print_option(const struct option_row *row, const struct vw_options *options) {
+    char choices[128] = "", left[160], value[300];
+    if (row->kind == KIND_CHOICE) list_choices(row, choices, sizeof choices);
+    const char *argument = choices[0] ? choices : row->argument;
+    snprintf(left, sizeof left, "--%s%s%s", row->name, argument ? " " : "", argument ? argument : "");
+    format_default(row, options, value, sizeof value);
+    printf("  %-38s %s%s\n", left, row->help, value);
+}
+
+void vw_options_print_help(const struct vw_command *command) {
+    struct vw_options options = defaults;
+    options.config = vw_config_default;
+    const char *operand = command->operand ? command->operand : "", *out = command->options & VW_OPTIONS_OUT ? " --out FOLDER" : "";
+    printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out, command->summary);
+    if (command->details) printf("%s\n", command->details);
+    printf("\noptions, with defaults in parentheses:\n");
+    for (int i = 0; i < ROW_COUNT; i++)
+        if (takes(command, &rows[i])) print_option(&rows[i], &options);
+}

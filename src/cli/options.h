@@ -1,0 +1,52 @@
+// The command line: one table of options, used for parsing and for --help alike.
+#ifndef VIEWWORTH_CLI_OPTIONS_H
+#define VIEWWORTH_CLI_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+
+// Everything a command line can say. Texts are borrowed from argv; NULL where nothing was said.
+struct vw_options {
+    const char *operand; // SCENE or OUT, by command
+    const char *device;
+    const char *format;
+    const char *train_list, *val_list, *test_list;
+    const char *providers;
+    uint32_t downscale;
+    struct vw_config config;
+    const char *out;
+    const char *view;
+    const char *to;
+    bool json, quiet, help;
+};
+
+// Groups of options, as commands take them. --quiet and --help belong to every command.
+enum {
+    VW_OPTIONS_DEVICE = 1,
+    VW_OPTIONS_SCENE = 2,
+    VW_OPTIONS_TRAINING = 4,
+    VW_OPTIONS_OUT = 8, // --out, which must be given
+    VW_OPTIONS_VIEW = 16,
+    VW_OPTIONS_JSON = 32,
+    VW_OPTIONS_ALWAYS = 64,
+};
+
+struct vw_command {
+    const char *name;
+    const char *operand; // the one operand it needs, as help spells it; NULL for none
+    const char *summary; // one line
+    const char *details; // what it leaves behind and what to know, for its own help
+    unsigned options;    // VW_OPTIONS_* it takes
+    enum vw_status (*run)(const struct vw_options *options);
+};
+
+// Reads a command's arguments (argv[0] is the command's name) over the defaults. VW_ERROR_USAGE names the option and what it takes.
+// With --help nothing else is demanded.
+enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options);
+// A command's usage and options with their defaults, to stdout.
+void vw_options_print_help(const struct vw_command *command);
+
+#endif

@@ -1,0 +1,203 @@
+#include <ctype.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/commands.h"
+#include "cli/json_output.h"
+#include "cli/open.h"
+#include "viewworth/file.h"
+#include "viewworth/image.h"
+#include "viewworth/ledger.h"
+#include "viewworth/log.h"
+#include "viewworth/memory.h"
+#include "viewworth/train.h"
+
+// A finished run, reopened for rendering.
+struct rendering {
+    const struct vw_options *options;
+    struct vw_ledger *ledger;
+    struct vw_config config;
+    struct vw_gpu *gpu;
+    struct vw_scene *scene;
+    bool on_background; // transparent pixels show the background rather than being left out
+    struct vw_trainer *trainer;
+};
+
+// ---- Opening ----------------------------------------------------------------------------------------------------------
+
+static enum vw_status check_target(const char *to) {
+    const char *extension = to ? strrchr(to, '.') : NULL;
+    if (!to || (extension && (strcasecmp(extension, ".png") == 0 || strcasecmp(extension, ".exr") == 0))) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
+}
+
+static enum vw_status open_ledger(struct rendering *rendering, struct vw_ledger_run *run) {
+    char *path = vw_path_join(rendering->options->operand, "ledger.db");
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_ledger_open(path, &rendering->ledger);
+    if (!status) status = vw_ledger_get_run(rendering->ledger, run);
+    if (!status) {
+        status = vw_config_from_json(run->config_json, &rendering->config);
+        if (status) vw_fail_context(status, "%s", path);
+    }
+    free(path);
+    return status;
+}
+
+static enum vw_status open_same_scene(struct rendering *rendering, const struct vw_ledger_run *run) {
+    enum vw_status status = vw_open_scene(rendering->options, run->scene_path, rendering->gpu, false, &rendering->scene);
+    if (status) return status;
+    char hash[VW_HASH_HEX_BYTES];
+    vw_hash_to_hex(rendering->scene->hash, hash);
+    if (strcmp(hash, run->scene_hash) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: not the scene that %s was trained on; restore it, or repeat its --downscale and lists",
+                   run->scene_path, rendering->options->operand);
+}
+
+static enum vw_status decide_background(struct rendering *rendering) {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count = 0;
+    enum vw_status status = vw_effects_decide(rendering->scene, rendering->config.effects, verdicts, &count);
+    for (uint32_t i = 0; !status && i < count; i++)
+        if (strcmp(verdicts[i].name, "background") == 0) rendering->on_background = verdicts[i].on;
+    return status;
+}
+
+static enum vw_status load_field(struct rendering *rendering) {
+    const struct vw_trainer_params params = {.gpu = rendering->gpu, .scene = rendering->scene, .config = &rendering->config};
+    char *path = vw_path_join(rendering->options->operand, "field.vwf");
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_trainer_create(&params, &rendering->trainer);
+    if (!status) status = vw_trainer_load_field(rendering->trainer, path);
+    free(path);
+    return status;
+}
+
+static enum vw_status open_rendering(const struct vw_options *options, struct rendering *rendering) {
+    *rendering = (struct rendering){.options = options};
+    struct vw_ledger_run run = {0};
+    enum vw_status status = check_target(options->to);
+    if (!status) status = open_ledger(rendering, &run);
+    if (!status) status = vw_open_gpu(options, &rendering->gpu);
+    if (!status) status = open_same_scene(rendering, &run);
+    if (!status) status = decide_background(rendering);
+    if (!status) status = load_field(rendering);
+    return status;
+}
+
+static void close_rendering(struct rendering *rendering) {
+    vw_trainer_destroy(&rendering->trainer);
+    vw_scene_close(&rendering->scene);
+    (void)vw_gpu_close(&rendering->gpu);
+    vw_ledger_close(&rendering->ledger);
+}
+
+// ---- Choosing the view and naming the image ---------------------------------------------------------------------------
+
+static bool find_by_name(const struct vw_scene *scene, const char *name, uint32_t *view) {
+    for (*view = 0; *view < scene->view_count; ++*view)
+        if (strcmp(scene->views[*view].name, name) == 0) return true;
+    return false;
+}
+
+static bool find_by_place(const struct vw_scene *scene, unsigned long long place, uint32_t *view) {
+    for (*view = 0; *view < scene->view_count; ++*view)
+        if (scene->views[*view].split == VW_SPLIT_VAL && place-- == 0) return true;
+    return false;
+}
+
+static enum vw_status choose_view(const struct rendering *rendering, uint32_t *view) {
+    const struct vw_scene *scene = rendering->scene;
+    const char *wanted = rendering->options->view ? rendering->options->view : "0";
+    if (find_by_name(scene, wanted, view)) return VW_OK;
+    char *end = NULL;
+    unsigned long long place = isdigit((unsigned char)wanted[0]) ? strtoull(wanted, &end, 10) : 0;
+    if (end && !*end && find_by_place(scene, place, view)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--view %s: no photo of this name, nor a place among the %u validation photos (from 0)", wanted,
+                   scene->split_count[VW_SPLIT_VAL]);
+}
+
+// --to, or OUT/render_<view>.png with the slashes of the view's name made harmless; owned by the caller.
+static char *name_target(const struct rendering *rendering, uint32_t view) {
+    if (rendering->options->to) return vw_copy_text(rendering->options->to);
+    char *name = vw_format_text("render_%s.png", rendering->scene->views[view].name);
+    for (char *next = name; next && *next; next++)
+        if (*next == '/') *next = '_';
+    char *path = name ? vw_path_join(rendering->options->operand, name) : NULL;
+    free(name);
+    return path;
+}
+
+// ---- Photo and render side by side ------------------------------------------------------------------------------------
+
+// The photo's colour as training sees it; false for a pixel that training leaves out.
+static bool photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px, float rgb[3]) {
+    float rgba[4];
+    vw_image_pixel(photo, x_px, y_px, rgba);
+    float alpha = rendering->on_background ? rgba[3] : 1.0f;
+    for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * rendering->scene->background[c];
+    return rendering->on_background || rgba[3] > 0;
+}
+
+// Fills `pair`, twice as wide as the view, and takes the PSNR over the whole view.
+static double compare(const struct rendering *rendering, const struct vw_image *photo, const float *render, float *pair) {
+    double squared_error = 0;
+    uint64_t value_count = 0;
+    for (uint32_t y = 0; y < photo->height_px; y++)
+        for (uint32_t x = 0; x < photo->width_px; x++) {
+            const float *rendered = render + 3 * ((size_t)y * photo->width_px + x);
+            float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x), *right = left + 3 * (size_t)photo->width_px;
+            bool counts = photo_colour(rendering, photo, x, y, left);
+            for (int c = 0; c < 3; c++) {
+                right[c] = rendered[c];
+                double error = (double)rendered[c] - left[c];
+                if (counts) squared_error += error * error;
+            }
+            if (counts) value_count += 3;
+        }
+    double mse = squared_error / (double)value_count;
+    return -10 * log10(mse < 1e-10 ? 1e-10 : mse); // floored as in struct vw_step_record; NaN when no pixel counts
+}
+
+static enum vw_status print_result(const struct rendering *rendering, uint32_t view, const char *target, double psnr_db) {
+    const char *name = rendering->scene->views[view].name;
+    if (rendering->options->json)
+        return vw_json_print(json_pack("{s:s, s:s, s:o, s:s}", "view", name, "split", vw_split_name(rendering->scene->views[view].split),
+                                       "psnr_db", vw_json_real(psnr_db), "image", target));
+    printf("%s  PSNR %.2f dB over the whole view\nphoto left, render right: %s\n", name, psnr_db, target);
+    return VW_OK;
+}
+
+static enum vw_status render_view(const struct rendering *rendering, uint32_t view, const char *target) {
+    const struct vw_image *photo = &rendering->scene->views[view].image;
+    float *render = NULL;
+    float *pair = vw_allocate(2 * (size_t)photo->width_px * photo->height_px, 3 * sizeof *pair);
+    if (!pair) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_trainer_render(rendering->trainer, view, &render);
+    if (!status) {
+        double psnr_db = compare(rendering, photo, render, pair);
+        status = vw_image_save(target, 2 * photo->width_px, photo->height_px, 3, pair);
+        if (!status) status = print_result(rendering, view, target, psnr_db);
+    }
+    free(render);
+    free(pair);
+    return status;
+}
+
+enum vw_status vw_command_render(const struct vw_options *options) {
+    struct rendering rendering;
+    uint32_t view = 0;
+    char *target = NULL;
+    enum vw_status status = open_rendering(options, &rendering);
+    if (!status) status = choose_view(&rendering, &view);
+    if (!status) {
+        target = name_target(&rendering, view);
+        status = target ? render_view(&rendering, view, target) : VW_ERROR_MEMORY;
+    }
+    free(target);
+    close_rendering(&rendering);
+    return status;
+}

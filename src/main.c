@@ -1,0 +1,69 @@
+// viewworth: what each photo is worth to a 3-D reconstruction. The table of commands, and the only place that ends the program.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/commands.h"
+#include "viewworth/log.h"
+#include "viewworth/memory.h"
+#include "viewworth/train.h"
+
+static const struct vw_command commands[] = {
+    {"devices", NULL, "List the Vulkan devices, most preferred first", NULL, VW_OPTIONS_JSON, vw_command_devices},
+    {"info", "SCENE", "Say what a scene holds and which effects it calls for",
+     "SCENE is a folder with transforms*.json, such a file, or a recipe (.json).",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_JSON, vw_command_info},
+    {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
+     "Leaves ledger.db (every step and score), scores.csv and field.vwf in the --out folder. Positive scores help.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
+    {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
+     "Leaves ledger.db and field.vwf in the --out folder.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
+    {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
+     "Give the same scene options as for the training.", VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON,
+     vw_command_render},
+};
+
+static void print_help(void) {
+    printf("viewworth: what each photo is worth to a 3-D reconstruction\n\nusage: viewworth COMMAND [options]\n\ncommands:\n");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++) {
+        char call[32];
+        snprintf(call, sizeof call, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
+        printf("  %-16s %s\n", call, commands[i].summary);
+    }
+    printf("\nviewworth COMMAND --help says more; viewworth --version names the version.\n");
+}
+
+static enum vw_status run_command(const struct vw_command *command, int argc, char **argv) {
+    struct vw_options options;
+    enum vw_status status = vw_options_parse(command, argc, argv, &options);
+    if (status) return status;
+    if (options.help) {
+        vw_options_print_help(command);
+        return VW_OK;
+    }
+    vw_log_set_quiet(options.quiet);
+    return command->run(&options);
+}
+
+static enum vw_status run(int argc, char **argv) {
+    if (argc < 2) return vw_fail(VW_ERROR_USAGE, "no command given; see viewworth --help");
+    if (strcmp(argv[1], "--help") == 0) {
+        print_help();
+        return VW_OK;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        printf("viewworth %s\n", vw_version());
+        return VW_OK;
+    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++)
+        if (strcmp(argv[1], commands[i].name) == 0) return run_command(&commands[i], argc - 1, argv + 1);
+    return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see viewworth --help", argv[1]);
+}
+
+int main(int argc, char **argv) {
+    enum vw_status status = run(argc, argv);
+    if ((fflush(stdout) || ferror(stdout)) && !status) status = vw_fail(VW_ERROR_IO, "stdout: cannot write; check where it goes");
+    if (status) fprintf(stderr, "viewworth: %s\n", vw_error_message());
+    return vw_exit_code(status);
+}

@@ -1,0 +1,161 @@
+#!/usr/bin/env bash
+# The program from outside: exit codes, messages, outputs, and that equal runs leave equal rows. Takes the program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+scene=$root/scenes/clean.json
+tiny=(--epochs 3 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe)
+columns_of_step='step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped'
+
+# refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
+refuses() {
+    local code=0
+    "$program" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
+prints() {
+    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
+answers() {
+    "${@:2}" >"$folder/answer.json" 2>"$folder/stderr" &&
+        [[ $(sqlite3 :memory: "WITH answer AS (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)
+            SELECT CASE WHEN json_valid(j) THEN ($1) END FROM answer") == 1 ]] && return
+    cat "$folder/answer.json" "$folder/stderr"
+    return 1
+}
+
+query() { sqlite3 "$folder/$1/ledger.db" "$2"; }
+rows() {
+    query "$1" "SELECT $columns_of_step FROM step ORDER BY step; SELECT step, image_id, mse, l1 FROM view ORDER BY step, image_id;
+                SELECT image_id, method, value, unit, stderr, visits FROM score ORDER BY image_id, method"
+}
+same_rows() {
+    diff <(rows "$1") <(rows "$2") >"$folder/diff" && [[ $(query "$2" 'SELECT count(*) FROM step') -gt 1 ]] && return
+    head -n 5 "$folder/diff"
+    return 1
+}
+value_again() { # value_again OUT [VARIABLE=VALUE]...
+    env "${@:2}" "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet >/dev/null
+}
+
+# ---- Without a device ---------------------------------------------------------------------------------------------------
+
+check "--help lists the commands" prints '^  value SCENE' "$program" --help
+check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$program" --version
+for command in devices info value train render; do
+    check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
+done
+check "help shows defaults" prints '^  --epochs N .*\(30\)$' "$program" value --help
+check "no command is refused" refuses 'no command'
+check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
+check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate
+check "an option of another command is refused" refuses 'unknown option "--out"' info "$scene" --out x
+check "a missing value is refused" refuses '--seed needs a value' value "$scene" --seed
+check "a value for a flag is refused" refuses '--json takes no value' devices --json=1
+check "a missing operand is refused" refuses 'SCENE is missing' value --out "$folder/none"
+check "a second operand is refused" refuses 'one argument too many' value "$scene" other --out "$folder/none"
+check "value without --out is refused" refuses '--out is missing' value "$scene"
+for bad in '--rays 5x' '--rays -1' '--rays 0' '--rays 65537' '--rays 99999999999999999999' '--epochs 1.5' '--epochs 0' \
+    '--seed 9223372036854775808' '--downscale 0' '--lr nan' '--lr 0' '--lr 1e999' '--beta1 1' '--beta1 x' '--growth 5' '--width 33' \
+    '--levels 17' '--loss l3' '--optimizer adam'; do
+    read -r option number <<<"$bad"
+    check "$bad is refused" refuses "$option\b" value "$scene" --out "$folder/none" "$option" "$number"
+done
+check "a scene that is not there is refused" refuses 'no/such/scene' value "$folder/no/such/scene" --out "$folder/none" "${tiny[@]}" --quiet
+check "render of a folder without a run is refused" refuses 'ledger\.db' render "$folder"
+check "render to an unknown kind of image is refused" refuses '--to .*\.gif' render "$folder" --to "$folder/view.gif"
+check "refused commands leave no --out folder" test ! -e "$folder/none"
+check "output that cannot be written is a failure" bash -c "'$program' --help >/dev/full 2>'$folder/stderr'; [[ \$? -eq 1 ]]"
+
+# ---- Devices and scenes -------------------------------------------------------------------------------------------------
+
+check "devices lists lavapipe" prints '^[0-9]+ +cpu .*llvmpipe' "$program" devices
+check "devices --json lists lavapipe" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> 'kind' = 'cpu'
+    AND value ->> 'name' LIKE 'llvmpipe%') = 1" "$program" devices --json
+check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
+check "info shows splits and effects" prints '^distortion ' "$program" info "$scene"
+check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j ->> '\$.splits.train' = 12 AND j ->> '\$.splits.val' = 2
+    AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
+    AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL
+        AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --json
+
+# ---- Valuing ------------------------------------------------------------------------------------------------------------
+
+check "value prints photos and files" prints '^least valuable photos' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
+check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
+check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
+check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
+check "the configuration is kept" test "$(query first "SELECT config_json ->> '\$.rays' FROM run")" = 64
+check "scores.csv has a line per photo and method" test "$(grep -c '' "$folder/first/scores.csv")" = \
+    "$(($(query first 'SELECT count(*) FROM score') + 1))"
+check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledger.db" <"$root/scripts/dv_psnr.sql" |
+    while IFS='|' read -r run image name value visits; do
+        query first "SELECT abs(value - ($value)) < 1e-9 AND visits = $visits FROM score
+            WHERE run_id = '$run' AND image_id = $image AND method = 'dv_psnr'"
+    done | sort | uniq -c | tr -s ' ')" = ' 12 1'
+check "value again gives a run" value_again second
+check "the same command leaves the same rows" same_rows first second
+for threads in 0 1 2; do
+    check "value with $threads driver threads gives a run" value_again "threads$threads" LP_NUM_THREADS=$threads
+    check "the rows do not depend on threads ($threads)" same_rows first "threads$threads"
+done
+check "another seed leaves other rows" bash -c "'$program' value '$scene' --out '$folder/seeded' ${tiny[*]} --seed 1 --quiet >/dev/null"
+check "the rows depend on the seed" test "$(rows first)" != "$(rows seeded)"
+check "a folder that cannot be made is a failure" bash -c "'$program' value '$scene' --out /proc/none ${tiny[*]} --quiet 2>/dev/null
+    [[ \$? -eq 1 ]]"
+check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
+check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
+    AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'
+    AND j ->> '\$.most_valuable[0].value' >= j ->> '\$.least_valuable[0].value' AND j ->> '\$.val_psnr_end_db' > 0" \
+    "$program" value "$scene" --out "$folder/json" "${tiny[@]}" --json
+check "too few epochs warn" bash -c "'$program' value '$scene' --out '$folder/short' ${tiny[*]} --epochs 1 --quiet 2>&1 |
+    grep -q '^warning: .*no scores'"
+check "too few epochs leave steps" test "$(query short 'SELECT count(*) FROM step')" = 13
+check "too few epochs leave no scores" test "$(query short 'SELECT count(*) FROM score')" = 0
+check "too few epochs leave a table without rows" test "$(cat "$folder/short/scores.csv")" = "$(head -n 1 "$folder/first/scores.csv")"
+
+# ---- Training and rendering ---------------------------------------------------------------------------------------------
+
+check "train prints its files" prints 'field\.vwf$' "$program" train "$scene" --out "$folder/trained" "${tiny[@]}"
+check "train's field is value's, byte for byte" cmp "$folder/first/field.vwf" "$folder/trained/field.vwf"
+check "train takes value's steps" test "$(query trained 'SELECT step, image_id, train_loss FROM step')" = \
+    "$(query first 'SELECT step, image_id, train_loss FROM step')"
+check "train validates nothing" test "$(query trained 'SELECT count(val_psnr), (SELECT count(*) FROM score) FROM step')" = '0|0'
+check "render writes a PNG" prints 'PSNR [0-9.]+ dB' "$program" render "$folder/first"
+check "the PNG is one" test "$(head -c 8 "$folder/first/render_view_000.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a
+check "render --json says what it wrote" answers "j ->> '\$.view' = 'view_008' AND j ->> '\$.psnr_db' > 0" \
+    "$program" render "$folder/first" --view 1 --to "$folder/view.exr" --json
+check "render writes an EXR" test "$(head -c 4 "$folder/view.exr" | od -An -tx1 | tr -d ' ')" = 762f3101
+check "a view that is not there is refused" refuses '--view nowhere' render "$folder/first" --view nowhere --quiet
+check "another scene than the trained one is refused" refuses 'not the scene' render "$folder/first" --downscale 2 --quiet
+
+# ---- Interruption -------------------------------------------------------------------------------------------------------
+
+interrupt() { # starts a long run, and stops it once it has recorded steps
+    "$program" value "$scene" --out "$folder/stopped" "${tiny[@]}" --epochs 1000000 2>"$folder/stderr" >/dev/null &
+    local process=$! code=0
+    for ((wait = 0; wait < 600; wait++)); do
+        [[ $(query stopped 'SELECT count(*) > 1 FROM step' 2>/dev/null) == 1 ]] && break
+        sleep 0.1
+    done
+    kill -TERM "$process"
+    wait "$process" || code=$?
+    [[ $code -eq 1 ]] && grep -q '^viewworth: interrupted after step' "$folder/stderr"
+}
+check "a signal stops a run between batches" interrupt
+check "its ledger says so" test "$(query stopped 'SELECT status FROM run')" = interrupted
+check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step')" = 1
+conclude "$@"

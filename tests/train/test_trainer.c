@@ -1,0 +1,496 @@
+// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the default device, with validation.
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <setjmp.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/assert_near.h"
+#include "support/gpu_fixture.h"
+#include "support/synthetic_scene.h"
+#include "support/temporary_folder.h"
+#include "train/pixels.h"
+#include "train/trainer.h"
+#include "viewworth/memory.h"
+
+enum { VALS = 3, MOST_STEPS = 4096 };
+
+static struct vw_config small_config(void) {
+    struct vw_config config = vw_config_default;
+    config.epochs = 3;
+    config.rays = 60;
+    config.samples = 16;
+    config.val_rays = 120;
+    config.levels = 4;
+    config.log2_table = 10;
+    config.width = 16;
+    return config;
+}
+
+static struct vw_scene *small_scene(void) {
+    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18});
+}
+
+#define assert_ok(call) \
+    do { \
+        enum vw_status status_ = (call); \
+        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message()); \
+    } while (0)
+
+struct run {
+    struct vw_step_record records[MOST_STEPS];
+    struct vw_view_error views[MOST_STEPS][VALS];
+    uint32_t count;
+    uint32_t param_words;
+    uint32_t *params;
+    struct vw_trainer_stats stats;
+};
+
+static struct vw_trainer *make_trainer(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
+    struct vw_trainer *trainer = NULL;
+    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = validate,
+                                                            .steps_per_batch = steps_per_batch}, &trainer));
+    return trainer;
+}
+
+static void finish(struct vw_trainer *trainer, struct run *run) {
+    const struct vw_step_record *records;
+    uint32_t count;
+    for (;;) {
+        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        if (!count) break;
+        for (uint32_t i = 0; i < count; i++) {
+            assert_true(run->count < MOST_STEPS);
+            run->records[run->count] = records[i];
+            if (records[i].views) memcpy(run->views[run->count], records[i].views, sizeof run->views[0]);
+            run->records[run->count++].views = NULL;
+        }
+    }
+    run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
+    run->params = vw_allocate(run->param_words, 4);
+    assert_ok(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
+    vw_trainer_get_stats(trainer, &run->stats);
+}
+
+// A whole run, owned by the caller (free_run).
+static struct run *train(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
+    struct run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = make_trainer(scene, config, validate, steps_per_batch);
+    finish(trainer, run);
+    vw_trainer_destroy(&trainer);
+    return run;
+}
+
+static void free_run(struct run *run) {
+    free(run->params);
+    free(run);
+}
+
+static bool same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
+
+static void assert_same_run(const struct run *a, const struct run *b) {
+    assert_int_equal(a->count, b->count);
+    for (uint32_t i = 0; i < a->count; i++) {
+        const struct vw_step_record *x = &a->records[i], *y = &b->records[i];
+        if (x->step != y->step || x->epoch != y->epoch || x->view != y->view || !same_bits(x->train_loss, y->train_loss) ||
+            !same_bits(x->val_psnr, y->val_psnr) || !same_bits(x->val_l1, y->val_l1) || memcmp(a->views[i], b->views[i], sizeof a->views[i]))
+            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step, x->val_psnr,
+                     y->val_psnr, x->train_loss, y->train_loss);
+    }
+    assert_int_equal(a->param_words, b->param_words);
+    assert_memory_equal(a->params, b->params, 4 * a->param_words);
+}
+
+// Decision 2: the same bits again, and for any grouping of the steps into submissions.
+static void test_same_bits(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *first = train(scene, &config, true, 1);
+    assert_int_equal(first->count, 1 + 3 * 5);
+    const uint32_t sizes[] = {1, 2, 7, 64, 0};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
+        struct run *again = train(scene, &config, true, sizes[i]);
+        assert_same_run(first, again);
+        free_run(again);
+    }
+    free_run(first);
+    vw_scene_close(&scene);
+}
+
+static void test_seed_changes_the_run(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *zero = train(scene, &config, true, 4);
+    config.seed = INT64_MAX; // the largest allowed
+    struct run *other = train(scene, &config, true, 4);
+    assert_int_not_equal(memcmp(zero->params, other->params, 4 * zero->param_words), 0);
+    bool order_differs = false;
+    for (uint32_t i = 1; i < zero->count; i++) order_differs |= zero->records[i].view != other->records[i].view;
+    assert_true(order_differs);
+    free_run(zero);
+    free_run(other);
+    vw_scene_close(&scene);
+}
+
+// Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
+static void test_each_view_once_per_epoch(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *run = train(scene, &config, true, 0);
+    assert_int_equal(run->records[0].view, VW_RECORD_UNTRAINED);
+    assert_true(isnan(run->records[0].train_loss) && isfinite(run->records[0].val_psnr));
+    for (uint32_t epoch = 0; epoch < config.epochs; epoch++) {
+        uint32_t seen = 0;
+        for (uint32_t i = 0; i < 5; i++) {
+            const struct vw_step_record *record = &run->records[1 + 5 * epoch + i];
+            assert_int_equal(record->step, 1 + 5 * epoch + i);
+            assert_int_equal(record->epoch, epoch);
+            seen |= 1u << record->view;
+        }
+        assert_int_equal(seen, 0x1f);
+    }
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
+// Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the params alone: taken
+// again after rendering a view it gives the same bits.
+static void test_validation_is_pure(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *with = train(scene, &config, true, 4), *without = train(scene, &config, false, 4);
+    assert_memory_equal(with->params, without->params, 4 * with->param_words);
+    for (uint32_t i = 0; i < without->count; i++) {
+        assert_false(without->records[i].validated);
+        assert_true(i == 0 || same_bits(with->records[i].train_loss, without->records[i].train_loss));
+    }
+    free_run(without);
+
+    struct vw_trainer *trainer = make_trainer(scene, &config, true, 4);
+    const struct vw_step_record *records;
+    uint32_t count;
+    do assert_ok(vw_trainer_advance(trainer, &records, &count));
+    while (count);
+    for (int repeat = 0; repeat < 2; repeat++) {
+        float *rgb = NULL;
+        assert_ok(vw_trainer_render(trainer, 0, &rgb));
+        free(rgb);
+        struct vw_push_reduce push = {.count = VALS};
+        vw_batch_begin(trainer->slots[0].batch);
+        evaluator_record(&trainer->validation, trainer->slots[0].batch);
+        vw_batch_dispatch(trainer->slots[0].batch, trainer->reduce_views, &push, sizeof push, 64 * VALS);
+        assert_ok(vw_batch_submit(trainer->slots[0].batch));
+        assert_ok(vw_batch_wait(trainer->slots[0].batch));
+        const vw_float4 *rows = vw_buffer_map(trainer->scalars);
+        for (uint32_t i = 0; i < VALS; i++)
+            assert_true(same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]), with->views[with->count - 1][i].mse));
+    }
+    vw_trainer_destroy(&trainer);
+    free_run(with);
+    vw_scene_close(&scene);
+}
+
+// Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same sums.
+static void test_psnr_means_what_it_says(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    config.epochs = 40;
+    struct run *run = train(scene, &config, true, 0);
+    for (uint32_t i = 0; i < run->count; i++) {
+        double psnr = 0.0, mse = 0.0, l1 = 0.0;
+        for (uint32_t v = 0; v < VALS; v++) {
+            psnr += -10.0 * log10(fmax(run->views[i][v].mse, 1e-10)) / VALS;
+            mse += run->views[i][v].mse / VALS; // all views have the same number of pixels
+            l1 += run->views[i][v].l1 / VALS;
+        }
+        assert_near(run->records[i].val_psnr, psnr, 1e-12);
+        assert_near(run->records[i].val_psnr_pooled, -10.0 * log10(mse), 1e-12);
+        assert_near(run->records[i].val_l1, l1, 1e-14);
+    }
+    assert_true(run->records[run->count - 1].val_psnr > run->records[0].val_psnr + 1.0); // it learns
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
+// A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
+static void test_validation_agrees_with_render(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    config.val_rays = VALS * 24 * 18;
+    struct run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+    finish(trainer, run);
+    for (uint32_t v = 0; v < VALS; v++) {
+        const struct vw_image *image = &scene->views[5 + v].image;
+        float *rgb = NULL, rgba[4];
+        double squared = 0.0;
+        assert_ok(vw_trainer_render(trainer, 5 + v, &rgb));
+        for (uint32_t i = 0; i < 24 * 18; i++) {
+            vw_image_pixel(image, i % 24, i / 24, rgba);
+            for (int c = 0; c < 3; c++) squared += pow((double)rgb[3 * i + (uint32_t)c] - rgba[c], 2);
+        }
+        free(rgb);
+        double mse = squared / (3 * 24 * 18);
+        // The GPU subtracts colours in float: each error is rounded to 2^-24 of itself.
+        assert_near(run->views[run->count - 1][v].mse, mse, 1e-6 * mse);
+    }
+    vw_trainer_destroy(&trainer);
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
+// Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
+static void test_memory_is_flat_in_pixels(void **state) {
+    (void)state;
+    struct vw_config config = small_config();
+    uint64_t bytes[2];
+    for (int large = 0; large < 2; large++) {
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = VALS, .width_px = large ? 640 : 32,
+                                                                                  .height_px = large ? 480 : 24});
+        struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+        struct vw_trainer_stats stats;
+        vw_trainer_get_stats(trainer, &stats);
+        bytes[large] = stats.device_bytes;
+        vw_trainer_destroy(&trainer);
+        vw_scene_close(&scene);
+    }
+    assert_int_equal(bytes[0], bytes[1]);
+}
+
+// World coordinates of 1e6 metres train as well as those of 1.
+static void test_world_offset_and_scale(void **state) {
+    (void)state;
+    struct vw_config config = small_config();
+    config.epochs = 12;
+    double psnr[3];
+    const struct synthetic_scene_params worlds[] = {
+        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18},
+        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18, .world_offset = 1e6},
+        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18, .world_offset = -3e5, .world_scale = 1e6},
+    };
+    for (int i = 0; i < 3; i++) {
+        struct vw_scene *scene = synthetic_scene(&worlds[i]);
+        struct run *run = train(scene, &config, true, 0);
+        psnr[i] = run->records[run->count - 1].val_psnr;
+        free_run(run);
+        vw_scene_close(&scene);
+    }
+    // Rounding of 1e6 in double moves rays by 1e-10; trainings that start so close end within a tenth of a dB.
+    assert_near(psnr[1], psnr[0], 0.1);
+    assert_near(psnr[2], psnr[0], 0.1);
+}
+
+// Decision 8: a step that is not finite is skipped and flagged, has no values, and the run goes on.
+static void test_nonfinite_step_is_flagged(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = make_trainer(scene, &config, true, 1);
+    const float nan = NAN;
+    assert_ok(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
+    finish(trainer, run);
+    assert_int_equal(run->stats.nonfinite_steps, run->count);
+    for (uint32_t i = 0; i < run->count; i++) assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
+    vw_trainer_destroy(&trainer);
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
+// A learning rate that makes everything diverge never makes a param that is not finite.
+static void test_params_stay_finite(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    config.learning_rate = 1e6;
+    struct run *run = train(scene, &config, true, 4);
+    for (uint32_t i = 0; i < run->param_words; i++) {
+        float value;
+        memcpy(&value, &run->params[i], sizeof value);
+        assert_true(isfinite(value));
+    }
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
+static void test_field_file_round_trip(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "field.vwf");
+    struct run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+    finish(trainer, run);
+    assert_ok(vw_trainer_save_field(trainer, path));
+    vw_trainer_destroy(&trainer);
+
+    trainer = make_trainer(scene, &config, true, 0);
+    assert_ok(vw_trainer_load_field(trainer, path));
+    uint32_t *loaded = vw_allocate(run->param_words, 4);
+    assert_ok(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
+    assert_memory_equal(loaded, run->params, 4 * run->param_words);
+    vw_trainer_destroy(&trainer);
+
+    config.levels = 8; // another field
+    trainer = make_trainer(scene, &config, true, 0);
+    assert_int_equal(vw_trainer_load_field(trainer, path), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "field.vwf"));
+    vw_trainer_destroy(&trainer);
+    free(loaded);
+    free_run(run);
+    temporary_folder_remove(folder);
+    vw_scene_close(&scene);
+}
+
+// What names a run: epochs and burn-in do not, seed and effects do.
+static void test_run_id(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config configs[5];
+    uint8_t ids[5][32];
+    for (int i = 0; i < 5; i++) configs[i] = small_config();
+    configs[1].epochs = 99;
+    configs[1].burn_in_epochs = 7;
+    configs[2].seed = 1;
+    strcpy(configs[3].effects, "none"); // what `auto` decides for this scene
+    strcpy(configs[4].effects, "+distortion");
+    for (int i = 0; i < 5; i++) {
+        struct vw_trainer *trainer = make_trainer(scene, &configs[i], true, 0);
+        assert_ok(vw_trainer_run_id(trainer, ids[i]));
+        vw_trainer_destroy(&trainer);
+    }
+    assert_memory_equal(ids[0], ids[1], 32);
+    assert_memory_equal(ids[0], ids[3], 32);
+    assert_int_not_equal(memcmp(ids[0], ids[2], 32), 0);
+    assert_int_not_equal(memcmp(ids[0], ids[4], 32), 0);
+    vw_scene_close(&scene);
+}
+
+// Effects follow the evidence and --effects; what a scene does not call for changes no bit.
+static void test_effects(void **state) {
+    (void)state;
+    const struct {
+        double k1;
+        bool alpha;
+        const char *choice;
+        bool distortion, background;
+    } cases[] = {
+        {0.0, false, "auto", false, false}, {0.1, false, "auto", true, false}, {0.0, true, "auto", false, true},   {0.1, true, "auto", true, true},
+        {0.1, true, "none", false, false},  {0.0, false, "distortion", true, false}, {0.1, true, "-background", true, false},
+        {0.0, true, "+distortion,-background", true, false},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2, .val_views = 1, .width_px = 16, .height_px = 12,
+                                                                                  .k1 = cases[i].k1, .alpha = cases[i].alpha});
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count;
+        assert_ok(vw_effects_decide(scene, cases[i].choice, verdicts, &count));
+        assert_int_equal(count, 2);
+        assert_string_equal(verdicts[0].name, "distortion");
+        assert_int_equal(verdicts[0].on, cases[i].distortion);
+        assert_int_equal(verdicts[1].on, cases[i].background);
+        assert_int_equal(verdicts[0].called_for, cases[i].k1 != 0.0);
+        assert_int_equal(verdicts[1].called_for, cases[i].alpha);
+        assert_int_equal(vw_effects_decide(scene, "fog", verdicts, &count), VW_ERROR_USAGE);
+        assert_int_equal(vw_effects_decide(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
+        vw_scene_close(&scene);
+    }
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    struct run *automatic = train(scene, &config, true, 0);
+    strcpy(config.effects, "none");
+    struct run *none = train(scene, &config, true, 0);
+    assert_same_run(automatic, none);
+    free_run(automatic);
+    free_run(none);
+    vw_scene_close(&scene);
+}
+
+// --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
+static void test_validation_pixels(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    const uint32_t asked[] = {1, 96, 200, 100000}, taken[] = {3 * 32, 96, 200, 3 * 24 * 18};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(asked); i++) {
+        struct vw_config config = small_config();
+        config.val_rays = asked[i];
+        struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+        assert_int_equal(trainer->val_rays, taken[i]);
+        vw_trainer_destroy(&trainer);
+    }
+    struct vw_pixel pixels[100];
+    assert_int_equal(pixels_stratify(scene, 5, false, 100, pixels), 100);
+    uint32_t quadrant[4] = {0};
+    for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
+    for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25
+    vw_scene_close(&scene);
+}
+
+static void test_config_round_trip_and_ranges(void **state) {
+    (void)state;
+    struct vw_config config = small_config(), parsed;
+    config.seed = INT64_MAX;
+    config.learning_rate = 0.1 + 0.2;
+    config.loss = VW_LOSS_HUBER;
+    config.optimizer = VW_OPTIMIZER_SGD;
+    char *json = vw_config_to_json(&config, false);
+    assert_ok(vw_config_from_json(json, &parsed));
+    char *again = vw_config_to_json(&parsed, false);
+    assert_string_equal(json, again);
+    free(json);
+    free(again);
+    const struct {
+        size_t offset;
+        uint32_t value;
+        const char *option;
+    } wrong[] = {
+        {offsetof(struct vw_config, rays), 0, "--rays"},           {offsetof(struct vw_config, samples), 4097, "--samples"},
+        {offsetof(struct vw_config, levels), 17, "--levels"},      {offsetof(struct vw_config, levels), 3, "--levels"},
+        {offsetof(struct vw_config, features), 3, "--features"},   {offsetof(struct vw_config, width), 48, "--width"},
+        {offsetof(struct vw_config, log2_table), 23, "--log2-table"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+        config = small_config();
+        memcpy((char *)&config + wrong[i].offset, &wrong[i].value, 4);
+        assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+        assert_non_null(strstr(vw_error_message(), wrong[i].option));
+    }
+    config = small_config();
+    config.seed = UINT64_C(1) << 63;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    config = small_config();
+    config.learning_rate = NAN;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_seed_changes_the_run),
+        cmocka_unit_test(test_each_view_once_per_epoch),
+        cmocka_unit_test(test_validation_is_pure),
+        cmocka_unit_test(test_psnr_means_what_it_says),
+        cmocka_unit_test(test_validation_agrees_with_render),
+        cmocka_unit_test(test_memory_is_flat_in_pixels),
+        cmocka_unit_test(test_world_offset_and_scale),
+        cmocka_unit_test(test_nonfinite_step_is_flagged),
+        cmocka_unit_test(test_params_stay_finite),
+        cmocka_unit_test(test_field_file_round_trip),
+        cmocka_unit_test(test_run_id),
+        cmocka_unit_test(test_effects),
+        cmocka_unit_test(test_validation_pixels),
+        cmocka_unit_test(test_config_round_trip_and_ranges),
+    };
+    return cmocka_run_group_tests_name("trainer", tests, NULL, test_gpu_close);
+}
