@@ -4,14 +4,14 @@
 #ifndef COMPOSITE_GLSL
 #define COMPOSITE_GLSL
 
+// exp flushes to 0 below 1e-38; beyond tau = 87 nothing is left to see. A comparison, since min could turn NaN into 87 (decision 8).
+float transmittance(float tau) { return exp(tau > 87.0 ? -87.0 : -tau); }
+
 // 1 - exp(-tau): by its series where the difference would lose its digits.
 float opacity(float tau) {
     float series = tau * (1.0 - tau * (0.5 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0))));
-    return tau < 0.03 ? series : 1.0 - exp(-min(tau, 87.0));
+    return tau < 0.03 ? series : 1.0 - transmittance(tau);
 }
-
-// exp flushes to 0 below 1e-38; beyond tau = 87 nothing is left to see.
-float transmittance(float tau) { return exp(-min(tau, 87.0)); }
 
 vec3 background_colour() {
     // No ?: here: glslang makes it a constant select by a scalar, of which Mesa 22.3 folds only the first component.
