@@ -1,0 +1,201 @@
+// A whole step on the device against the twin's whole step: loss, colours and all gradients from the rays on, and the params that gradient
+// descent makes of them. The kernel tests look at one pass each; here an error may hide nowhere between them.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "reference/step_bench.h"
+#include "viewworth/memory.h"
+
+// Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to 4e-4 of its entries;
+// coarser levels are better. These bounds are about ten times what was seen over the cases.
+static const double WEIGHT_TOLERANCE = 5e-4; // of the matrix's largest gradient
+static const double GRID_TOLERANCE = 2e-3;   // of the level's largest gradient
+static const double FLIPPED_QUANTA = 8.0;    // contributions near half a quantum may round either way
+static const double LOSS_TOLERANCE = 1e-5;   // relative
+static const double COLOUR_TOLERANCE = 5e-5;
+static const double GATE_TOLERANCE = 1e-3; // values before a ReLU that are nearer to 0 may fall to either side
+static const uint64_t STEP = 3;
+
+static bool ordinary(const struct step_case *setup) { return setup->weight_scale <= 1.0f; } // others amplify rounding beyond use here
+
+static void check_weight_gradients(const struct step_bench *bench, const struct reference_step *twin, const float *d_weights) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    struct reference_weights gradient = twin->d_weights;
+    struct reference_matrix matrices[REFERENCE_MATRICES];
+    reference_matrices(s, &gradient, matrices);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+        double tolerance = WEIGHT_TOLERANCE * largest(matrices[m].values, matrices[m].out * matrices[m].in);
+        for (uint32_t out = 0; out < matrices[m].out; out++)
+            for (uint32_t in = 0; in < matrices[m].in; in++)
+                check_value(bench->where, matrices[m].name, out * matrices[m].in + in, d_weights[reference_block_index(s, m, out, in)],
+                            matrices[m].values[out * matrices[m].in + in], tolerance);
+    }
+}
+
+// The grid's gradient as the device rounds it: in whole quanta, contribution by contribution.
+static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *twin) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    uint64_t features = 2 * (uint64_t)bench->model.pair_count;
+    int64_t *quanta = vw_allocate(features, sizeof *quanta);
+    double *gradient = vw_allocate(features, sizeof *gradient);
+    for (uint32_t i = 0; i < bench->padded_samples; i++)
+        reference_grid_scatter_fixed(s, twin->samples[i].position, twin->d_samples[i].encoding, quanta);
+    for (uint64_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
+    free(quanta);
+    return gradient;
+}
+
+static void check_grid_gradients(const struct step_bench *bench, const struct reference_step *twin, const uint64_t *words) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    double *expected = fixed_point_gradient(bench, twin);
+    reference_unpack_grid(&bench->model, words, quanta);
+    for (uint32_t level = 0; level < s->levels; level++) {
+        size_t first = 2 * (size_t)s->first_pair[level],
+               end = 2 * (size_t)(level + 1 < s->levels ? s->first_pair[level + 1] : bench->model.pair_count);
+        double scale = largest(twin->d_grid + first, end - first);
+        assert_true(scale > 0.0);
+        for (size_t i = first; i < end; i++)
+            check_value(bench->where, s->wide_gradient ? "d_grid, wide" : "d_grid, narrow", i, (double)quanta[i] * s->gradient_quantum,
+                        expected[i], GRID_TOLERANCE * scale + FLIPPED_QUANTA * s->gradient_quantum);
+    }
+    free(expected);
+    free(quanta);
+}
+
+static void refuse_kinks(const struct step_bench *bench, const struct reference_step *twin) {
+    for (uint32_t ray = 0; ray < twin->ray_count; ray++)
+        for (int c = 0; c < 3; c++)
+            if (bench->config.loss == VW_LOSS_L1 && twin->rays[ray].weight > 0.0 && fabs(twin->errors[ray][c]) < COLOUR_TOLERANCE &&
+                twin->errors[ray][c] != 0.0)
+                fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, ray);
+}
+
+// The twin's step from the device's rays, with the device's decisions at ReLUs.
+static struct reference_step *run_twin(struct step_bench *bench, const struct reference_params *params, uint64_t number) {
+    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    vw_uint4 *relu = step_bench_read(bench, bench->field.relu);
+    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+    reference_step_forward(twin, params, true, number);
+    uint64_t wrong = reference_adopt_gates(twin, relu, GATE_TOLERANCE);
+    if (wrong) fail_msg("%s: %llu hidden units are on the wrong side of 0", bench->where, (unsigned long long)wrong);
+    refuse_kinks(bench, twin);
+    reference_step_backward(twin, params);
+    free(rays);
+    free(relu);
+    return twin;
+}
+
+static void gradients_match_the_twin(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        if (!ordinary(&step_cases[i])) continue;
+        struct step_bench *bench = step_bench_open(&step_cases[i]);
+        step_bench_gradients(bench, STEP);
+        struct reference_params *params = reference_params_create(&bench->model, bench->params);
+        struct reference_step *twin = run_twin(bench, params, STEP);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, twin->loss, LOSS_TOLERANCE * twin->loss);
+        check_weight_gradients(bench, twin, d_weights);
+        check_grid_gradients(bench, twin, words);
+        free(d_weights);
+        free(words);
+        free(scalars);
+        reference_step_destroy(twin);
+        reference_params_destroy(params);
+        step_bench_close(bench);
+    }
+}
+
+// Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the twin's mean gradient.
+static void gradient_descent_follows_the_twin(void **state) {
+    (void)state;
+    static const struct step_case descent = {.name = "gradient descent",
+                                             .seed = 131,
+                                             .rays = 40,
+                                             .loss = VW_LOSS_L2,
+                                             .optimizer = VW_OPTIMIZER_SGD,
+                                             .learning_rate = 0.5,
+                                             .levels = 4,
+                                             .width = 16};
+    struct step_bench *bench = step_bench_open(&descent);
+    const struct vw_specialization *s = &bench->model.specialization;
+    uint64_t features = 2 * (uint64_t)bench->model.pair_count;
+    for (uint64_t number = 1; number <= 3; number++) {
+        float *before = step_bench_read(bench, bench->field.params);
+        step_bench_step(bench, number);
+        struct reference_params *params = reference_params_create(&bench->model, before);
+        struct reference_step *twin = run_twin(bench, params, number);
+        float *after = step_bench_read(bench, bench->field.params);
+        double rate = s->learning_rate / bench->config.rays, scale = rate * largest(twin->d_grid, features);
+        double *expected = fixed_point_gradient(bench, twin);
+        for (uint64_t i = 0; i < features; i++)
+            check_value(bench->where, "grid moved", i, after[i], params->grid[i] - rate * expected[i],
+                        GRID_TOLERANCE * scale + rate * FLIPPED_QUANTA * s->gradient_quantum + 0x1p-23);
+        struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
+        reference_matrices(s, &params->weights, values);
+        reference_matrices(s, &twin->d_weights, gradients);
+        for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+            uint32_t count = values[m].out * values[m].in;
+            double tolerance = WEIGHT_TOLERANCE * rate * largest(gradients[m].values, count) + 0x1p-22;
+            for (uint32_t i = 0; i < count; i++)
+                check_value(bench->where, values[m].name, i,
+                            after[bench->model.weights.offset_bytes / 4 + reference_block_index(s, m, i / values[m].in, i % values[m].in)],
+                            values[m].values[i] - rate * gradients[m].values[i], tolerance);
+        }
+        free(expected);
+        free(before);
+        free(after);
+        reference_step_destroy(twin);
+        reference_params_destroy(params);
+    }
+    step_bench_close(bench);
+}
+
+// Validation: bin-centre samples, other passes, the same field.
+static void rendering_matches_the_twin(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        if (!ordinary(&step_cases[i])) continue;
+        struct step_bench *bench = step_bench_open(&step_cases[i]);
+        struct evaluator *evaluator = step_bench_evaluator(bench);
+        assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+        vw_batch_begin(bench->batch);
+        evaluator_record(evaluator, bench->batch);
+        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+        vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+        struct reference_params *params = reference_params_create(&bench->model, bench->params);
+        struct reference_step *twin = reference_step_create(&bench->model, rays, bench->config.rays);
+        reference_step_forward(twin, params, false, 0);
+        for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
+            const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
+            for (int c = 0; c < 3; c++) check_value(bench->where, "rendered", ray, rgb[c], twin->colours[ray][c], COLOUR_TOLERANCE);
+            check_value(bench->where, "transmittance", ray, colours[ray].w, twin->left[ray], COLOUR_TOLERANCE);
+        }
+        free(rays);
+        free(colours);
+        reference_step_destroy(twin);
+        reference_params_destroy(params);
+        step_bench_close(bench);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gradients_match_the_twin),
+        cmocka_unit_test(gradient_descent_follows_the_twin),
+        cmocka_unit_test(rendering_matches_the_twin),
+    };
+    return cmocka_run_group_tests_name("step_gradients", tests, NULL, step_bench_teardown);
+}

@@ -1,0 +1,189 @@
+// The twin's analytic gradient against central differences of the twin's own loss, for parameters of every matrix and every level. No GPU.
+//
+// Kinks: a difference across a changed decision (a ReLU switching, the density reaching its maximum, an L1 error changing sign) is no
+// derivative. Such a parameter is skipped; at most one in ten may be.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+
+static const double STEP = 1e-5;
+// Of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 / STEP of the loss.
+static const double TOLERANCE = 1e-6;
+enum { RAYS = 6, PER_RANGE = 12 };
+
+static const struct twin_case {
+    const char *name;
+    uint64_t seed;
+    uint32_t samples, levels, features, log2_table, width;
+    enum vw_loss loss;
+    bool background;
+    double weight_scale;
+} cases[] = {
+    {"default field", 1, 16, 8, 2, 14, 32, VW_LOSS_L2, false, 1.0},
+    {"L1, background, four features", 2, 7, 2, 4, 8, 16, VW_LOSS_L1, true, 1.5},
+    {"Huber, wide network, one entry", 3, 9, 16, 2, 0, 64, VW_LOSS_HUBER, true, 1.0},
+    {"saturated densities", 4, 12, 4, 2, 10, 32, VW_LOSS_L2, true, 4.0},
+};
+
+struct fixture {
+    const struct twin_case *setup;
+    struct model model;
+    struct reference_params *params;
+    struct reference_step *step, *moved;
+};
+
+static double draw(uint64_t seed, uint32_t index) {
+    uint32_t words[4];
+    vw_random_words(seed, VW_RANDOM_INITIALISATION, 2, index, 0, words);
+    return 2.0 * vw_random_unit(words[0]) - 1.0;
+}
+
+static void make_model(const struct twin_case *setup, struct model *model) {
+    struct vw_config config = vw_config_default;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_scene scene = {.background = {0.9f, 0.4f, 0.1f}};
+    struct vw_gpu_limits limits = vw_gpu_floor_limits;
+    uint32_t count;
+    limits.shared_memory_bytes = 1 << 16;
+    config.seed = setup->seed;
+    config.samples = setup->samples;
+    config.levels = setup->levels;
+    config.features = setup->features;
+    config.log2_table = setup->log2_table;
+    config.width = setup->width;
+    config.loss = setup->loss;
+    assert_int_equal(vw_config_check(&config), VW_OK);
+    assert_int_equal(vw_effects_decide(&scene, setup->background ? "background" : "none", effects, &count), VW_OK);
+    assert_int_equal(model_create(&config, &scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
+}
+
+static void make_rays(uint64_t seed, uint32_t samples, struct vw_ray rays[RAYS]) {
+    for (uint32_t i = 0; i < RAYS; i++) {
+        double direction[3], length = 0.0;
+        for (uint32_t k = 0; k < 3; k++) direction[k] = draw(seed, 100 + 3 * i + k);
+        for (int k = 0; k < 3; k++) length += direction[k] * direction[k];
+        for (int k = 0; k < 3; k++) direction[k] /= sqrt(length);
+        rays[i] = (struct vw_ray){
+            .origin_near = {(float)(0.5 - 0.4 * direction[0]), (float)(0.5 - 0.4 * direction[1]), (float)(0.5 - 0.4 * direction[2]), 0.05f},
+            .direction_stride = {(float)direction[0], (float)direction[1], (float)direction[2], 0.8f / (float)samples},
+            .target_weight = {(float)fabs(draw(seed, 50 + i)), (float)fabs(draw(seed, 60 + i)), (float)fabs(draw(seed, 70 + i)),
+                              i == 4 ? 0.0f : 1.0f},
+        };
+    }
+}
+
+static void open_fixture(const struct twin_case *setup, struct fixture *f) {
+    struct vw_ray rays[RAYS];
+    f->setup = setup;
+    make_model(setup, &f->model);
+    make_rays(setup->seed, setup->samples, rays);
+    float *params = vw_allocate(f->model.param_bytes, 1);
+    model_initialise(&f->model, setup->seed, params);
+    size_t grid = f->model.grid.size_bytes / sizeof *params;
+    for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
+    for (size_t i = grid; i < f->model.param_bytes / sizeof *params; i++) params[i] *= (float)setup->weight_scale;
+    f->params = reference_params_create(&f->model, params);
+    free(params);
+    f->step = reference_step_create(&f->model, rays, RAYS);
+    f->moved = reference_step_create(&f->model, rays, RAYS);
+    reference_step_forward(f->step, f->params, true, 1);
+    reference_step_backward(f->step, f->params);
+}
+
+static void close_fixture(struct fixture *f) {
+    reference_params_destroy(f->params);
+    reference_step_destroy(f->step);
+    reference_step_destroy(f->moved);
+}
+
+static bool same_decisions(const struct reference_step *a, const struct reference_step *b) {
+    for (size_t i = 0; i < (size_t)RAYS * a->model->specialization.samples; i++) {
+        size_t width = 4 * a->model->specialization.width4;
+        if (memcmp(a->samples[i].active1, b->samples[i].active1, width) || memcmp(a->samples[i].active2, b->samples[i].active2, width))
+            return false;
+        if (a->samples[i].saturated != b->samples[i].saturated) return false;
+    }
+    for (int ray = 0; ray < RAYS; ray++)
+        for (int c = 0; c < 3; c++)
+            if (signbit(a->errors[ray][c]) != signbit(b->errors[ray][c]) ||
+                (fabs(a->errors[ray][c]) < 0.1) != (fabs(b->errors[ray][c]) < 0.1))
+                return false;
+    return true;
+}
+
+// The slope of the loss by `*param`, or NaN at a kink.
+static double central_difference(struct fixture *f, double *param) {
+    double kept = *param, losses[2];
+    bool smooth = true;
+    for (int side = 0; side < 2; side++) {
+        *param = kept + (side ? STEP : -STEP);
+        reference_step_forward(f->moved, f->params, true, 1);
+        losses[side] = f->moved->loss;
+        smooth &= same_decisions(f->step, f->moved);
+    }
+    *param = kept;
+    return smooth ? (losses[1] - losses[0]) / (2.0 * STEP) : NAN;
+}
+
+static void compare(struct fixture *f, const char *range, uint64_t index, double *param, double analytic, double scale, int *skipped) {
+    double slope = central_difference(f, param);
+    *skipped += isnan(slope);
+    if (!isnan(slope) && !(fabs(slope - analytic) <= TOLERANCE * scale))
+        fail_msg("case \"%s\", seed %llu: %s[%llu]: analytic %.10g, difference %.10g", f->setup->name, (unsigned long long)f->setup->seed,
+                 range, (unsigned long long)index, analytic, slope);
+}
+
+static double largest_of(const double *values, size_t count) {
+    double most = 0.0;
+    for (size_t i = 0; i < count; i++) most = fmax(most, fabs(values[i]));
+    return most;
+}
+
+static void the_gradient_is_the_slope_of_the_loss(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct fixture f;
+        open_fixture(&cases[i], &f);
+        const struct vw_specialization *s = &f.model.specialization;
+        struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
+        int skipped = 0, taken = 0;
+        reference_matrices(s, &f.params->weights, values);
+        reference_matrices(s, &f.step->d_weights, gradients);
+        for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+            uint32_t count = values[m].out * values[m].in;
+            double scale = largest_of(gradients[m].values, count);
+            assert_true(scale > 0.0);
+            for (uint32_t k = 0; k < PER_RANGE; k++, taken++) {
+                // The first PER_RANGE / 2 in output 0 (of the second matrix: the density), the others anywhere.
+                uint32_t index = (uint32_t)(fabs(draw(s->seed_low, 1000 + 100 * m + k)) * (k < PER_RANGE / 2 ? values[m].in : count));
+                compare(&f, values[m].name, index, &values[m].values[index], gradients[m].values[index], scale, &skipped);
+            }
+        }
+        for (uint32_t level = 0; level < s->levels; level++) {
+            for (uint32_t k = 0; k < PER_RANGE; k++, taken++) { // entries that some sample touches
+                const struct reference_sample *sample = &f.step->samples[(k * 31 + level) % (RAYS * s->samples)];
+                struct reference_corner corners[8];
+                reference_grid_corners(s, sample->position, level, corners);
+                uint64_t index = corners[k % 8].first_feature + k % (2 * s->feature_pairs);
+                compare(&f, "grid", index, &f.params->grid[index], f.step->d_grid[index],
+                        largest_of(f.step->d_grid, 2 * f.model.pair_count), &skipped);
+            }
+        }
+        if (skipped * 10 > taken) fail_msg("case \"%s\": %d of %d parameters stand at kinks", cases[i].name, skipped, taken);
+        close_fixture(&f);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_gradient_is_the_slope_of_the_loss)};
+    return cmocka_run_group_tests_name("twin_gradients", tests, NULL, NULL);
+}

@@ -1,0 +1,116 @@
+// Devices differ in limits, not in results: on one device every fallback gives the same bits after three whole steps.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/step_bench.h"
+#include "support/gpu_fixture.h"
+#include "viewworth/memory.h"
+
+// Tables of 2^14 entries on 8 levels, and 2,048 samples: beyond 65,536 texels in both the grid and the activations. The other has so many
+// samples that its gradient takes wide words.
+static const struct step_case base_case = {.name = "fallback", .seed = 111, .rays = 64, .base_resolution = 24};
+static const struct step_case momentum_case = {.name = "fallback with momentum and wide words",
+                                               .seed = 112,
+                                               .rays = 1056,
+                                               .features = 4,
+                                               .levels = 4,
+                                               .beta1 = 0.9,
+                                               .base_resolution = 24};
+enum { STEPS = 3 };
+
+struct outcome {
+    void *buffers[5];
+    uint64_t sizes_bytes[5];
+};
+static const char *const names[] = {"params", "weight moments", "grid moment2", "grid visits", "scalars"};
+
+static struct outcome run(struct step_bench *bench) {
+    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments, bench->step.grid_moment2, bench->step.grid_visits,
+                                   bench->scalars};
+    struct outcome outcome;
+    for (uint64_t number = 1; number <= STEPS; number++) step_bench_step(bench, number);
+    for (int i = 0; i < 5; i++) {
+        outcome.buffers[i] = step_bench_read(bench, buffers[i]);
+        outcome.sizes_bytes[i] = vw_buffer_size_bytes(buffers[i]);
+    }
+    return outcome;
+}
+
+static void free_outcome(struct outcome *outcome) {
+    for (int i = 0; i < 5; i++) free(outcome->buffers[i]);
+}
+
+// Runs both and compares; `other` is closed.
+static void expect_same(const struct step_case *setup, struct step_bench *other) {
+    struct step_bench *bench = step_bench_open(setup);
+    struct outcome expected = run(bench), found = run(other);
+    assert_true(memcmp(expected.buffers[0], bench->params, bench->model.param_bytes) != 0); // it did move
+    for (int i = 0; i < 5; i++) {
+        assert_int_equal(found.sizes_bytes[i], expected.sizes_bytes[i]);
+        check_same_bits(other->where, names[i], found.buffers[i], expected.buffers[i], expected.sizes_bytes[i]);
+    }
+    free_outcome(&expected);
+    free_outcome(&found);
+    step_bench_close(other);
+    step_bench_close(bench);
+}
+
+static void storage_buffers_instead_of_texels_change_no_bit(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.texel_elements = 65536;
+    const struct step_case *setups[] = {&base_case, &momentum_case};
+    for (int i = 0; i < 2; i++) {
+        struct step_bench *storage = step_bench_open_clamped(setups[i], &clamp);
+        assert_int_equal(storage->model.specialization.grid_texel, 0);
+        assert_int_equal(storage->model.specialization.rows_texel, 0);
+        expect_same(setups[i], storage);
+    }
+}
+
+static void windows_of_the_grid_change_no_bit(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.storage_binding_bytes = 600000;
+    const struct step_case *setups[] = {&base_case, &momentum_case};
+    for (int i = 0; i < 2; i++) {
+        struct step_case chunked = *setups[i];
+        chunked.chunk_samples = 256; // whose activations fit such a binding
+        struct step_bench *windows = step_bench_open_clamped(&chunked, &clamp);
+        assert_true(windows->model.window_count > 1);
+        assert_int_equal(windows->model.specialization.grid_texel, 1);
+        assert_int_equal(windows->model.specialization.wide_gradient, i);
+        expect_same(setups[i], windows);
+    }
+}
+
+static void the_chunk_size_changes_no_bit(void **state) {
+    (void)state;
+    static const uint32_t chunks[] = {256, 512, 768, 1024}; // 768 leaves a shorter last chunk
+    for (size_t i = 0; i < VW_ARRAY_COUNT(chunks); i++) {
+        struct step_case chunked = base_case;
+        chunked.chunk_samples = chunks[i];
+        expect_same(&base_case, step_bench_open(&chunked));
+    }
+}
+
+// The same steps twice on one device.
+static void a_second_run_gives_the_same_bits(void **state) {
+    (void)state;
+    expect_same(&momentum_case, step_bench_open(&momentum_case));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(storage_buffers_instead_of_texels_change_no_bit),
+        cmocka_unit_test(windows_of_the_grid_change_no_bit),
+        cmocka_unit_test(the_chunk_size_changes_no_bit),
+        cmocka_unit_test(a_second_run_gives_the_same_bits),
+    };
+    return cmocka_run_group_tests_name("fallbacks", tests, NULL, step_bench_teardown);
+}

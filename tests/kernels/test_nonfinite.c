@@ -1,0 +1,152 @@
+// Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden nowhere on its way,
+// neither in training nor in validation.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "reference/step_bench.h"
+#include "viewworth/memory.h"
+
+static const struct step_case setup = {
+    .name = "poisoned", .seed = 101, .log2_table = 8, .levels = 4, .width = 16, .rays = 24, .samples = 32};
+
+enum { GRID_ENTRY = -1 };
+static const struct poison {
+    int matrix; // of reference_matrices, or GRID_ENTRY
+    uint32_t out, in;
+    float value;
+} poisons[] = {
+    {0, 3, 5, NAN},
+    {1, 0, 2, NAN} /* the density alone */,
+    {1, 7, 4, NAN},
+    {2, 5, 9, NAN},
+    {3, 1, 6, NAN},
+    {GRID_ENTRY, 0, 0, NAN},
+    {0, 3, 5, INFINITY},
+    {1, 0, 2, INFINITY},
+    {2, 5, 9, -INFINITY},
+    {3, 1, 6, INFINITY},
+    {GRID_ENTRY, 0, 0, -INFINITY},
+};
+
+static uint64_t param_index(const struct step_bench *bench, const struct poison *poison) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    if (poison->matrix == GRID_ENTRY) return 2 * (uint64_t)s->first_pair[1] + 9; // a pair of level 1 that some samples touch
+    return bench->model.weights.offset_bytes / 4 + reference_block_index(s, (uint32_t)poison->matrix, poison->out, poison->in);
+}
+
+// Takes one good step, so that the moments are not 0, and poisons the params it left.
+static void poison_params(struct step_bench *bench, const struct poison *poison) {
+    step_bench_step(bench, 1);
+    float *params = step_bench_read(bench, bench->field.params);
+    params[param_index(bench, poison)] = poison->value;
+    memcpy(bench->params, params, bench->model.param_bytes);
+    step_bench_write_params(bench);
+    free(params);
+}
+
+// NaN among rgb and density, sample by sample, as the twin has it. (Infinity saturates to a number in both.)
+static void check_samples(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays, const float *samples,
+                          bool training, uint64_t number) {
+    struct reference_params *params = reference_params_create(&bench->model, bench->params);
+    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->config.rays);
+    reference_step_forward(twin, params, training, number);
+    uint32_t poisoned = 0;
+    for (uint32_t i = 0; i < bench->config.rays * bench->config.samples; i++) {
+        const struct reference_sample *sample = &twin->samples[i];
+        for (int c = 0; c < 4; c++) {
+            bool expected = isnan(c < 3 ? sample->rgb[c] : sample->density), found = isnan(samples[4 * i + c]);
+            poisoned += expected;
+            if (found != expected)
+                fail_msg("%s, %g in matrix %d: sample %u component %d is %g", bench->where, poison->value, poison->matrix, i, c,
+                         samples[4 * i + c]);
+        }
+    }
+    if (isnan(poison->value)) assert_true(poisoned > 0);
+    reference_step_destroy(twin);
+    reference_params_destroy(params);
+}
+
+static void a_poisoned_step_is_flagged_and_changes_nothing(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        poison_params(bench, &poisons[i]);
+        struct vw_buffer *kept[] = {bench->field.params, bench->step.grid_moment2, bench->step.grid_visits, bench->step.weight_moments};
+        static const char *const names[] = {"params", "moment2", "visits", "weight moments"};
+        void *before[4];
+        for (int k = 0; k < 4; k++) before[k] = step_bench_read(bench, kept[k]);
+        step_bench_step(bench, 2);
+        for (int k = 0; k < 4; k++) {
+            void *after = step_bench_read(bench, kept[k]);
+            check_same_bits(bench->where, names[k], after, before[k], vw_buffer_size_bytes(kept[k]));
+            free(after);
+            free(before[k]);
+        }
+        struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+        uint32_t *scalars = step_bench_read(bench, bench->scalars);
+        if (!flags->nonfinite || !scalars[2])
+            fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
+        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+        for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->step.d_grid) / 8; j++) assert_int_equal(words[j], 0);
+        struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+        float *samples = step_bench_read(bench, bench->step.samples);
+        check_samples(bench, &poisons[i], rays, samples, true, 2);
+        free(flags);
+        free(scalars);
+        free(words);
+        free(rays);
+        free(samples);
+        step_bench_close(bench);
+    }
+}
+
+// A ray that meets a NaN shows it, also when the NaN is in the density alone.
+static void check_colours(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays, const float *samples,
+                          const vw_float4 *colours) {
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
+        bool poisoned = false;
+        for (uint32_t i = 0; i < 4 * bench->config.samples; i++) poisoned |= isnan(samples[4 * (size_t)ray * bench->config.samples + i]);
+        bool shown = isnan(colours[ray].x) || isnan(colours[ray].y) || isnan(colours[ray].z);
+        if (shown != poisoned)
+            fail_msg("%s, %g in matrix %d: ray %u is %s, its samples %s (stride %g)", bench->where, poison->value, poison->matrix, ray,
+                     shown ? "NaN" : "a number", poisoned ? "are not" : "are", rays[ray].direction_stride.w);
+    }
+}
+
+static void validation_shows_a_poisoned_field(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        struct evaluator *evaluator = step_bench_evaluator(bench);
+        poison_params(bench, &poisons[i]);
+        assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+        vw_batch_begin(bench->batch);
+        evaluator_record(evaluator, bench->batch);
+        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+        float *samples = step_bench_read(bench, evaluator->samples);
+        vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+        check_samples(bench, &poisons[i], rays, samples, false, 0);
+        check_colours(bench, &poisons[i], rays, samples, colours);
+        free(rays);
+        free(samples);
+        free(colours);
+        step_bench_close(bench);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_poisoned_step_is_flagged_and_changes_nothing),
+        cmocka_unit_test(validation_shows_a_poisoned_field),
+    };
+    return cmocka_run_group_tests_name("nonfinite", tests, NULL, step_bench_teardown);
+}

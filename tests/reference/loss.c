@@ -1,0 +1,18 @@
+#include "reference.h"
+
+#include <math.h>
+
+double reference_loss(uint32_t loss, double error, double *slope) {
+    static const double huber_edge = 0.1;
+    double sign = error > 0.0 ? 1.0 : error < 0.0 ? -1.0 : 0.0;
+    if (loss == LOSS_L2) {
+        *slope = 2.0 * error;
+        return error * error;
+    }
+    if (loss == LOSS_HUBER && fabs(error) < huber_edge) {
+        *slope = error / huber_edge;
+        return error * error / (2.0 * huber_edge);
+    }
+    *slope = sign;
+    return fabs(error) - (loss == LOSS_HUBER ? huber_edge / 2.0 : 0.0);
+}

@@ -1,0 +1,188 @@
+// The plain-C twin of the training shaders, in double and without a GPU: what the passes ought to compute, written from the contracts and
+// the mathematics. Matrices are dense [out][in], the grid is a flat array of features, loops go over one ray or one sample.
+//
+// It shares with the shaders only struct vw_specialization (the numbers of a run) and the buffer layouts it converts from.
+#ifndef TESTS_REFERENCE_REFERENCE_H
+#define TESTS_REFERENCE_REFERENCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "train/model.h"
+
+enum {
+    REFERENCE_WIDTH_MAX = 64,
+    REFERENCE_ENCODING_MAX = 64,
+    REFERENCE_GEO = 16,       // density MLP outputs: raw density and 15 features
+    REFERENCE_COLOUR_IN = 24, // colour MLP inputs: SH band 0, 15 features, SH bands 1 and 2
+    REFERENCE_RGB = 3,
+};
+
+// ---- camera.c: box coordinates throughout ------------------------------------------------------------------------------
+
+struct reference_ray {
+    double origin[3], direction[3]; // direction: unit length
+    double near, stride;            // ray parameter of the first stratum, length of one
+    double target[3], weight;
+};
+
+// The line from the camera through a pixel, straight from the view: `origin` is the camera itself. False beyond the lens model's fold.
+bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px, double origin[3],
+                           double direction[3]);
+// Where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`; false when it does not.
+bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near, double *far);
+struct reference_ray reference_ray_of(const struct vw_ray *ray);
+// The pixel's colour on the background, when the run has that effect.
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, double target[3]);
+void reference_background(const struct vw_specialization *s, double background[3]);
+
+// ---- sampling.c --------------------------------------------------------------------------------------------------------
+
+// Position of a sample within its stratum: drawn in training, the centre otherwise.
+double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step);
+void reference_sample_position(const struct reference_ray *ray, uint32_t sample, double offset, double position[3]);
+
+// ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f] --------------------------
+
+struct reference_corner {
+    uint64_t first_feature; // index of the entry's feature 0 in the grid
+    double weight;
+};
+void reference_grid_corners(const struct vw_specialization *s, const double position[3], uint32_t level,
+                            struct reference_corner corners[8]);
+void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3], double *encoding);
+// Accumulates.
+void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding, double *d_grid);
+
+// ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------------
+
+void reference_spherical_harmonics(const double direction[3], double values[9]);
+
+// ---- mlp.c -------------------------------------------------------------------------------------------------------------
+
+// One number per weight, [out][in] of each matrix.
+struct reference_weights {
+    double density1[REFERENCE_WIDTH_MAX * REFERENCE_ENCODING_MAX];
+    double density2[REFERENCE_GEO * REFERENCE_WIDTH_MAX];
+    double colour1[REFERENCE_WIDTH_MAX * REFERENCE_COLOUR_IN];
+    double colour2[REFERENCE_RGB * REFERENCE_WIDTH_MAX];
+};
+
+enum { REFERENCE_MATRICES = 4 };
+struct reference_matrix {
+    const char *name;
+    double *values;
+    uint32_t out, in;
+};
+// The four matrices by name and size.
+void reference_matrices(const struct vw_specialization *s, struct reference_weights *weights,
+                        struct reference_matrix matrices[REFERENCE_MATRICES]);
+// From the 4x4 blocks of the params block (see shaders/mlp.glsl). `blocks` has 4 * weight_columns floats.
+void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks, struct reference_weights *weights);
+// Index in `blocks` of weight [out][in] of matrix `matrix`.
+uint32_t reference_block_index(const struct vw_specialization *s, uint32_t matrix, uint32_t out, uint32_t in);
+
+// One sample on its way through the field.
+struct reference_sample {
+    double position[3], direction[3];
+    double encoding[REFERENCE_ENCODING_MAX];
+    double before1[REFERENCE_WIDTH_MAX], hidden1[REFERENCE_WIDTH_MAX]; // before and after the ReLU
+    double geo[REFERENCE_GEO];
+    double colour_in[REFERENCE_COLOUR_IN];
+    double before2[REFERENCE_WIDTH_MAX], hidden2[REFERENCE_WIDTH_MAX];
+    double rgb[3], density;
+    bool active1[REFERENCE_WIDTH_MAX], active2[REFERENCE_WIDTH_MAX]; // the ReLUs' decisions, which the way back follows
+    bool saturated;                                                  // density above its maximum: no gradient
+};
+
+// Gradients of each layer's output, as the way back through the field finds them.
+struct reference_d_sample {
+    double hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO], hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];
+    double encoding[REFERENCE_ENCODING_MAX];
+};
+
+extern const double reference_density_max; // per box edge
+// From sample->encoding and direction to rgb and density.
+void reference_networks_forward(const struct vw_specialization *s, const struct reference_weights *weights,
+                                struct reference_sample *sample);
+void reference_networks_backward(const struct vw_specialization *s, const struct reference_weights *weights,
+                                 const struct reference_sample *sample, const double d_rgb[3], double d_raw,
+                                 struct reference_d_sample *d_sample);
+// Accumulates d_W = d_out x in of all four matrices.
+void reference_weights_gradient(const struct vw_specialization *s, const struct reference_sample *sample,
+                                const struct reference_d_sample *d_sample, struct reference_weights *d_weights);
+
+// ---- composite.c -------------------------------------------------------------------------------------------------------
+
+struct reference_point { // what compositing sees of a sample
+    double rgb[3], density;
+};
+// Returns the transmittance that remains.
+double reference_composite(const struct reference_point *points, uint32_t count, double stride, const double background[3],
+                           double colour[3]);
+struct reference_d_point {
+    double rgb[3], raw; // by the rgb, and by the logarithm of the density (saturation is the networks' business)
+};
+void reference_composite_gradient(const struct reference_point *points, uint32_t count, double stride, const double background[3],
+                                  const double d_colour[3], struct reference_d_point *d_points);
+
+// ---- loss.c ------------------------------------------------------------------------------------------------------------
+
+// One channel's loss, and its slope by the error.
+double reference_loss(uint32_t loss, double error, double *slope);
+
+// ---- fixed_point.c -----------------------------------------------------------------------------------------------------
+
+// What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's weight, rounded.
+// Accumulates.
+void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding, int64_t *quanta);
+// The integer gradient of every feature from the device's words.
+void reference_unpack_grid(const struct model *model, const uint64_t *words, int64_t *quanta);
+
+// ---- adam.c ------------------------------------------------------------------------------------------------------------
+
+// What to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the moments.
+double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1, double *moment2);
+
+// ---- reductions.c ------------------------------------------------------------------------------------------------------
+
+struct reference_view_error {
+    double squared, absolute; // sums over rays and channels
+};
+struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
+
+// ---- reference_step.c --------------------------------------------------------------------------------------------------
+
+struct reference_params {
+    struct reference_weights weights;
+    double *grid;
+};
+
+// One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's ReLU decisions in the
+// place of the twin's (reference_adopt_gates).
+struct reference_step {
+    const struct model *model;
+    uint32_t ray_count;
+    struct reference_ray *rays;
+    struct reference_sample *samples;     // ray by ray
+    struct reference_d_sample *d_samples; // likewise
+    double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
+    double (*errors)[3], *losses;         // per ray
+    double loss;                          // sum over rays
+    struct reference_weights d_weights;   // of the sum over rays
+    double *d_grid;                       // likewise
+};
+
+struct reference_params *reference_params_create(const struct model *model, const float *params); // of the whole params block
+void reference_params_destroy(struct reference_params *params);
+struct reference_step *reference_step_create(const struct model *model, const struct vw_ray *rays, uint32_t ray_count);
+void reference_step_destroy(struct reference_step *step);
+// `training`: jittered samples of step `number`; otherwise the strata's centres.
+void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number);
+void reference_step_backward(struct reference_step *step, const struct reference_params *params);
+
+// Takes over the device's ReLU decisions (slot RELU, four words per sample). Returns how many differ although the twin's value before the
+// ReLU is farther than `tolerance` from 0: such a difference is no rounding.
+uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits, double tolerance);
+
+#endif

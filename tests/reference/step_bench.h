@@ -1,0 +1,96 @@
+// The real passes of one training step, set up on a small scene for a table of cases, and read back to be held against the twin.
+// Every function stops the test, naming case and seed, when it cannot do its work.
+#ifndef TESTS_REFERENCE_STEP_BENCH_H
+#define TESTS_REFERENCE_STEP_BENCH_H
+
+#include "support/synthetic_scene.h"
+#include "train/step.h"
+
+// Zero means the default in brackets.
+struct step_case {
+    const char *name;
+    uint64_t seed;
+    uint32_t rays, samples;    // [20], [32]
+    uint32_t levels, features; // [8], [2]
+    uint32_t log2_table;       // [14]
+    bool one_entry;            // log2_table is 0: every sample falls into the same entry
+    uint32_t base_resolution;  // [8]
+    uint32_t width;            // [32]
+    enum vw_loss loss;
+    enum vw_optimizer optimizer;
+    double learning_rate; // [0.003]
+    double beta1, beta2;  // [0], [0.99]
+    bool distortion, background;
+    bool wide;              // 64-bit gradient words
+    float grid_scale;       // the grid is uniform in +-this [0.5]
+    float weight_scale;     // the networks' initial weights times this [1]
+    uint32_t chunk_samples; // [the whole step in one chunk]
+};
+
+struct step_bench {
+    char where[128];    // the case and its seed, for messages
+    struct vw_gpu *gpu; // borrowed, unless `owns_gpu`
+    bool owns_gpu;
+    struct vw_config config;
+    struct vw_scene *scene;
+    struct model model;
+    struct field field;
+    struct step_passes step;
+    struct vw_buffer *pixel_buffer, *scalars;
+    struct vw_batch *batch;
+    struct evaluator evaluator; // after step_bench_evaluator
+    struct vw_pixel *pixels;    // config.rays of them, of view 0 and 1
+    float *params;              // what the params block was set to
+    uint32_t padded_samples;    // of the step
+};
+
+// One case per thing that may break on its own: every sample count kind, width, features, table, loss and effect; see step_cases.c.
+extern const struct step_case step_cases[];
+extern const uint32_t step_case_count;
+
+// On test_gpu(), or on a device of its own with limits clamped; step_bench_close() then reports what validation has to say of it.
+struct step_bench *step_bench_open(const struct step_case *setup);
+struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
+void step_bench_close(struct step_bench *bench);
+// The group teardown of programs with benches: closes what a failed test left open, then the device.
+int step_bench_teardown(void **state);
+// An evaluator over the bench's field for its padded rays.
+struct evaluator *step_bench_evaluator(struct step_bench *bench);
+
+// Puts bench->params on the device.
+void step_bench_write_params(struct step_bench *bench);
+// Runs step `number` up to the loss and the gradients, without the optimiser; the grid's gradient keeps adding up.
+void step_bench_gradients(struct step_bench *bench, uint64_t number);
+// Runs the whole step `number`.
+void step_bench_step(struct step_bench *bench, uint64_t number);
+// Runs one pass.
+void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations);
+// The push constants of a step in one chunk.
+struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
+
+// A whole buffer, to be freed by the caller.
+void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
+void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
+// Row `row` of a sample in the activations, see shaders/mlp.glsl: four floats.
+const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t sample);
+// Where the rows begin, in the order of shaders/mlp.glsl.
+struct step_rows {
+    uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;
+};
+struct step_rows step_bench_rows(const struct step_bench *bench);
+
+// ---- Comparison ----------------------------------------------------------------------------------------------------------
+
+// Fails unless |device - expected| <= tolerance (NaN fails); the message names the case, `what` and the index.
+void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance);
+void check_same_bits(const char *where, const char *what, const void *device, const void *expected, size_t size_bytes);
+double largest(const double *values, size_t count); // magnitude
+
+// Seeded numbers for tests: uniform in [-1, 1), the next one at each call.
+struct test_random {
+    uint64_t seed;
+    uint32_t drawn;
+};
+float test_random_next(struct test_random *random);
+
+#endif
