@@ -20,8 +20,8 @@ static const struct vw_command commands[] = {
      "Leaves ledger.db and field.vwf in the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
     {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
-     "Give the same scene options as for the training.", VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON,
-     vw_command_render},
+     "Opens the scene as the training did: run it from the same folder when paths were relative.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
 };
 
 static void print_help(void) {

@@ -1,8 +1,14 @@
 // The ledger: OUT/ledger.db, an SQLite file with the tables of the contract (run, image, step, view, score). One run per OUT.
 //
-// Rows are hash-chained: run.row_hash covers the run's fixed columns and all image rows; each step's row_hash covers the previous
-// row_hash, the step's columns and its view rows, in order. run.final_hash (appended column) covers the last step's row_hash,
-// finished_utc, status and all score rows. Every append is one synced transaction in rollback-journal mode.
+// Rows are hash-chained, each hash over the values in the order named here, rows in the order of their keys:
+// - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows.
+// - step.row_hash: the row_hash before it (step 0: the run's), the step's other columns, and its view rows.
+// - run.final_hash, once the run has ended: the last row_hash, scene_path, config_json, scene_options_json, started_utc,
+//   finished_utc, status, and all score rows.
+// So the chain of the steps depends only on what the run is: the same command gives it again, and a run that is later extended
+// keeps it. (What config_json says of the run's identity is in run_id.)
+//
+// Every append is one synced transaction in rollback-journal mode.
 #ifndef VIEWWORTH_LEDGER_H
 #define VIEWWORTH_LEDGER_H
 
@@ -27,6 +33,7 @@ struct vw_ledger_run {
     const char *shader_hash; // 64 hex digits
     const char *version;
     const char *started_utc; // ISO 8601, "2026-11-21T03:04:05Z"
+    const char *scene_options_json; // the options the scene was opened with, "{}" without any (appended column)
 };
 
 struct vw_ledger_image {
@@ -45,15 +52,16 @@ struct vw_ledger_score {
     uint32_t visits;         // steps that count into the value
 };
 
-// Creates `path`; a file that exists is VW_ERROR_USAGE (the message names --resume and another --out).
-enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images, uint32_t image_count,
-                                struct vw_ledger **ledger);
+// Creates `path`; a file that exists is VW_ERROR_USAGE.
+enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
+                                uint32_t image_count, struct vw_ledger **ledger);
 // Opens an existing ledger, to read it or to go on appending after its last step. VW_ERROR_INPUT when it is not one.
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
 // Appends steps and their view rows as one synced transaction. `validation_views` gives the image_id of each entry of record->views.
-enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count, const uint32_t *validation_views);
+enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                const uint32_t *validation_views);
 // Replaces the run's scores and sets finished_utc, status ("finished", "interrupted", "failed") and final_hash, in one transaction.
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);

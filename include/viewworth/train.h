@@ -29,7 +29,7 @@ struct vw_config {
     uint32_t val_rays;          // in total; at least 32 per validation view are taken
     enum vw_loss loss;
     enum vw_optimizer optimizer;
-    double learning_rate;       // > 0; constant
+    double learning_rate;       // 1e-12 to 1e6; constant
     double beta1;               // [0,1); 0: no momentum
     double beta2;               // [0,1)
     uint32_t levels;            // of the hash grid, 1 to 16; levels * features is a multiple of 4
@@ -44,6 +44,9 @@ struct vw_config {
 extern const struct vw_config vw_config_default;
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
+// What an option ("rays", without dashes) admits, in words: "1 to 65536", "a power of two, 16 to 64". False when it sets no number.
+enum { VW_CONFIG_RANGE_BYTES = 64 };
+bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and burn-in.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);

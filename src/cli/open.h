@@ -15,4 +15,9 @@ enum vw_status vw_open_gpu(const struct vw_options *options, struct vw_gpu **gpu
 enum vw_status vw_open_scene(const struct vw_options *options, const char *path, struct vw_gpu *gpu, bool headers_only,
                              struct vw_scene **scene);
 
+// The scene options for the ledger: canonical JSON of those that were given, "{}" without any; owned by the caller.
+char *vw_scene_options_to_json(const struct vw_options *options);
+// The scene of a run again, from what its ledger holds. Relative paths are relative to the folder the run was started in.
+enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu, struct vw_scene **scene);
+
 #endif

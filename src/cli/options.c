@@ -15,8 +15,8 @@
 enum kind {
     KIND_FLAG,   // bool
     KIND_TEXT,   // const char *
-    KIND_UINT32,
-    KIND_UINT64,
+    KIND_COUNT,  // uint32_t
+    KIND_SEED,   // uint64_t
     KIND_REAL,   // double
     KIND_CHOICE, // an enum, by its names
     KIND_EFFECTS // the config's own copy
@@ -27,7 +27,7 @@ struct option_row {
     unsigned group;
     enum kind kind;
     size_t offset;             // of its field in struct vw_options
-    uint64_t lowest, highest;  // whole numbers; the config's own limits are vw_config_check's
+    uint32_t least, most;      // of a count that is no part of the config, which knows its own ranges
     const char *(*choice_name)(uint32_t choice);
     uint32_t choice_count;
 };
@@ -40,7 +40,7 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimi
 #define FIELD(field) .offset = offsetof(struct vw_options, field)
 #define FLAG .kind = KIND_FLAG
 #define TEXT .kind = KIND_TEXT
-#define COUNT .kind = KIND_UINT32, .highest = UINT32_MAX
+#define COUNT .kind = KIND_COUNT
 #define REAL .kind = KIND_REAL
 
 static const struct option_row rows[] = {
@@ -50,10 +50,8 @@ static const struct option_row rows[] = {
     {"val", "FILE", "names of the photos to validate on", VW_OPTIONS_SCENE, TEXT, FIELD(val_list)},
     {"test", "FILE", "names of the photos to keep for tests", VW_OPTIONS_SCENE, TEXT, FIELD(test_list)},
     {"providers", "FILE.csv", "who supplied which photo: header name,provider", VW_OPTIONS_SCENE, TEXT, FIELD(providers)},
-    {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, FIELD(downscale), .kind = KIND_UINT32, .lowest = 1,
-     .highest = 64},
-    {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_UINT64,
-     .highest = INT64_MAX},
+    {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1, .most = 64},
+    {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_SEED},
     {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
     {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING, COUNT, FIELD(config.burn_in_epochs)},
     {"rays", "N", "training rays per step", VW_OPTIONS_TRAINING, COUNT, FIELD(config.rays)},
@@ -64,7 +62,7 @@ static const struct option_row rows[] = {
     {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer), .kind = KIND_CHOICE,
      .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
     {"lr", "X", "learning rate", VW_OPTIONS_TRAINING, REAL, FIELD(config.learning_rate)},
-    {"beta1", "X", "momentum of Adam; 0 credits each step to its photo alone", VW_OPTIONS_TRAINING, REAL, FIELD(config.beta1)},
+    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING, REAL, FIELD(config.beta1)},
     {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
      FIELD(config.effects), .kind = KIND_EFFECTS},
     {"levels", "N", "levels of the hash grid", VW_OPTIONS_TRAINING, COUNT, FIELD(config.levels)},
@@ -86,13 +84,26 @@ enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of
 
 static const struct vw_options defaults = {.downscale = 1};
 
+// What a number may be, "" for what is none.
+static void describe_range(const struct option_row *row, char text[VW_CONFIG_RANGE_BYTES]) {
+    text[0] = 0;
+    if (row->most) snprintf(text, VW_CONFIG_RANGE_BYTES, "%" PRIu32 " to %" PRIu32, row->least, row->most);
+    else vw_config_range(row->name, text);
+}
+
+static enum vw_status refuse_number(const struct option_row *row, const char *text, const char *noun) {
+    char range[VW_CONFIG_RANGE_BYTES];
+    describe_range(row, range);
+    return vw_fail(VW_ERROR_USAGE, "--%s takes %s, %s, not \"%s\"", row->name, noun, range, text);
+}
+
+// The config's ranges are checked when all options are known: here a number only has to fit its field.
 static enum vw_status parse_whole(const struct option_row *row, const char *text, uint64_t *number) {
+    uint64_t most = row->most ? row->most : row->kind == KIND_SEED ? UINT64_MAX : UINT32_MAX;
     char *end = NULL;
     errno = 0;
     unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
-    if (!end || *end || errno || parsed < row->lowest || parsed > row->highest)
-        return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not a whole number from %" PRIu64 " to %" PRIu64, row->name, text, row->lowest,
-                       row->highest);
+    if (!end || *end || errno || parsed < row->least || parsed > most) return refuse_number(row, text, "a whole number");
     *number = parsed;
     return VW_OK;
 }
@@ -100,8 +111,7 @@ static enum vw_status parse_whole(const struct option_row *row, const char *text
 static enum vw_status parse_real(const struct option_row *row, const char *text, double *number) {
     char *end = NULL;
     double parsed = isspace((unsigned char)text[0]) ? NAN : strtod(text, &end);
-    if (!end || end == text || *end || !isfinite(parsed))
-        return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not a number such as 0.01", row->name, text);
+    if (!end || end == text || *end || !isfinite(parsed)) return refuse_number(row, text, "a number");
     *number = parsed;
     return VW_OK;
 }
@@ -131,11 +141,11 @@ static enum vw_status store(const struct option_row *row, const char *text, stru
     switch (row->kind) {
     case KIND_FLAG: *(bool *)field = true; break;
     case KIND_TEXT: *(const char **)field = text; break;
-    case KIND_UINT32:
+    case KIND_COUNT:
         status = parse_whole(row, text, &number);
         if (!status) *(uint32_t *)field = (uint32_t)number;
         break;
-    case KIND_UINT64:
+    case KIND_SEED:
         status = parse_whole(row, text, &number);
         if (!status) *(uint64_t *)field = number;
         break;
@@ -210,8 +220,8 @@ static void format_default(const struct option_row *row, const struct vw_options
     switch (row->kind) {
     case KIND_FLAG:
     case KIND_TEXT: break;
-    case KIND_UINT32: snprintf(text, text_bytes, " (%" PRIu32 ")", *(const uint32_t *)field); break;
-    case KIND_UINT64: snprintf(text, text_bytes, " (%" PRIu64 ")", *(const uint64_t *)field); break;
+    case KIND_COUNT: snprintf(text, text_bytes, " (%" PRIu32 ")", *(const uint32_t *)field); break;
+    case KIND_SEED: snprintf(text, text_bytes, " (%" PRIu64 ")", *(const uint64_t *)field); break;
     case KIND_REAL: snprintf(text, text_bytes, " (%g)", *(const double *)field); break;
     case KIND_CHOICE: snprintf(text, text_bytes, " (%s)", row->choice_name(*(const uint32_t *)field)); break;
     case KIND_EFFECTS: snprintf(text, text_bytes, " (%s)", (const char *)field); break;
@@ -219,12 +229,13 @@ static void format_default(const struct option_row *row, const struct vw_options
 }
 
 static void print_option(const struct option_row *row, const struct vw_options *options) {
-    char choices[128] = "", left[160], value[300];
+    char choices[128] = "", left[160], range[VW_CONFIG_RANGE_BYTES], value[300];
     if (row->kind == KIND_CHOICE) list_choices(row, choices, sizeof choices);
     const char *argument = choices[0] ? choices : row->argument;
     snprintf(left, sizeof left, "--%s%s%s", row->name, argument ? " " : "", argument ? argument : "");
+    describe_range(row, range);
     format_default(row, options, value, sizeof value);
-    printf("  %-38s %s%s\n", left, row->help, value);
+    printf("  %-38s %s%s%s%s\n", left, row->help, range[0] ? ", " : "", range, value);
 }
 
 void vw_options_print_help(const struct vw_command *command) {

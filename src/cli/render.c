@@ -48,12 +48,12 @@ static enum vw_status open_ledger(struct rendering *rendering, struct vw_ledger_
 }
 
 static enum vw_status open_same_scene(struct rendering *rendering, const struct vw_ledger_run *run) {
-    enum vw_status status = vw_open_scene(rendering->options, run->scene_path, rendering->gpu, false, &rendering->scene);
+    enum vw_status status = vw_reopen_scene(run->scene_path, run->scene_options_json, rendering->gpu, &rendering->scene);
     if (status) return status;
     char hash[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(rendering->scene->hash, hash);
     if (strcmp(hash, run->scene_hash) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: not the scene that %s was trained on; restore it, or repeat its --downscale and lists",
+    return vw_fail(VW_ERROR_INPUT, "%s: no longer the scene that %s was trained on; restore it and the files of its lists",
                    run->scene_path, rendering->options->operand);
 }
 

@@ -111,7 +111,8 @@ static enum vw_status write_first_rows(struct vw_training_run *run, const struct
     uint8_t run_id[32], subset[32], shaders[32];
     char run_id_hex[VW_HASH_HEX_BYTES], subset_hex[VW_HASH_HEX_BYTES], shaders_hex[VW_HASH_HEX_BYTES], scene_hex[VW_HASH_HEX_BYTES];
     char started_utc[UTC_BYTES];
-    vw_trainer_run_id(run->trainer, run_id);
+    enum vw_status status = vw_trainer_run_id(run->trainer, run_id);
+    if (status) return status;
     vw_trainer_subset_hash(run->trainer, subset);
     vw_shader_hash(shaders);
     vw_hash_to_hex(run_id, run_id_hex);
@@ -120,7 +121,7 @@ static enum vw_status write_first_rows(struct vw_training_run *run, const struct
     vw_hash_to_hex(run->scene->hash, scene_hex);
     format_utc_now(started_utc);
     char *config_json = vw_config_to_json(&run->options->config, false);
-    if (!config_json) return VW_ERROR_MEMORY;
+    char *scene_options_json = vw_scene_options_to_json(run->options);
     const struct vw_ledger_run row = {
         .run_id = run_id_hex,
         .scene_hash = scene_hex,
@@ -133,8 +134,11 @@ static enum vw_status write_first_rows(struct vw_training_run *run, const struct
         .shader_hash = shaders_hex,
         .version = vw_version(),
         .started_utc = started_utc,
+        .scene_options_json = scene_options_json,
     };
-    enum vw_status status = vw_ledger_create(run->ledger_path, &row, images, run->scene->view_count, &run->ledger);
+    if (!config_json || !scene_options_json) status = VW_ERROR_MEMORY;
+    else status = vw_ledger_create(run->ledger_path, &row, images, run->scene->view_count, &run->ledger);
+    free(scene_options_json);
     free(config_json);
     return status;
 }
@@ -232,7 +236,7 @@ enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_l
 json_t *vw_training_to_json(const struct vw_training_run *run) {
     uint8_t run_id[32];
     char run_id_hex[VW_HASH_HEX_BYTES];
-    vw_trainer_run_id(run->trainer, run_id);
+    if (vw_trainer_run_id(run->trainer, run_id)) return NULL; // short of memory
     vw_hash_to_hex(run_id, run_id_hex);
     const struct vw_gpu_info *device = vw_gpu_get_info(run->gpu);
     return json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s}", "run_id", run_id_hex, "scene", run->scene->path, "device", device->name,

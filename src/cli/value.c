@@ -48,7 +48,7 @@ static void print_photo(const struct vw_scene *scene, const struct vw_ledger_sco
     char standard_error[32] = "?"; // of a single visit
     if (isfinite(score->standard_error)) snprintf(standard_error, sizeof standard_error, "%.4f", score->standard_error);
     printf("  %+9.4f ± %s %s  %s", score->value, standard_error, score->unit, view->name);
-    if (view->truth) printf("  (%s)", view->truth);
+    if (view->truth) printf(" (%s)", view->truth);
     putchar('\n');
 }
 

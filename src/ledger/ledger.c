@@ -49,26 +49,27 @@ static enum vw_status insert_run(struct vw_database *database, const struct vw_l
     struct vw_row row = {.hasher = &hasher};
     enum vw_status status = vw_database_prepare(
         database,
-        "INSERT INTO run (run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version,"
-        " started_utc, row_hash, status) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'running')",
+        "INSERT INTO run (run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, row_hash, scene_path,"
+        " config_json, scene_options_json, started_utc, status) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'running')",
         &row.statement);
     if (status) return status;
     vw_row_add_text(&row, run->run_id);
     vw_row_add_text(&row, run->scene_hash);
-    vw_row_add_text(&row, run->scene_path);
     vw_row_add_integer(&row, run->seed);
-    vw_row_add_text(&row, run->config_json);
     vw_row_add_text(&row, run->subset_hash);
     vw_row_add_text(&row, run->device);
     vw_row_add_text(&row, run->driver);
     vw_row_add_text(&row, run->shader_hash);
     vw_row_add_text(&row, run->version);
-    vw_row_add_text(&row, run->started_utc);
     status = insert_images(database, run->scene_hash, images, image_count, &hasher);
     char row_hash[VW_HASH_HEX_BYTES];
     end_hash(&hasher, row_hash);
     row.hasher = NULL;
     vw_row_add_text(&row, row_hash);
+    vw_row_add_text(&row, run->scene_path); // this and the rest are final_hash's to cover
+    vw_row_add_text(&row, run->config_json);
+    vw_row_add_text(&row, run->scene_options_json);
+    vw_row_add_text(&row, run->started_utc);
     if (!status) status = vw_row_write(&row, database, "record the run");
     sqlite3_finalize(row.statement);
     return status;
@@ -90,8 +91,7 @@ static enum vw_status build_file(const char *path, const struct vw_ledger_run *r
 
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger) {
-    if (vw_file_exists(path))
-        return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; continue it with --resume or choose another --out", path);
+    if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; choose another --out", path);
     // Built beside its place and moved there whole, so that a ledger that exists has its run and image rows.
     char *temporary = vw_format_text("%s.part-%ld", path, (long)getpid());
     if (!temporary) return VW_ERROR_MEMORY;
@@ -267,6 +267,10 @@ static enum vw_status update_run(struct vw_ledger *ledger, const char *run_statu
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, ledger->head);
+    vw_hasher_add_text(&hasher, ledger->run.scene_path);
+    vw_hasher_add_text(&hasher, ledger->run.config_json);
+    vw_hasher_add_text(&hasher, ledger->run.scene_options_json);
+    vw_hasher_add_text(&hasher, ledger->run.started_utc);
     struct vw_row row = {.hasher = &hasher};
     enum vw_status status = vw_database_prepare(&ledger->database, "UPDATE run SET finished_utc = ?, status = ?, final_hash = ?",
                                                 &row.statement);

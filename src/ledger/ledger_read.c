@@ -24,7 +24,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
     enum vw_status status = vw_database_prepare(
         &ledger->database,
         "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, started_utc,"
-        " row_hash, final_hash IS NOT NULL FROM run",
+        " scene_options_json, row_hash, final_hash IS NOT NULL FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: has no run; check the path", ledger->database.path);
@@ -41,9 +41,10 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .shader_hash = keep_text(ledger, statement, 8, &status),
             .version = keep_text(ledger, statement, 9, &status),
             .started_utc = keep_text(ledger, statement, 10, &status),
+            .scene_options_json = keep_text(ledger, statement, 11, &status),
         };
-        snprintf(ledger->head, sizeof ledger->head, "%s", (const char *)sqlite3_column_text(statement, 11));
-        ledger->finished = sqlite3_column_int(statement, 12);
+        snprintf(ledger->head, sizeof ledger->head, "%s", (const char *)sqlite3_column_text(statement, 12));
+        ledger->finished = sqlite3_column_int(statement, 13);
     }
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) status = vw_fail(VW_ERROR_INPUT, "%s: has more than one run; use the ledger of one run", ledger->database.path);

@@ -8,7 +8,7 @@ static const char schema_sql[] =
     " run_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, scene_path TEXT NOT NULL, seed INTEGER NOT NULL,"
     " config_json TEXT NOT NULL, subset_hash TEXT NOT NULL, device TEXT NOT NULL, driver TEXT NOT NULL,"
     " shader_hash TEXT NOT NULL, version TEXT NOT NULL, started_utc TEXT NOT NULL,"
-    " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, final_hash TEXT);"
+    " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, final_hash TEXT, scene_options_json TEXT NOT NULL);"
     "CREATE TABLE image ("
     " image_id INTEGER NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL,"
     " split TEXT NOT NULL CHECK (split IN ('train', 'val', 'test', 'excluded')),"

@@ -1,9 +1,11 @@
 // What a user may set about a training, its ranges, and its canonical JSON.
 #include "viewworth/train.h"
 
+#include <inttypes.h>
 #include <jansson.h>
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "viewworth/memory.h"
@@ -34,8 +36,13 @@ static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
 
-// One row per number: the field, its JSON key, the option that sets it, and its range.
-enum kind { WHOLE, WHOLE64, REAL };
+// One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
+enum kind {
+    WHOLE, // uint32_t
+    POWER, // uint32_t, a power of two
+    SEED,  // uint64_t of 63 bits, as the ledger keeps it
+    REAL,  // double
+};
 static const struct number {
     const char *key, *option;
     enum kind kind;
@@ -43,54 +50,82 @@ static const struct number {
     double least, most;
     bool identity; // part of what the run is
 } numbers[] = {
-    {"seed", "--seed", WHOLE64, offsetof(struct vw_config, seed), 0, 0x1p63, true},
-    {"epochs", "--epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
-    {"burn_in_epochs", "--burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, false},
-    {"rays", "--rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
-    {"samples", "--samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
-    {"val_rays", "--val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
-    {"learning_rate", "--lr", REAL, offsetof(struct vw_config, learning_rate), 0.0, 1e6, true},
-    {"beta1", "--beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
-    {"beta2", "--beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
-    {"levels", "--levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
-    {"features", "--features", WHOLE, offsetof(struct vw_config, features), 2, 4, true},
-    {"log2_table", "--log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
-    {"base_resolution", "--base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
-    {"growth", "--growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
-    {"width", "--width", WHOLE, offsetof(struct vw_config, width), 16, 64, true},
+    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true}, // 2^63 itself is one too many
+    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
+    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, false},
+    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
+    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
+    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
+    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
+    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
+    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
+    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
+    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true},
+    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
+    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
+    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
+    {"width", "width", POWER, offsetof(struct vw_config, width), 16, 64, true},
 };
 
 static double number_get(const struct vw_config *config, const struct number *number) {
     const char *field = (const char *)config + number->offset;
-    if (number->kind == REAL) return *(const double *)field;
-    return number->kind == WHOLE ? *(const uint32_t *)field : (double)*(const uint64_t *)field;
+    switch (number->kind) {
+    case REAL: return *(const double *)field;
+    case SEED: return (double)*(const uint64_t *)field;
+    default: return *(const uint32_t *)field;
+    }
 }
 
-enum vw_status vw_config_check(const struct vw_config *config) {
+static bool number_fits(const struct vw_config *config, const struct number *number) {
+    double value = number_get(config, number);
+    if (number->kind == SEED) return config->seed <= INT64_MAX; // which a double cannot tell from 2^63
+    if (number->kind == POWER && ((uint32_t)value & ((uint32_t)value - 1)) != 0) return false;
+    return value >= number->least && value <= number->most;
+}
+
+static void number_range(const struct number *number, char text[VW_CONFIG_RANGE_BYTES]) {
+    const char *gaps = number->kind == POWER ? "a power of two, " : "";
+    if (number->kind == SEED) snprintf(text, VW_CONFIG_RANGE_BYTES, "0 to %" PRId64, INT64_MAX);
+    else snprintf(text, VW_CONFIG_RANGE_BYTES, "%s%.10g to %.10g", gaps, number->least, number->most);
+}
+
+bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
-        double value = number_get(config, &numbers[i]);
-        if (!(value >= numbers[i].least && value <= numbers[i].most) || (numbers[i].kind == WHOLE64 && config->seed >> 63))
-            return vw_fail(VW_ERROR_USAGE, "%s: %.10g is outside %.10g to %.10g", numbers[i].option, value, numbers[i].least, numbers[i].most);
+        if (strcmp(numbers[i].option, option) != 0) continue;
+        number_range(&numbers[i], text);
+        return true;
     }
-    if (config->learning_rate == 0.0) return vw_fail(VW_ERROR_USAGE, "--lr: the learning rate must be above 0");
+    return false;
+}
+
+// What a table of ranges cannot say: the numbers together.
+static enum vw_status check_together(const struct vw_config *config) {
     if ((uint64_t)config->rays * config->samples > 1u << 24)
-        return vw_fail(VW_ERROR_USAGE, "--rays times --samples is %llu: at most %u samples per step",
-                       (unsigned long long)config->rays * config->samples, 1u << 24);
-    if (config->features == 3 || config->levels * config->features % 4 != 0)
-        return vw_fail(VW_ERROR_USAGE, "--features must be 2 or 4 and --levels times --features a multiple of 4, not %u x %u", config->levels,
-                       config->features);
-    if (config->width != 16 && config->width != 32 && config->width != 64)
-        return vw_fail(VW_ERROR_USAGE, "--width: %u is not 16, 32 or 64", config->width);
+        return vw_fail(VW_ERROR_USAGE, "--rays times --samples is %" PRIu64 ": at most %u samples per step",
+                       (uint64_t)config->rays * config->samples, 1u << 24);
+    if (config->levels * config->features % 4 != 0)
+        return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels, config->features);
     double finest = config->base_resolution * pow(config->growth, config->levels - 1.0);
     if (finest > 65535.0)
-        return vw_fail(VW_ERROR_USAGE, "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
+        return vw_fail(VW_ERROR_USAGE,
+                       "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
                        finest);
     return VW_OK;
 }
 
+enum vw_status vw_config_check(const struct vw_config *config) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
+        if (number_fits(config, &numbers[i])) continue;
+        char range[VW_CONFIG_RANGE_BYTES];
+        number_range(&numbers[i], range);
+        return vw_fail(VW_ERROR_USAGE, "--%s takes %s, not %.10g", numbers[i].option, range, number_get(config, &numbers[i]));
+    }
+    return check_together(config);
+}
+
 static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
     if (number->kind == REAL) return json_real(number_get(config, number));
-    if (number->kind == WHOLE64) return json_integer((json_int_t)config->seed);
+    if (number->kind == SEED) return json_integer((json_int_t)config->seed);
     return json_integer((json_int_t)number_get(config, number));
 }
 
@@ -123,7 +158,7 @@ static enum vw_status number_from_json(const json_t *object, const struct number
     if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
     if (number->kind == REAL)
         *(double *)field = json_number_value(value);
-    else if (number->kind == WHOLE64)
+    else if (number->kind == SEED)
         *(uint64_t *)field = (uint64_t)json_integer_value(value);
     else
         *(uint32_t *)field = (uint32_t)json_integer_value(value);

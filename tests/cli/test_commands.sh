@@ -9,7 +9,6 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 scene=$root/scenes/clean.json
 tiny=(--epochs 3 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe)
-columns_of_step='step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped'
 
 # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
 refuses() {
@@ -20,6 +19,8 @@ refuses() {
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }
+
+in_folder() { (cd "$folder" && "$@"); }
 
 # prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
 prints() {
@@ -38,12 +39,20 @@ answers() {
 }
 
 query() { sqlite3 "$folder/$1/ledger.db" "$2"; }
-rows() {
-    query "$1" "SELECT $columns_of_step FROM step ORDER BY step; SELECT step, image_id, mse, l1 FROM view ORDER BY step, image_id;
-                SELECT image_id, method, value, unit, stderr, visits FROM score ORDER BY image_id, method"
+rows() { # whole, with the chain's hashes
+    query "$1" "SELECT * FROM step ORDER BY step; SELECT * FROM view ORDER BY step, image_id;
+                SELECT * FROM score ORDER BY image_id, method"
 }
 same_rows() {
     diff <(rows "$1") <(rows "$2") >"$folder/diff" && [[ $(query "$2" 'SELECT count(*) FROM step') -gt 1 ]] && return
+    head -n 5 "$folder/diff"
+    return 1
+}
+begins_as() { # begins_as RUN LONGER: all steps of the run, with their hashes, are the first ones of the longer run
+    local steps
+    steps=$(query "$1" 'SELECT count(*) FROM step')
+    [[ $steps -gt 1 ]] && diff <(query "$1" 'SELECT * FROM step ORDER BY step') \
+        <(query "$2" "SELECT * FROM step ORDER BY step LIMIT $steps") >"$folder/diff" && return
     head -n 5 "$folder/diff"
     return 1
 }
@@ -58,7 +67,9 @@ check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$
 for command in devices info value train render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
-check "help shows defaults" prints '^  --epochs N .*\(30\)$' "$program" value --help
+check "help shows ranges and defaults" prints '^  --rays N .*, 1 to 65536 \(500\)$' "$program" value --help
+check "help shows ranges with gaps" prints '^  --width N .*, a power of two, 16 to 64 \(32\)$' "$program" train --help
+check "help shows ranges outside the config" prints '^  --downscale N .*, 1 to 64 \(1\)$' "$program" info --help
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
 check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate
@@ -74,6 +85,9 @@ for bad in '--rays 5x' '--rays -1' '--rays 0' '--rays 65537' '--rays 99999999999
     read -r option number <<<"$bad"
     check "$bad is refused" refuses "$option\b" value "$scene" --out "$folder/none" "$option" "$number"
 done
+check "a number that is none is told the range" refuses '--rays takes a whole number, 1 to 65536, not "5x"$' value "$scene" \
+    --out "$folder/none" --rays 5x
+check "a number out of range is told the range" refuses '--growth takes 1 to 4, not 5$' value "$scene" --out "$folder/none" --growth 5
 check "a scene that is not there is refused" refuses 'no/such/scene' value "$folder/no/such/scene" --out "$folder/none" "${tiny[@]}" --quiet
 check "render of a folder without a run is refused" refuses 'ledger\.db' render "$folder"
 check "render to an unknown kind of image is refused" refuses '--to .*\.gif' render "$folder" --to "$folder/view.gif"
@@ -95,6 +109,7 @@ check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
 check "value prints photos and files" prints '^least valuable photos' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
+check "a recipe's photos are shown with their truth" test "$(grep -cE ' dB  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
@@ -119,13 +134,27 @@ check "a folder that cannot be made is a failure" bash -c "'$program' value '$sc
 check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'
+    AND (SELECT min(value ->> 'truth' = 'clean') FROM json_each(j, '\$.least_valuable'))
     AND j ->> '\$.most_valuable[0].value' >= j ->> '\$.least_valuable[0].value' AND j ->> '\$.val_psnr_end_db' > 0" \
     "$program" value "$scene" --out "$folder/json" "${tiny[@]}" --json
 check "too few epochs warn" bash -c "'$program' value '$scene' --out '$folder/short' ${tiny[*]} --epochs 1 --quiet 2>&1 |
     grep -q '^warning: .*no scores'"
 check "too few epochs leave steps" test "$(query short 'SELECT count(*) FROM step')" = 13
+check "a longer run keeps the chain of a shorter one" begins_as short first
 check "too few epochs leave no scores" test "$(query short 'SELECT count(*) FROM score')" = 0
 check "too few epochs leave a table without rows" test "$(cat "$folder/short/scores.csv")" = "$(head -n 1 "$folder/first/scores.csv")"
+
+# ---- The quality of scores ----------------------------------------------------------------------------------------------
+
+quality() { "$root/scripts/score_quality" "$@" | tr '\n' ' '; }
+check "without spoiled photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
+check "a run agrees with itself" test "$(quality "$folder/first" "$folder/second")" = \
+    'dv_loss - 1.0000 dv_psnr - 1.0000 dv_psnr_pooled - 1.0000 '
+query second "UPDATE image SET truth = 'blur'
+    WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
+check "spoiled photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
+query second "UPDATE image SET truth = NULL"
+check "without a truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 
 # ---- Training and rendering ---------------------------------------------------------------------------------------------
 
@@ -140,7 +169,19 @@ check "render --json says what it wrote" answers "j ->> '\$.view' = 'view_008' A
     "$program" render "$folder/first" --view 1 --to "$folder/view.exr" --json
 check "render writes an EXR" test "$(head -c 4 "$folder/view.exr" | od -An -tx1 | tr -d ' ')" = 762f3101
 check "a view that is not there is refused" refuses '--view nowhere' render "$folder/first" --view nowhere --quiet
-check "another scene than the trained one is refused" refuses 'not the scene' render "$folder/first" --downscale 2 --quiet
+check "render takes no options of the scene" refuses 'unknown option "--downscale"' render "$folder/first" --downscale 2
+
+query first "SELECT name FROM image WHERE split = 'train' LIMIT 4" >"$folder/train.txt"
+query first "SELECT name FROM image WHERE split = 'val'" >"$folder/val.txt"
+cp "$scene" "$folder/scene.json"
+check "training with options of the scene gives a run" in_folder prints 'field\.vwf$' "$program" train scene.json --out listed \
+    --format recipe --downscale 2 --train train.txt --val val.txt "${tiny[@]}"
+check "the options are kept" test "$(query listed 'SELECT scene_options_json FROM run')" = \
+    '{"downscale":2,"format":"recipe","train":"train.txt","val":"val.txt"}'
+check "without options nothing is kept" test "$(query first 'SELECT scene_options_json FROM run')" = '{}'
+check "render opens the scene as the run did" in_folder prints '^photo left, render right: ' "$program" render listed
+echo view_001 >"$folder/train.txt"
+check "another scene than the trained one is refused" in_folder refuses 'no longer the scene' render listed --quiet
 
 # ---- Interruption -------------------------------------------------------------------------------------------------------
 
@@ -158,4 +199,25 @@ interrupt() { # starts a long run, and stops it once it has recorded steps
 check "a signal stops a run between batches" interrupt
 check "its ledger says so" test "$(query stopped 'SELECT status FROM run')" = interrupted
 check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step')" = 1
+
+# ---- A full disk --------------------------------------------------------------------------------------------------------
+
+fill_disk() { # a run whose files may not grow beyond 256 KiB
+    local code=0
+    (
+        trap '' XFSZ
+        ulimit -f 256
+        exec "$program" value "$scene" --out "$folder/filled" "${tiny[@]}" --epochs 1000000 --quiet
+    ) >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq 1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -q '^viewworth: .*filled/ledger\.db: ' "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stderr"
+    return 1
+}
+check "a disk that fills up ends a run with one line" fill_disk
+check "its ledger is whole" test "$(query filled 'PRAGMA integrity_check; PRAGMA foreign_key_check')" = ok
+check "its ledger says that it failed" test "$(query filled 'SELECT status FROM run')" = failed
+check "its steps are kept, without a gap" test "$(query filled 'SELECT count(*) > 37, max(step) + 1 - count(*),
+    (SELECT count(*) FROM view) - 2 * count(*) FROM step')" = '1|0|0'
+check "they are the steps of the run without the failure" begins_as first filled
 conclude "$@"

@@ -69,6 +69,7 @@ static inline struct vw_ledger_run test_run(const char *config_json) {
         .shader_hash = HEX_B,
         .version = "0.1.0",
         .started_utc = "2026-11-21T03:04:05Z",
+        .scene_options_json = "{\"downscale\":2}",
     };
 }
 

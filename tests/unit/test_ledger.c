@@ -141,9 +141,7 @@ static bool chain_holds(const char *path) {
     crypto_generichash_state state;
     char head[65];
     crypto_generichash_init(&state, NULL, 0, 32);
-    feed_rows(&state, raw,
-              "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, started_utc"
-              " FROM run", 0);
+    feed_rows(&state, raw, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);
     feed_rows(&state, raw, "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY image_id", 0);
     bool holds = hash_is(&state, raw, "SELECT row_hash FROM run", 0, head);
     int64_t count = count_steps(raw);
@@ -158,7 +156,7 @@ static bool chain_holds(const char *path) {
     }
     crypto_generichash_init(&state, NULL, 0, 32);
     feed_text(&state, head);
-    feed_rows(&state, raw, "SELECT finished_utc, status FROM run", 0);
+    feed_rows(&state, raw, "SELECT scene_path, config_json, scene_options_json, started_utc, finished_utc, status FROM run", 0);
     feed_rows(&state, raw, "SELECT run_id, image_id, method, value, unit, stderr, visits FROM score ORDER BY image_id, method", 0);
     holds = hash_is(&state, raw, "SELECT final_hash FROM run", 0, head) && holds;
     sqlite3_close(raw);
@@ -178,6 +176,7 @@ static void rows_read_back(void **state) {
     assert_string_equal(run.config_json, expected.config_json);
     assert_string_equal(run.driver, expected.driver);
     assert_string_equal(run.started_utc, expected.started_utc);
+    assert_string_equal(run.scene_options_json, expected.scene_options_json);
     assert_true(run.seed == expected.seed);
 
     const struct vw_ledger_image *images = NULL, *again = NULL;
@@ -224,7 +223,7 @@ static void tables_are_as_contracted(void **state) {
     char *path = record_run(*state, "ledger.db", 6);
     const char *tables[][2] = {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_utc,finished_utc,"
-                "status,row_hash,final_hash"},
+                "status,row_hash,final_hash,scene_options_json"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
         {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped"},
         {"view", "run_id,step,image_id,mse,l1"},
@@ -265,6 +264,30 @@ static void chain_holds_whatever_the_batches(void **state) {
     free(path);
 }
 
+// What may differ between two runs of one identity leaves the chain of the steps alone, and shows in the final hash.
+static void chain_of_steps_is_the_run(void **state) {
+    char *path = record_run(*state, "ledger.db", 6), *other = vw_path_join(*state, "other.db");
+    struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1, \"epochs\": 9}");
+    run.scene_path = "elsewhere/small.json";
+    run.scene_options_json = "{}";
+    run.started_utc = "2027-01-01T00:00:00Z";
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_create(other, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    record_steps(ledger, 6);
+    ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", scores, VW_ARRAY_COUNT(scores)));
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(other));
+    char *heads = ask(path, "SELECT group_concat(row_hash) FROM (SELECT row_hash FROM run UNION ALL SELECT row_hash FROM step)");
+    assert_answer(other, "SELECT group_concat(row_hash) FROM (SELECT row_hash FROM run UNION ALL SELECT row_hash FROM step)", heads);
+    char *final = ask(path, "SELECT final_hash FROM run"), *other_final = ask(other, "SELECT final_hash FROM run");
+    assert_string_not_equal(final, other_final);
+    free(other_final);
+    free(final);
+    free(heads);
+    free(other);
+    free(path);
+}
+
 static void chain_shows_each_change(void **state) {
     const char *changes[] = {
         "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 3", "UPDATE step SET clamped = 0 WHERE step = 5",
@@ -274,6 +297,8 @@ static void chain_shows_each_change(void **state) {
         "UPDATE image SET truth = 'clean' WHERE image_id = 2",       "UPDATE image SET split = 'test' WHERE image_id = 6",
         "DELETE FROM image WHERE image_id = 7",                      "UPDATE run SET seed = 1",
         "UPDATE run SET config_json = '{}'",                         "UPDATE run SET status = 'interrupted'",
+        "UPDATE run SET scene_path = 'other'",                       "UPDATE run SET scene_options_json = '{}'",
+        "UPDATE run SET started_utc = finished_utc",                 "UPDATE run SET driver = 'other'",
         "UPDATE score SET value = 9 WHERE method = 'dv_loss'",       "DELETE FROM score WHERE image_id = 2",
         "UPDATE step SET row_hash = (SELECT row_hash FROM step WHERE step = 1) WHERE step = 2",
     };
@@ -295,7 +320,7 @@ static void creating_needs_a_free_place(void **state) {
     assert_int_equal(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE);
     assert_null(ledger);
     assert_non_null(strstr(vw_error_message(), path));
-    assert_non_null(strstr(vw_error_message(), "--resume"));
+    assert_non_null(strstr(vw_error_message(), "choose another --out"));
     assert_answer(path, "SELECT final_hash FROM run", head);
     free(head);
 
@@ -460,6 +485,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(rows_read_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(tables_are_as_contracted, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(chain_holds_whatever_the_batches, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(chain_of_steps_is_the_run, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(chain_shows_each_change, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(creating_needs_a_free_place, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_failed_creation_leaves_nothing, test_set_up, test_tear_down),
