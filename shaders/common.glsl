@@ -10,5 +10,6 @@
 #define PUSH layout(push_constant, scalar)
 
 bool finite(float x) { return !(isnan(x) || isinf(x)); }
+bool finite(vec4 v) { return finite(v.x) && finite(v.y) && finite(v.z) && finite(v.w); }
 
 #endif

@@ -27,7 +27,9 @@ void store(uint row, uint slot, vec4 value) {
 }
 
 // Bit i of the result: hidden unit 4 * block + i is above 0.
-uint active_bits(vec4 value) { return uint(value.x > 0.0) | uint(value.y > 0.0) << 1 | uint(value.z > 0.0) << 2 | uint(value.w > 0.0) << 3; }
+uint active_bits(vec4 value) {
+    return uint(value.x > 0.0) | uint(value.y > 0.0) << 1 | uint(value.z > 0.0) << 2 | uint(value.w > 0.0) << 3;
+}
 
 void main() {
     for (uint i = gl_LocalInvocationID.x; i < WEIGHT_COLUMNS; i += gl_WorkGroupSize.x) weight[i] = weights[i];

@@ -4,7 +4,9 @@
 #define HASH_GRID_GLSL
 
 // The specialization constant of a level; folds where the level is known when compiling, a few selects where it is not.
-uint pick_level(uint level, uvec4 a, uvec4 b, uvec4 c, uvec4 d) { return (level < 8u ? level < 4u ? a : b : level < 12u ? c : d)[level & 3u]; }
+uint pick_level(uint level, uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
+    return (level < 8u ? level < 4u ? a : b : level < 12u ? c : d)[level & 3u];
+}
 
 uint level_resolution(uint level) {
     return pick_level(level, uvec4(RESOLUTION_0, RESOLUTION_1, RESOLUTION_2, RESOLUTION_3),

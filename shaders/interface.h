@@ -53,18 +53,22 @@ typedef uint32_t vw_uint;
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
 #define VW_LEVEL_CONSTANTS(X) \
-    X(27, RESOLUTION_0, resolution[0], uint, 8) X(28, RESOLUTION_1, resolution[1], uint, 8) X(29, RESOLUTION_2, resolution[2], uint, 8) \
-    X(30, RESOLUTION_3, resolution[3], uint, 8) X(31, RESOLUTION_4, resolution[4], uint, 8) X(32, RESOLUTION_5, resolution[5], uint, 8) \
-    X(33, RESOLUTION_6, resolution[6], uint, 8) X(34, RESOLUTION_7, resolution[7], uint, 8) X(35, RESOLUTION_8, resolution[8], uint, 8) \
-    X(36, RESOLUTION_9, resolution[9], uint, 8) X(37, RESOLUTION_10, resolution[10], uint, 8) X(38, RESOLUTION_11, resolution[11], uint, 8) \
-    X(39, RESOLUTION_12, resolution[12], uint, 8) X(40, RESOLUTION_13, resolution[13], uint, 8) X(41, RESOLUTION_14, resolution[14], uint, 8) \
-    X(42, RESOLUTION_15, resolution[15], uint, 8) \
-    X(43, FIRST_PAIR_0, first_pair[0], uint, 0) X(44, FIRST_PAIR_1, first_pair[1], uint, 0) X(45, FIRST_PAIR_2, first_pair[2], uint, 0) \
-    X(46, FIRST_PAIR_3, first_pair[3], uint, 0) X(47, FIRST_PAIR_4, first_pair[4], uint, 0) X(48, FIRST_PAIR_5, first_pair[5], uint, 0) \
-    X(49, FIRST_PAIR_6, first_pair[6], uint, 0) X(50, FIRST_PAIR_7, first_pair[7], uint, 0) X(51, FIRST_PAIR_8, first_pair[8], uint, 0) \
-    X(52, FIRST_PAIR_9, first_pair[9], uint, 0) X(53, FIRST_PAIR_10, first_pair[10], uint, 0) X(54, FIRST_PAIR_11, first_pair[11], uint, 0) \
-    X(55, FIRST_PAIR_12, first_pair[12], uint, 0) X(56, FIRST_PAIR_13, first_pair[13], uint, 0) X(57, FIRST_PAIR_14, first_pair[14], uint, 0) \
-    X(58, FIRST_PAIR_15, first_pair[15], uint, 0)
+    X(27, RESOLUTION_0, resolution[0], uint, 8) X(28, RESOLUTION_1, resolution[1], uint, 8) \
+    X(29, RESOLUTION_2, resolution[2], uint, 8) X(30, RESOLUTION_3, resolution[3], uint, 8) \
+    X(31, RESOLUTION_4, resolution[4], uint, 8) X(32, RESOLUTION_5, resolution[5], uint, 8) \
+    X(33, RESOLUTION_6, resolution[6], uint, 8) X(34, RESOLUTION_7, resolution[7], uint, 8) \
+    X(35, RESOLUTION_8, resolution[8], uint, 8) X(36, RESOLUTION_9, resolution[9], uint, 8) \
+    X(37, RESOLUTION_10, resolution[10], uint, 8) X(38, RESOLUTION_11, resolution[11], uint, 8) \
+    X(39, RESOLUTION_12, resolution[12], uint, 8) X(40, RESOLUTION_13, resolution[13], uint, 8) \
+    X(41, RESOLUTION_14, resolution[14], uint, 8) X(42, RESOLUTION_15, resolution[15], uint, 8) \
+    X(43, FIRST_PAIR_0, first_pair[0], uint, 0) X(44, FIRST_PAIR_1, first_pair[1], uint, 0) \
+    X(45, FIRST_PAIR_2, first_pair[2], uint, 0) X(46, FIRST_PAIR_3, first_pair[3], uint, 0) \
+    X(47, FIRST_PAIR_4, first_pair[4], uint, 0) X(48, FIRST_PAIR_5, first_pair[5], uint, 0) \
+    X(49, FIRST_PAIR_6, first_pair[6], uint, 0) X(50, FIRST_PAIR_7, first_pair[7], uint, 0) \
+    X(51, FIRST_PAIR_8, first_pair[8], uint, 0) X(52, FIRST_PAIR_9, first_pair[9], uint, 0) \
+    X(53, FIRST_PAIR_10, first_pair[10], uint, 0) X(54, FIRST_PAIR_11, first_pair[11], uint, 0) \
+    X(55, FIRST_PAIR_12, first_pair[12], uint, 0) X(56, FIRST_PAIR_13, first_pair[13], uint, 0) \
+    X(57, FIRST_PAIR_14, first_pair[14], uint, 0) X(58, FIRST_PAIR_15, first_pair[15], uint, 0)
 
 #ifdef VULKAN
 #define VW_DECLARE_CONSTANT(id, upper, lower, type, value) layout(constant_id = id) const type upper = value;
@@ -81,7 +85,7 @@ struct vw_specialization {
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
     _Static_assert(offsetof(struct vw_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \
-    _Static_assert(_Generic(((struct vw_specialization *)0)->lower, type: 1, default: 0), "specialization constant " #upper " has another type");
+    _Static_assert(_Generic(((struct vw_specialization *)0)->lower, type: 1, default: 0), "constant " #upper " has another type");
 VW_SPECIALIZATION(VW_CHECK_CONSTANT)
 #undef VW_CHECK_CONSTANT
 #undef uint

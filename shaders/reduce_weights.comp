@@ -18,5 +18,5 @@ void main() {
     uint slices = push.ray_count * SAMPLES / VW_SLICE_SAMPLES;
     for (uint slice = 0u; slice < slices; slice++) sum += partials[slice * WEIGHT_COLUMNS + column];
     d_weights[column] = sum;
-    if (!(finite(sum.x) && finite(sum.y) && finite(sum.z) && finite(sum.w))) atomicOr(state.nonfinite, 1u);
+    if (!finite(sum)) atomicOr(state.nonfinite, 1u);
 }

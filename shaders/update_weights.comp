@@ -17,7 +17,7 @@ void main() {
     vec4 moment1 = moments[column];
     vec4 moment2 = moments[push.count + column];
     vec4 moved = weights[column] - adam_step(d_weights[column] * INVERSE_RAYS, push.step_low, moment1, moment2);
-    if (!(finite(moved.x) && finite(moved.y) && finite(moved.z) && finite(moved.w))) return; // params stay finite, whatever the learning rate
+    if (!finite(moved)) return; // params stay finite, whatever the learning rate
     weights[column] = moved;
     moments[column] = moment1;
     moments[push.count + column] = moment2;

@@ -22,23 +22,23 @@ struct vw_batch;
 
 // What a device can do, as far as viewworth asks. Sizes in bytes unless named otherwise.
 struct vw_gpu_limits {
-    uint64_t storage_binding_bytes;   // largest range of one storage-buffer binding
-    uint64_t buffer_bytes;            // largest single buffer (and memory allocation)
-    uint32_t texel_elements;          // most texels of one texel-buffer view
-    uint32_t shared_memory_bytes;     // of one workgroup
+    uint64_t storage_binding_bytes; // largest range of one storage-buffer binding
+    uint64_t buffer_bytes;          // largest single buffer (and memory allocation)
+    uint32_t texel_elements;        // most texels of one texel-buffer view
+    uint32_t shared_memory_bytes;   // of one workgroup
     uint32_t push_constant_bytes;
-    uint32_t workgroup_invocations;   // most invocations of one workgroup
+    uint32_t workgroup_invocations; // most invocations of one workgroup
     uint32_t workgroup_size_x;
-    uint32_t workgroup_count_x;       // most workgroups of one dispatch in x and in y
+    uint32_t workgroup_count_x; // most workgroups of one dispatch in x and in y
     uint32_t workgroup_count_y;
-    uint32_t storage_buffers;         // per stage
-    uint32_t texel_buffers;           // sampled, per stage
+    uint32_t storage_buffers; // per stage
+    uint32_t texel_buffers;   // sampled, per stage
     uint32_t storage_offset_alignment_bytes;
     uint32_t texel_offset_alignment_bytes;
-    bool int64;                       // 64-bit integers in shaders
-    bool int64_atomics;               // 64-bit integer atomics on storage buffers (implies int64)
-    bool buffer_reference;            // bufferDeviceAddress
-    bool timestamps;                  // the compute queue can write timestamps
+    bool int64;            // 64-bit integers in shaders
+    bool int64_atomics;    // 64-bit integer atomics on storage buffers (implies int64)
+    bool buffer_reference; // bufferDeviceAddress
+    bool timestamps;       // the compute queue can write timestamps
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.
@@ -47,12 +47,12 @@ extern const struct vw_gpu_limits vw_gpu_floor_limits;
 enum vw_gpu_kind { VW_GPU_DISCRETE, VW_GPU_INTEGRATED, VW_GPU_VIRTUAL, VW_GPU_OTHER, VW_GPU_CPU }; // in order of preference
 
 struct vw_gpu_info {
-    uint32_t index;       // as --device takes it: rank in order of preference, 0 first
+    uint32_t index; // as --device takes it: rank in order of preference, 0 first
     enum vw_gpu_kind kind;
-    char name[256];       // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
-    char driver[600];     // "<driverName> <driverInfo> <driverVersion>"
+    char name[256];        // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
+    char driver[600];      // "<driverName> <driverInfo> <driverVersion>"
     uint64_t memory_bytes; // of its largest device-local heap
-    char unfit[128];      // "" when it meets the floor, else the first limit that it misses
+    char unfit[128];       // "" when it meets the floor, else the first limit that it misses
 };
 
 struct vw_gpu_params {
@@ -72,7 +72,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);
 const struct vw_gpu_info *vw_gpu_get_info(const struct vw_gpu *gpu);
 const struct vw_gpu_limits *vw_gpu_get_limits(const struct vw_gpu *gpu); // after clamping
-uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu); // of all live buffers
+uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu);                  // of all live buffers
 
 // ---- Buffers -------------------------------------------------------------------------------------------------------
 
@@ -112,17 +112,17 @@ struct vw_shader {
 enum vw_texel_format { VW_TEXEL_NONE, VW_TEXEL_FLOAT1, VW_TEXEL_FLOAT2, VW_TEXEL_FLOAT4, VW_TEXEL_UINT1, VW_TEXEL_UINT2, VW_TEXEL_UINT4 };
 
 struct vw_binding {
-    uint32_t slot;               // VW_SLOT_* of shaders/interface.h
+    uint32_t slot; // VW_SLOT_* of shaders/interface.h
     struct vw_buffer *buffer;
-    uint64_t offset_bytes;       // multiple of the device's alignment for that kind of binding
-    uint64_t size_bytes;         // 0: to the end of the buffer; the range must fit storage_binding_bytes
-    enum vw_texel_format texel;  // set exactly where the shader declares a texel buffer. The view covers as much of the range
-                                 // as texel_elements allows: the shader falls back to the storage binding beyond it.
+    uint64_t offset_bytes;      // multiple of the device's alignment for that kind of binding
+    uint64_t size_bytes;        // 0: to the end of the buffer; the range must fit storage_binding_bytes
+    enum vw_texel_format texel; // set exactly where the shader declares a texel buffer. The view covers as much of the range
+                                // as texel_elements allows: the shader falls back to the storage binding beyond it.
 };
 
 struct vw_pass_params {
     const struct vw_shader *shader;
-    const uint32_t *specialization;  // word i is the value of constant_id i; floats by their bits. NULL when there are none
+    const uint32_t *specialization; // word i is the value of constant_id i; floats by their bits. NULL when there are none
     uint32_t specialization_count;
     const struct vw_binding *bindings; // every slot the shader declares, each once; slots it does not declare are ignored
     uint32_t binding_count;
@@ -154,9 +154,9 @@ enum vw_status vw_batch_wait(struct vw_batch *batch);
 // ---- Timers --------------------------------------------------------------------------------------------------------
 
 struct vw_gpu_timer {
-    const char *name;    // pass name
+    const char *name; // pass name
     uint64_t dispatches;
-    double total_ms;     // device time of finished batches; timers may drop a dispatch, never block
+    double total_ms; // device time of finished batches; timers may drop a dispatch, never block
 };
 // Timers so far, in order of first use; the array belongs to `gpu` and is valid until the next wait. Empty without timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);

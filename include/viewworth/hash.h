@@ -21,7 +21,7 @@ void vw_hasher_begin(struct vw_hasher *hasher);
 void vw_hasher_add_bytes(struct vw_hasher *hasher, const void *data, size_t size_bytes);
 void vw_hasher_add_text(struct vw_hasher *hasher, const char *text); // NULL is distinct from ""
 void vw_hasher_add_integer(struct vw_hasher *hasher, int64_t value);
-void vw_hasher_add_real(struct vw_hasher *hasher, double value);     // its bits
+void vw_hasher_add_real(struct vw_hasher *hasher, double value); // its bits
 void vw_hasher_add_null(struct vw_hasher *hasher);
 void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[32]);
 

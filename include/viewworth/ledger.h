@@ -23,8 +23,8 @@
 struct vw_ledger;
 
 struct vw_ledger_run {
-    const char *run_id;      // 64 hex digits
-    const char *scene_hash;  // 64 hex digits
+    const char *run_id;     // 64 hex digits
+    const char *scene_hash; // 64 hex digits
     const char *scene_path;
     int64_t seed;
     const char *config_json;
@@ -32,24 +32,24 @@ struct vw_ledger_run {
     const char *device, *driver;
     const char *shader_hash; // 64 hex digits
     const char *version;
-    const char *started_utc; // ISO 8601, "2026-11-21T03:04:05Z"
+    const char *started_utc;        // ISO 8601, "2026-11-21T03:04:05Z"
     const char *scene_options_json; // the options the scene was opened with, "{}" without any (appended column)
 };
 
 struct vw_ledger_image {
-    uint32_t image_id;       // the view's index in the scene
+    uint32_t image_id; // the view's index in the scene
     const char *name, *split, *provider;
-    const char *sha256;      // 64 hex digits
-    const char *truth;       // NULL, or the recipe's planted defect (appended column)
+    const char *sha256; // 64 hex digits
+    const char *truth;  // NULL, or the recipe's planted defect (appended column)
 };
 
 struct vw_ledger_score {
     uint32_t image_id;
-    const char *method;      // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
-    double value;            // positive = helps
-    const char *unit;        // "dB", "mean absolute error"
-    double standard_error;   // NaN becomes NULL
-    uint32_t visits;         // steps that count into the value
+    const char *method;    // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
+    double value;          // positive = helps
+    const char *unit;      // "dB", "mean absolute error"
+    double standard_error; // NaN becomes NULL
+    uint32_t visits;       // steps that count into the value
 };
 
 // Creates `path`; a file that exists is VW_ERROR_USAGE.

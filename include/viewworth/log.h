@@ -14,11 +14,11 @@ void vw_log_warning(const char *format, ...) __attribute__((format(printf, 1, 2)
 // nothing when quiet. Shows epoch, validation PSNR (when finite), steps per second and time left.
 struct vw_progress {
     uint64_t total_steps, done_steps;
-    uint32_t epoch, epochs;  // epoch counts from 0, as in step records; shown from 1
-    double val_psnr_db;      // NaN: unknown
+    uint32_t epoch, epochs; // epoch counts from 0, as in step records; shown from 1
+    double val_psnr_db;     // NaN: unknown
     // private
     double started_s, drawn_s;
-    uint64_t first_step;     // done_steps when begun
+    uint64_t first_step; // done_steps when begun
     uint32_t tenths_printed;
     bool terminal;
 };

@@ -6,23 +6,23 @@
 #include <stdint.h>
 
 struct vw_view_error {
-    double mse;  // mean squared error over the view's validation pixels and channels, before the 1e-10 floor
-    double l1;   // mean absolute error over the same
+    double mse; // mean squared error over the view's validation pixels and channels, before the 1e-10 floor
+    double l1;  // mean absolute error over the same
 };
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 
 struct vw_step_record {
-    uint64_t step;            // 0 is the untrained field
-    uint32_t epoch;           // counts from 0; step 0 has epoch 0
-    uint32_t view;            // index in vw_scene.views of the photo trained on; VW_RECORD_UNTRAINED for step 0
-    double train_loss;        // mean over rays and channels; NaN for step 0
-    bool validated;           // false when validation was not asked for: the val_ fields are NaN and `views` is NULL
-    bool nonfinite;           // the step was skipped or a validation value is not finite: values are NaN and become NULL
-    uint64_t clamped_count;   // gradient contributions clamped to the fixed-point range in this step
-    double val_psnr;          // dB, mean over validation views of the per-view PSNR, MSE floored at 1e-10 (100 dB)
-    double val_psnr_pooled;   // dB, of the MSE over all validation pixels
-    double val_l1;            // mean absolute error over all validation pixels and channels
+    uint64_t step;                     // 0 is the untrained field
+    uint32_t epoch;                    // counts from 0; step 0 has epoch 0
+    uint32_t view;                     // index in vw_scene.views of the photo trained on; VW_RECORD_UNTRAINED for step 0
+    double train_loss;                 // mean over rays and channels; NaN for step 0
+    bool validated;                    // false when validation was not asked for: the val_ fields are NaN and `views` is NULL
+    bool nonfinite;                    // the step was skipped or a validation value is not finite: values are NaN and become NULL
+    uint64_t clamped_count;            // gradient contributions clamped to the fixed-point range in this step
+    double val_psnr;                   // dB, mean over validation views of the per-view PSNR, MSE floored at 1e-10 (100 dB)
+    double val_psnr_pooled;            // dB, of the MSE over all validation pixels
+    double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid for the call that passes it
     uint32_t view_count;
 };

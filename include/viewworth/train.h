@@ -21,24 +21,24 @@ enum vw_optimizer {
 
 // Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
 struct vw_config {
-    uint64_t seed;              // 0 to 2^63-1
-    uint32_t epochs;            // not part of the run's identity: a run can be extended
-    uint32_t burn_in_epochs;    // likewise: it concerns scores only
-    uint32_t rays;              // per step, 1 to 65536
-    uint32_t samples;           // per ray, 1 to 4096
-    uint32_t val_rays;          // in total; at least 32 per validation view are taken
+    uint64_t seed;           // 0 to 2^63-1
+    uint32_t epochs;         // not part of the run's identity: a run can be extended
+    uint32_t burn_in_epochs; // likewise: it concerns scores only
+    uint32_t rays;           // per step, 1 to 65536
+    uint32_t samples;        // per ray, 1 to 4096
+    uint32_t val_rays;       // in total; at least 32 per validation view are taken
     enum vw_loss loss;
     enum vw_optimizer optimizer;
-    double learning_rate;       // 1e-12 to 1e6; constant
-    double beta1;               // [0,1); 0: no momentum
-    double beta2;               // [0,1)
-    uint32_t levels;            // of the hash grid, 1 to 16; levels * features is a multiple of 4
-    uint32_t features;          // per entry, 2 or 4
-    uint32_t log2_table;        // entries per level at most 2^log2_table, 0 to 22
-    uint32_t base_resolution;   // cells per axis of level 0, 1 to 1024
-    double growth;              // resolution ratio of neighbouring levels, 1 to 4
-    uint32_t width;             // of the hidden layers: 16, 32 or 64
-    char effects[256];          // as --effects takes it: auto | none | LIST | +a,-b
+    double learning_rate;     // 1e-12 to 1e6; constant
+    double beta1;             // [0,1); 0: no momentum
+    double beta2;             // [0,1)
+    uint32_t levels;          // of the hash grid, 1 to 16; levels * features is a multiple of 4
+    uint32_t features;        // per entry, 2 or 4
+    uint32_t log2_table;      // entries per level at most 2^log2_table, 0 to 22
+    uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
+    double growth;            // resolution ratio of neighbouring levels, 1 to 4
+    uint32_t width;           // of the hidden layers: 16, 32 or 64
+    char effects[256];        // as --effects takes it: auto | none | LIST | +a,-b
 };
 
 extern const struct vw_config vw_config_default;
@@ -51,7 +51,7 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
-const char *vw_loss_name(enum vw_loss loss);             // "l1", "l2", "huber"
+const char *vw_loss_name(enum vw_loss loss);                // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer); // "lazy-adam", "dense-adam", "sgd"
 
 // ---- Effects (decision 7) ------------------------------------------------------------------------------------------
@@ -59,12 +59,12 @@ const char *vw_optimizer_name(enum vw_optimizer optimizer); // "lazy-adam", "den
 enum { VW_EFFECT_COUNT_MAX = 16 };
 
 struct vw_effect_verdict {
-    const char *name;      // "distortion", "background"
-    bool called_for;       // evidence >= threshold
-    double evidence;       // what was measured of the scene
+    const char *name; // "distortion", "background"
+    bool called_for;  // evidence >= threshold
+    double evidence;  // what was measured of the scene
     double threshold;
-    const char *meaning;   // what the evidence is, with its unit
-    bool on;               // after --effects
+    const char *meaning; // what the evidence is, with its unit
+    bool on;             // after --effects
 };
 
 // Verdicts for every known effect, in registry order. VW_ERROR_USAGE when `effects` names an unknown one.
@@ -76,11 +76,11 @@ enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *effec
 struct vw_trainer;
 
 struct vw_trainer_params {
-    struct vw_gpu *gpu;            // outlives the trainer
-    const struct vw_scene *scene;  // outlives the trainer; split train and (when validating) val not empty
+    struct vw_gpu *gpu;           // outlives the trainer
+    const struct vw_scene *scene; // outlives the trainer; split train and (when validating) val not empty
     const struct vw_config *config;
-    bool validate;                 // render the validation rays after every step (`value`), or not (`train`)
-    uint32_t steps_per_batch;      // 0: chosen from the time a step takes; does not change a bit of the result
+    bool validate;            // render the validation rays after every step (`value`), or not (`train`)
+    uint32_t steps_per_batch; // 0: chosen from the time a step takes; does not change a bit of the result
 };
 
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **trainer);
@@ -108,7 +108,7 @@ const char *vw_version(void);          // "0.1.0"
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps;
-    uint32_t val_rays;                 // actually taken
+    uint32_t val_rays; // actually taken
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 

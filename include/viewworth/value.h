@@ -17,7 +17,7 @@
 // their standard deviation times sqrt(visits); NaN below 2 visits) and visits. `*scores` is owned by the caller (free); method and unit
 // strings are static. No step after burn-in gives count 0.
 enum vw_status vw_value_score(const struct vw_step_record *records, uint64_t record_count, uint32_t burn_in_epochs,
-                              const struct vw_ledger_image *images, uint32_t image_count,
-                              struct vw_ledger_score **scores, uint32_t *score_count);
+                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_ledger_score **scores,
+                              uint32_t *score_count);
 
 #endif

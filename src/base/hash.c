@@ -12,9 +12,7 @@ _Static_assert(_Alignof(struct vw_hasher) >= _Alignof(crypto_generichash_state),
 
 enum { HASH_BYTES = 32, READ_BYTES = 65536 };
 
-void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[32]) {
-    crypto_hash_sha256(hash, data, size_bytes);
-}
+void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[32]) { crypto_hash_sha256(hash, data, size_bytes); }
 
 enum vw_status vw_sha256_file(const char *path, uint8_t hash[32]) {
     FILE *file = fopen(path, "rb");

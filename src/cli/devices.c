@@ -7,8 +7,8 @@
 #include "viewworth/gpu.h"
 
 static const char *const kind_names[] = {
-    [VW_GPU_DISCRETE] = "discrete", [VW_GPU_INTEGRATED] = "integrated", [VW_GPU_VIRTUAL] = "virtual",
-    [VW_GPU_OTHER] = "other",       [VW_GPU_CPU] = "cpu",
+    [VW_GPU_DISCRETE] = "discrete", [VW_GPU_INTEGRATED] = "integrated", [VW_GPU_VIRTUAL] = "virtual", [VW_GPU_OTHER] = "other",
+    [VW_GPU_CPU] = "cpu",
 };
 
 static void print_table(const struct vw_gpu_info *infos, uint32_t count) {
@@ -26,9 +26,9 @@ static json_t *to_json(const struct vw_gpu_info *infos, uint32_t count) {
     bool failed = !devices;
     for (uint32_t i = 0; !failed && i < count; i++) {
         const struct vw_gpu_info *info = &infos[i];
-        json_t *device = json_pack("{s:I, s:s, s:s, s:s, s:I, s:s}", "index", (json_int_t)info->index, "kind", kind_names[info->kind],
-                                   "name", info->name, "driver", info->driver, "memory_bytes", (json_int_t)info->memory_bytes, "unfit",
-                                   info->unfit);
+        json_t *device =
+            json_pack("{s:I, s:s, s:s, s:s, s:I, s:s}", "index", (json_int_t)info->index, "kind", kind_names[info->kind], "name",
+                      info->name, "driver", info->driver, "memory_bytes", (json_int_t)info->memory_bytes, "unfit", info->unfit);
         failed = json_array_append_new(devices, device);
     }
     if (!failed) return json_pack("{s:o}", "devices", devices);

@@ -53,8 +53,8 @@ static enum vw_status open_same_scene(struct rendering *rendering, const struct 
     char hash[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(rendering->scene->hash, hash);
     if (strcmp(hash, run->scene_hash) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: no longer the scene that %s was trained on; restore it and the files of its lists",
-                   run->scene_path, rendering->options->operand);
+    return vw_fail(VW_ERROR_INPUT, "%s: no longer the scene that %s was trained on; restore it and the files of its lists", run->scene_path,
+                   rendering->options->operand);
 }
 
 static enum vw_status decide_background(struct rendering *rendering) {

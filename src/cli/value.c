@@ -89,10 +89,10 @@ static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking
 
 static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking) {
     json_t *root = vw_training_to_json(run);
-    json_t *values = json_pack("{s:s, s:o, s:o, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
-                               vw_json_real(run->first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->last_val_psnr_db),
-                               "most_valuable", photos_to_json(run->scene, ranking, true), "least_valuable",
-                               photos_to_json(run->scene, ranking, false));
+    json_t *values =
+        json_pack("{s:s, s:o, s:o, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db", vw_json_real(run->first_val_psnr_db),
+                  "val_psnr_end_db", vw_json_real(run->last_val_psnr_db), "most_valuable", photos_to_json(run->scene, ranking, true),
+                  "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values);
     json_decref(values);
     if (!failed) return vw_json_print(root);

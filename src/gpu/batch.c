@@ -11,7 +11,8 @@ static void full_barrier(VkCommandBuffer commands, bool host_reads) {
     const VkPipelineStageFlags device = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     const VkAccessFlags writes = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     const VkAccessFlags reads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
-    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = writes,
+    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                     .srcAccessMask = writes,
                                      .dstAccessMask = reads | writes | (host_reads ? VK_ACCESS_HOST_READ_BIT : 0)};
     vkCmdPipelineBarrier(commands, device, device | (host_reads ? VK_PIPELINE_STAGE_HOST_BIT : 0), 0, 1, &barrier, 0, NULL, 0, NULL);
 }
@@ -23,10 +24,8 @@ static bool must_wait(const struct vw_batch *batch, const struct vw_buffer *buff
 }
 
 static void note_access(const struct vw_batch *batch, struct vw_buffer *buffer, bool writes) {
-    if (writes)
-        buffer->last.write_epoch = batch->epoch;
-    else
-        buffer->last.read_epoch = batch->epoch;
+    if (writes) buffer->last.write_epoch = batch->epoch;
+    else buffer->last.read_epoch = batch->epoch;
 }
 
 static void record_barrier(struct vw_batch *batch) {
@@ -106,8 +105,7 @@ static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, 
     VkCommandBuffer commands = batch->commands;
     wait_for_slots(batch, pass);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
-    if (pass->slot_count)
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
+    if (pass->slot_count) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
     if (pass->push_bytes) vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
     bool timed = vw_batch_timer_start(&batch->timer, commands, pass->name);
     vkCmdDispatch(commands, groups.x, groups.y, 1);
@@ -193,8 +191,8 @@ static enum vw_status create_commands(struct vw_batch *batch) {
                                           .queueFamilyIndex = batch->gpu->chosen.queue_family};
     VkResult result = vkCreateCommandPool(device, &pool, NULL, &batch->pool);
     if (result) return vw_gpu_fail(result, "vkCreateCommandPool", "batch");
-    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                                  .commandPool = batch->pool, .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo commands = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = batch->pool, .commandBufferCount = 1};
     result = vkAllocateCommandBuffers(device, &commands, &batch->commands);
     if (result) return vw_gpu_fail(result, "vkAllocateCommandBuffers", "batch");
     const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};

@@ -155,9 +155,10 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
     const char *name = params->name ? params->name : "unnamed";
     if (!params->size_bytes) return vw_fail(VW_ERROR_DEVICE, "buffer %s: its size is 0 bytes; leave it out", name);
     if (params->size_bytes > gpu->chosen.limits.buffer_bytes)
-        return vw_fail(VW_ERROR_MEMORY, "buffer %s: %llu bytes are more than the %llu that the device allocates at once; use a smaller "
-                       "configuration or another --device", name, (unsigned long long)params->size_bytes,
-                       (unsigned long long)gpu->chosen.limits.buffer_bytes);
+        return vw_fail(VW_ERROR_MEMORY,
+                       "buffer %s: %llu bytes are more than the %llu that the device allocates at once; use a smaller "
+                       "configuration or another --device",
+                       name, (unsigned long long)params->size_bytes, (unsigned long long)gpu->chosen.limits.buffer_bytes);
     struct vw_buffer *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;

@@ -24,12 +24,9 @@ static enum vw_status list_candidates(const struct vw_instance *instance, struct
     VkPhysicalDevice *physical = vw_allocate(found, sizeof *physical);
     if (!physical) return VW_ERROR_MEMORY;
     if (!result) result = vkEnumeratePhysicalDevices(instance->handle, &found, physical);
-    if (result)
-        status = vw_gpu_fail(result, "vkEnumeratePhysicalDevices", "Vulkan");
-    else if (!found)
-        status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
-    else if (!(list = vw_allocate(found, sizeof *list)))
-        status = VW_ERROR_MEMORY;
+    if (result) status = vw_gpu_fail(result, "vkEnumeratePhysicalDevices", "Vulkan");
+    else if (!found) status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
+    else if (!(list = vw_allocate(found, sizeof *list))) status = VW_ERROR_MEMORY;
     if (status) goto done;
 
     for (uint32_t i = 0; i < found; i++) {
@@ -90,13 +87,11 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
     if (status) return status;
     uint32_t i = 0;
     while (i < count && !is_wanted(&candidates[i].info, device)) i++;
-    if (i == count)
-        status = fail_without_choice(candidates, count, device);
+    if (i == count) status = fail_without_choice(candidates, count, device);
     else if (*candidates[i].info.unfit)
         status = vw_fail(VW_ERROR_NO_DEVICE, "device %u %s falls short in %s; choose another --device", i, candidates[i].info.name,
                          candidates[i].info.unfit);
-    else
-        gpu->chosen = candidates[i];
+    else gpu->chosen = candidates[i];
     free(candidates);
     return status;
 }
@@ -135,8 +130,8 @@ static enum vw_status create_transfer(struct vw_gpu *gpu) {
                                           .queueFamilyIndex = gpu->chosen.queue_family};
     VkResult result = vkCreateCommandPool(gpu->device, &pool, NULL, &gpu->transfer_pool);
     if (result) return vw_gpu_fail(result, "vkCreateCommandPool", gpu->chosen.info.name);
-    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                                  .commandPool = gpu->transfer_pool, .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo commands = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = gpu->transfer_pool, .commandBufferCount = 1};
     result = vkAllocateCommandBuffers(gpu->device, &commands, &gpu->transfer);
     return result ? vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name) : VW_OK;
 }

@@ -80,7 +80,7 @@ enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t of
 
 struct vw_pass_slot {
     struct vw_buffer *buffer;
-    bool writes; // else it only reads
+    bool writes;       // else it only reads
     VkBufferView view; // of a texel buffer
 };
 

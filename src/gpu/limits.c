@@ -22,15 +22,18 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
 };
 
 // Limits where more is better, alignments where less is better, and optional features.
-#define FOR_EACH_MAXIMUM(DO) \
-    DO(storage_binding_bytes) DO(buffer_bytes) DO(texel_elements) DO(shared_memory_bytes) DO(push_constant_bytes) \
-    DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
+#define FOR_EACH_MAXIMUM(DO)                                                                                                               \
+    DO(storage_binding_bytes)                                                                                                              \
+    DO(buffer_bytes) DO(texel_elements) DO(shared_memory_bytes) DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x)     \
+        DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
 #define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(buffer_reference) DO(timestamps)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
-#define LOWER(field) if (limits->field > clamp->field) limits->field = clamp->field;
-#define RAISE(field) if (limits->field < clamp->field) limits->field = clamp->field;
+#define LOWER(field)                                                                                                                       \
+    if (limits->field > clamp->field) limits->field = clamp->field;
+#define RAISE(field)                                                                                                                       \
+    if (limits->field < clamp->field) limits->field = clamp->field;
 #define DISABLE(field) limits->field = limits->field && clamp->field;
     FOR_EACH_MAXIMUM(LOWER)
     FOR_EACH_ALIGNMENT(RAISE)
@@ -41,8 +44,10 @@ void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *c
 }
 
 const char *vw_limits_missed(const struct vw_gpu_limits *limits) {
-#define AT_LEAST(field) if (limits->field < vw_gpu_floor_limits.field) return #field;
-#define AT_MOST(field) if (limits->field > vw_gpu_floor_limits.field) return #field;
+#define AT_LEAST(field)                                                                                                                    \
+    if (limits->field < vw_gpu_floor_limits.field) return #field;
+#define AT_MOST(field)                                                                                                                     \
+    if (limits->field > vw_gpu_floor_limits.field) return #field;
     FOR_EACH_MAXIMUM(AT_LEAST)
     FOR_EACH_ALIGNMENT(AT_MOST)
 #undef AT_LEAST
@@ -150,10 +155,7 @@ void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidat
     snprintf(info->name, sizeof info->name, "%s", properties.deviceName);
     if (info->kind == VW_GPU_CPU) append_processor(info);
     info->memory_bytes = largest_device_heap_bytes(physical);
-    if (properties.apiVersion < VK_API_VERSION_1_2)
-        snprintf(info->unfit, sizeof info->unfit, "Vulkan 1.2");
-    else if (!find_queue_family(candidate))
-        snprintf(info->unfit, sizeof info->unfit, "a compute queue");
-    else
-        query_core(candidate);
+    if (properties.apiVersion < VK_API_VERSION_1_2) snprintf(info->unfit, sizeof info->unfit, "Vulkan 1.2");
+    else if (!find_queue_family(candidate)) snprintf(info->unfit, sizeof info->unfit, "a compute queue");
+    else query_core(candidate);
 }

@@ -60,12 +60,9 @@ static const struct {
     uint32_t bytes;
     bool is_float;
 } texel_formats[] = {
-    [VW_TEXEL_FLOAT1] = {VK_FORMAT_R32_SFLOAT, 4, true},
-    [VW_TEXEL_FLOAT2] = {VK_FORMAT_R32G32_SFLOAT, 8, true},
-    [VW_TEXEL_FLOAT4] = {VK_FORMAT_R32G32B32A32_SFLOAT, 16, true},
-    [VW_TEXEL_UINT1] = {VK_FORMAT_R32_UINT, 4, false},
-    [VW_TEXEL_UINT2] = {VK_FORMAT_R32G32_UINT, 8, false},
-    [VW_TEXEL_UINT4] = {VK_FORMAT_R32G32B32A32_UINT, 16, false},
+    [VW_TEXEL_FLOAT1] = {VK_FORMAT_R32_SFLOAT, 4, true},           [VW_TEXEL_FLOAT2] = {VK_FORMAT_R32G32_SFLOAT, 8, true},
+    [VW_TEXEL_FLOAT4] = {VK_FORMAT_R32G32B32A32_SFLOAT, 16, true}, [VW_TEXEL_UINT1] = {VK_FORMAT_R32_UINT, 4, false},
+    [VW_TEXEL_UINT2] = {VK_FORMAT_R32G32_UINT, 8, false},          [VW_TEXEL_UINT4] = {VK_FORMAT_R32G32B32A32_UINT, 16, false},
 };
 
 static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *slot, const struct vw_binding *binding) {
@@ -90,21 +87,23 @@ static enum vw_status create_set(struct vw_pass *pass, const struct vw_spirv *sp
     VkDescriptorPoolSize sizes[VW_SPIRV_MAX_SLOTS];
     for (uint32_t i = 0; i < spirv->slot_count; i++) {
         VkDescriptorType type = descriptor_type(&spirv->slots[i]);
-        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = spirv->slots[i].slot, .descriptorType = type, .descriptorCount = 1,
-                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+        bindings[i] = (VkDescriptorSetLayoutBinding){
+            .binding = spirv->slots[i].slot, .descriptorType = type, .descriptorCount = 1, .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
         sizes[i] = (VkDescriptorPoolSize){type, 1};
     }
-    const VkDescriptorSetLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                                    .bindingCount = spirv->slot_count, .pBindings = bindings};
+    const VkDescriptorSetLayoutCreateInfo layout = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = spirv->slot_count, .pBindings = bindings};
     VkResult result = vkCreateDescriptorSetLayout(device, &layout, NULL, &pass->set_layout);
     if (result) return vw_gpu_fail(result, "vkCreateDescriptorSetLayout", pass->name);
     if (!spirv->slot_count) return VW_OK;
-    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1,
-                                             .poolSizeCount = spirv->slot_count, .pPoolSizes = sizes};
+    const VkDescriptorPoolCreateInfo pool = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = spirv->slot_count, .pPoolSizes = sizes};
     result = vkCreateDescriptorPool(device, &pool, NULL, &pass->pool);
     if (result) return vw_gpu_fail(result, "vkCreateDescriptorPool", pass->name);
-    const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, .descriptorPool = pass->pool,
-                                             .descriptorSetCount = 1, .pSetLayouts = &pass->set_layout};
+    const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                             .descriptorPool = pass->pool,
+                                             .descriptorSetCount = 1,
+                                             .pSetLayouts = &pass->set_layout};
     result = vkAllocateDescriptorSets(device, &set, &pass->set);
     return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", pass->name) : VW_OK;
 }
@@ -115,9 +114,11 @@ static enum vw_status create_view(struct vw_pass *pass, const struct vw_binding 
     if (texels > pass->gpu->chosen.limits.texel_elements) texels = pass->gpu->chosen.limits.texel_elements;
     if (!texels)
         return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %s is smaller than one texel", pass->name, binding->slot, binding->buffer->name);
-    const VkBufferViewCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO, .buffer = binding->buffer->handle,
-        .format = texel_formats[binding->texel].format, .offset = binding->offset_bytes, .range = texels * texel_bytes};
+    const VkBufferViewCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                         .buffer = binding->buffer->handle,
+                                         .format = texel_formats[binding->texel].format,
+                                         .offset = binding->offset_bytes,
+                                         .range = texels * texel_bytes};
     VkResult result = vkCreateBufferView(pass->gpu->device, &info, NULL, view);
     return result ? vw_gpu_fail(result, "vkCreateBufferView", binding->buffer->name) : VW_OK;
 }
@@ -132,9 +133,13 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
     if (declared->texel) status = create_view(pass, binding, size_bytes, &slot->view);
     if (status) return status;
     const VkDescriptorBufferInfo range = {binding->buffer->handle, binding->offset_bytes, size_bytes};
-    const VkWriteDescriptorSet write = {
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, .dstSet = pass->set, .dstBinding = declared->slot, .descriptorCount = 1,
-        .descriptorType = descriptor_type(declared), .pBufferInfo = &range, .pTexelBufferView = &slot->view};
+    const VkWriteDescriptorSet write = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                        .dstSet = pass->set,
+                                        .dstBinding = declared->slot,
+                                        .descriptorCount = 1,
+                                        .descriptorType = descriptor_type(declared),
+                                        .pBufferInfo = &range,
+                                        .pTexelBufferView = &slot->view};
     vkUpdateDescriptorSets(pass->gpu->device, 1, &write, 0, NULL);
     return VW_OK;
 }
@@ -163,31 +168,36 @@ static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *sp
 
 static enum vw_status create_layout(struct vw_pass *pass) {
     const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = pass->push_bytes};
-    const VkPipelineLayoutCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, .setLayoutCount = 1, .pSetLayouts = &pass->set_layout,
-        .pushConstantRangeCount = pass->push_bytes ? 1 : 0, .pPushConstantRanges = &push};
+    const VkPipelineLayoutCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                             .setLayoutCount = 1,
+                                             .pSetLayouts = &pass->set_layout,
+                                             .pushConstantRangeCount = pass->push_bytes ? 1 : 0,
+                                             .pPushConstantRanges = &push};
     VkResult result = vkCreatePipelineLayout(pass->gpu->device, &info, NULL, &pass->layout);
     return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
 }
 
 static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass_params *params) {
     VkShaderModule module;
-    const VkShaderModuleCreateInfo code = {.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                           .codeSize = params->shader->code_bytes, .pCode = params->shader->code};
+    const VkShaderModuleCreateInfo code = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = params->shader->code_bytes, .pCode = params->shader->code};
     VkSpecializationMapEntry *entries = vw_allocate(params->specialization_count, sizeof *entries);
     if (!entries) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < params->specialization_count; i++)
         entries[i] = (VkSpecializationMapEntry){.constantID = i, .offset = i * 4, .size = 4};
-    const VkSpecializationInfo specialization = {.mapEntryCount = params->specialization_count, .pMapEntries = entries,
+    const VkSpecializationInfo specialization = {.mapEntryCount = params->specialization_count,
+                                                 .pMapEntries = entries,
                                                  .dataSize = params->specialization_count * sizeof(uint32_t),
                                                  .pData = params->specialization};
     VkResult result = vkCreateShaderModule(pass->gpu->device, &code, NULL, &module);
     if (!result) {
-        const VkComputePipelineCreateInfo info = {
-            .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-            .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                      .module = module, .pName = "main", .pSpecializationInfo = &specialization},
-            .layout = pass->layout};
+        const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                                  .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                            .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                            .module = module,
+                                                            .pName = "main",
+                                                            .pSpecializationInfo = &specialization},
+                                                  .layout = pass->layout};
         result = vkCreateComputePipelines(pass->gpu->device, VK_NULL_HANDLE, 1, &info, NULL, &pass->pipeline);
         vkDestroyShaderModule(pass->gpu->device, module, NULL);
     }

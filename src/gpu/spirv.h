@@ -20,9 +20,9 @@ struct vw_spirv_slot {
 struct vw_spirv {
     struct vw_spirv_slot slots[VW_SPIRV_MAX_SLOTS];
     uint32_t slot_count;
-    uint32_t push_bytes;         // as sizeof the same struct in C: rounded up to its widest scalar
-    uint32_t workgroup_size[3];  // after specialization
-    uint64_t shared_bytes;       // after specialization; a length that is not a plain expression of constants counts as 0
+    uint32_t push_bytes;        // as sizeof the same struct in C: rounded up to its widest scalar
+    uint32_t workgroup_size[3]; // after specialization
+    uint64_t shared_bytes;      // after specialization; a length that is not a plain expression of constants counts as 0
     bool needs_int64;
     bool needs_int64_atomics;
     bool needs_buffer_reference;

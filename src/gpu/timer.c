@@ -10,8 +10,8 @@ enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *
     if (!gpu->timers_wanted) return VW_OK;
     timer->names = vw_allocate(TIMED_DISPATCHES, sizeof *timer->names);
     if (!timer->names) return VW_ERROR_MEMORY;
-    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                        .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2 * TIMED_DISPATCHES};
+    const VkQueryPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2 * TIMED_DISPATCHES};
     VkResult result = vkCreateQueryPool(gpu->device, &info, NULL, &timer->queries);
     return result ? vw_gpu_fail(result, "vkCreateQueryPool", "timers") : VW_OK;
 }
@@ -53,8 +53,8 @@ enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer 
     const uint64_t mask = gpu->chosen.timestamp_bits < 64 ? ((uint64_t)1 << gpu->chosen.timestamp_bits) - 1 : UINT64_MAX;
     for (uint32_t i = 0; i < timer->count; i++) {
         uint64_t ticks[2];
-        VkResult result = vkGetQueryPoolResults(gpu->device, timer->queries, 2 * i, 2, sizeof ticks, ticks, sizeof ticks[0],
-                                                VK_QUERY_RESULT_64_BIT);
+        VkResult result =
+            vkGetQueryPoolResults(gpu->device, timer->queries, 2 * i, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
         if (result == VK_NOT_READY) continue;
         if (result) return vw_gpu_fail(result, "vkGetQueryPoolResults", timer->names[i]);
         struct vw_gpu_timer *total = find_timer(gpu, timer->names[i]);

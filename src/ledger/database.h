@@ -42,7 +42,7 @@ struct vw_row {
 };
 
 void vw_row_add_integer(struct vw_row *row, int64_t value);
-void vw_row_add_real(struct vw_row *row, double value); // NaN becomes NULL, -0 becomes 0, as SQLite stores them
+void vw_row_add_real(struct vw_row *row, double value);     // NaN becomes NULL, -0 becomes 0, as SQLite stores them
 void vw_row_add_text(struct vw_row *row, const char *text); // borrowed until vw_row_write
 void vw_row_add_null(struct vw_row *row);
 // Runs the statement and makes it ready for the next row.

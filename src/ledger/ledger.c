@@ -146,8 +146,7 @@ static enum vw_status prepare_append(struct vw_ledger *ledger) {
 static bool is_nonfinite(const struct vw_step_record *record) {
     if (record->nonfinite || !record->validated) return record->nonfinite;
     bool finite = isfinite(record->val_psnr) && isfinite(record->val_psnr_pooled) && isfinite(record->val_l1);
-    for (uint32_t i = 0; finite && i < record->view_count; i++)
-        finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
+    for (uint32_t i = 0; finite && i < record->view_count; i++) finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
     return !finite;
 }
 
@@ -233,9 +232,9 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
     enum vw_status status = vw_database_run(&ledger->database, "DELETE FROM score");
     if (status) return status;
     struct vw_row row = {0};
-    status = vw_database_prepare(
-        &ledger->database, "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits) VALUES (?, ?, ?, ?, ?, ?, ?)",
-        &row.statement);
+    status = vw_database_prepare(&ledger->database,
+                                 "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits) VALUES (?, ?, ?, ?, ?, ?, ?)",
+                                 &row.statement);
     for (uint32_t i = 0; !status && i < score_count; i++) {
         const struct vw_ledger_score *score = &scores[i];
         vw_row_add_text(&row, ledger->run.run_id);
@@ -272,8 +271,8 @@ static enum vw_status update_run(struct vw_ledger *ledger, const char *run_statu
     vw_hasher_add_text(&hasher, ledger->run.scene_options_json);
     vw_hasher_add_text(&hasher, ledger->run.started_utc);
     struct vw_row row = {.hasher = &hasher};
-    enum vw_status status = vw_database_prepare(&ledger->database, "UPDATE run SET finished_utc = ?, status = ?, final_hash = ?",
-                                                &row.statement);
+    enum vw_status status =
+        vw_database_prepare(&ledger->database, "UPDATE run SET finished_utc = ?, status = ?, final_hash = ?", &row.statement);
     if (status) return status;
     vw_row_add_text(&row, finished_utc);
     vw_row_add_text(&row, run_status);

@@ -10,11 +10,11 @@ struct vw_ledger {
     sqlite3_stmt *insert_step, *insert_view; // prepared at the first append
     char head[VW_HASH_HEX_BYTES];            // row_hash of the last step, or of the run before the first
     uint64_t next_step;
-    bool finished;                           // has a final_hash, which an append would make wrong
+    bool finished; // has a final_hash, which an append would make wrong
     struct vw_ledger_run run;
-    struct vw_ledger_image *images;          // NULL until asked for
+    struct vw_ledger_image *images; // NULL until asked for
     uint32_t image_count;
-    char **texts;                            // the strings that `run` and `images` lend
+    char **texts; // the strings that `run` and `images` lend
     size_t text_count, text_capacity;
 };
 

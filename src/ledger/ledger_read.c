@@ -55,8 +55,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
 static enum vw_status load_last_step(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
-    enum vw_status status = vw_database_prepare(
-        &ledger->database, "SELECT step, row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", &statement);
+    enum vw_status status =
+        vw_database_prepare(&ledger->database, "SELECT step, row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) {
         ledger->next_step = (uint64_t)sqlite3_column_int64(statement, 0) + 1;
@@ -140,11 +140,11 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
     struct vw_step_record *read = NULL;
     size_t capacity = 0, used = 0;
     bool found = false;
-    enum vw_status status = vw_database_prepare(
-        &ledger->database,
-        "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped FROM step"
-        " ORDER BY run_id, step",
-        &statement);
+    enum vw_status status =
+        vw_database_prepare(&ledger->database,
+                            "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped FROM step"
+                            " ORDER BY run_id, step",
+                            &statement);
     while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
         status = vw_grow((void **)&read, &capacity, used + 1, sizeof *read);
         if (!status) read[used++] = read_step(statement);

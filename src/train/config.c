@@ -156,12 +156,9 @@ static enum vw_status number_from_json(const json_t *object, const struct number
     const json_t *value = json_object_get(object, number->key);
     char *field = (char *)config + number->offset;
     if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
-    if (number->kind == REAL)
-        *(double *)field = json_number_value(value);
-    else if (number->kind == SEED)
-        *(uint64_t *)field = (uint64_t)json_integer_value(value);
-    else
-        *(uint32_t *)field = (uint32_t)json_integer_value(value);
+    if (number->kind == REAL) *(double *)field = json_number_value(value);
+    else if (number->kind == SEED) *(uint64_t *)field = (uint64_t)json_integer_value(value);
+    else *(uint32_t *)field = (uint32_t)json_integer_value(value);
     return VW_OK;
 }
 

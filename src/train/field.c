@@ -14,7 +14,8 @@ static enum vw_status create_cameras(struct field *field, const struct vw_scene 
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     if (!cameras) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scene->view_count; i++) cameras[i] = pixels_camera(&scene->views[i], &scene->box);
-    enum vw_status status = vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
+    enum vw_status status =
+        vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
     if (status == VW_OK) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);
     free(cameras);
     return status;
@@ -25,13 +26,15 @@ static enum vw_status create_params(struct field *field, uint64_t seed) {
     void *initial = vw_allocate(model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
     model_initialise(model, seed, initial);
-    enum vw_status status = vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
+    enum vw_status status =
+        vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
     if (status == VW_OK) status = vw_buffer_write(field->params, 0, initial, model->param_bytes);
     free(initial);
     return status;
 }
 
-enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed, struct field *field) {
+enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,
+                            struct field *field) {
     *field = (struct field){.gpu = gpu, .model = model};
     uint64_t chunk = model->specialization.chunk_samples;
     const struct {
@@ -44,7 +47,8 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
     };
     enum vw_status status = create_cameras(field, scene);
     if (status == VW_OK) status = create_params(field, seed);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && status == VW_OK; i++) status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && status == VW_OK; i++)
+        status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
     if (status != VW_OK) field_destroy(field);
     return status;
 }
@@ -65,7 +69,10 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
         // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not read.
         {.slot = VW_SLOT_GRID, .buffer = field->params, .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes},
         {.slot = VW_SLOT_GRID_TEXEL, .buffer = field->params, .size_bytes = grid_bytes, .texel = VW_TEXEL_FLOAT2},
-        {.slot = VW_SLOT_WEIGHTS, .buffer = field->params, .offset_bytes = model->weights.offset_bytes, .size_bytes = model->weights.size_bytes},
+        {.slot = VW_SLOT_WEIGHTS,
+         .buffer = field->params,
+         .offset_bytes = model->weights.offset_bytes,
+         .size_bytes = model->weights.size_bytes},
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
@@ -89,7 +96,8 @@ static enum vw_status create_evaluator_buffers(uint32_t rays, struct evaluator *
         {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+        status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
@@ -114,8 +122,11 @@ static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++) {
-        struct vw_pass_params params = {.shader = passes[i].shader, .specialization = (const uint32_t *)&specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT, .bindings = bindings, .binding_count = count};
+        struct vw_pass_params params = {.shader = passes[i].shader,
+                                        .specialization = (const uint32_t *)&specialization,
+                                        .specialization_count = VW_SPECIALIZATION_COUNT,
+                                        .bindings = bindings,
+                                        .binding_count = count};
         status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
     }
     return status;

@@ -6,27 +6,28 @@
 #include "model.h"
 
 struct field {
-    struct vw_gpu *gpu;             // borrowed
-    const struct model *model;      // borrowed
-    struct vw_buffer *params;       // model->param_bytes
-    struct vw_buffer *cameras;      // vw_gpu_camera per view
-    struct vw_buffer *rows, *relu;  // activations of one training chunk
-    struct vw_buffer *step_state;   // one vw_step_state
+    struct vw_gpu *gpu;            // borrowed
+    const struct model *model;     // borrowed
+    struct vw_buffer *params;      // model->param_bytes
+    struct vw_buffer *cameras;     // vw_gpu_camera per view
+    struct vw_buffer *rows, *relu; // activations of one training chunk
+    struct vw_buffer *step_state;  // one vw_step_state
 };
 
-enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed, struct field *field);
+enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,
+                            struct field *field);
 void field_destroy(struct field *field);
 
 // Bindings of the field that several passes share: grid (as both views), weights. Writes them behind `*count` and advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
 
 struct evaluator {
-    struct field *field;         // borrowed
-    uint32_t ray_count;          // with padding
-    uint32_t chunk_rays;         // rays whose samples are held at a time
+    struct field *field; // borrowed
+    uint32_t ray_count;  // with padding
+    uint32_t chunk_rays; // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;
     struct vw_pass *generate, *forward, *composite;
-    struct vw_batch *batch;      // for evaluator_set_pixels
+    struct vw_batch *batch; // for evaluator_set_pixels
 };
 
 // An evaluator for up to `rays` rays.

@@ -1,5 +1,5 @@
-// OUT/field.vwf: "viewworth field 1\n", the length of a JSON text as 8 decimal digits and "\n", the JSON (what the field is), "\n", the params
-// block as little-endian 32-bit floats, and a BLAKE2b-256 of everything before it.
+// OUT/field.vwf: "viewworth field 1\n", the length of a JSON text as 8 decimal digits and "\n", the JSON (what the field is), "\n", the
+// params block as little-endian 32-bit floats, and a BLAKE2b-256 of everything before it.
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>

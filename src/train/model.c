@@ -10,7 +10,8 @@
 
 _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER, "losses differ");
 _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
-                   (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD, "optimisers differ");
+                   (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
+               "optimisers differ");
 _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_RECIPE == VW_RANDOM_RECIPE, "random purposes differ");
 
 enum {
@@ -56,14 +57,16 @@ static enum vw_status lay_out_windows(const struct vw_config *config, const stru
         window->level_count++;
         window->pair_count = end - window->first_pair;
         if ((uint64_t)window->pair_count * word_bytes > limits->storage_binding_bytes)
-            return vw_fail(VW_ERROR_USAGE, "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of %llu; lower it",
+            return vw_fail(VW_ERROR_USAGE,
+                           "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of %llu; lower it",
                            (unsigned long long)window->pair_count * word_bytes, (unsigned long long)limits->storage_binding_bytes);
     }
     return VW_OK;
 }
 
 // Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every contribution clamped to
-// `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry. Narrow words are used while they leave 16 bits.
+// `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry. Narrow words are used while they leave 16
+// bits.
 static void choose_fixed_point(uint32_t samples_per_step, struct vw_specialization *specialization) {
     bool narrow = samples_per_step <= 1u << 15;
     double clamp = narrow ? 16.0 : 1024.0; // far above the gradients of a sound training, which are of order 1
@@ -131,7 +134,8 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
         return vw_fail(VW_ERROR_USAGE, "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
                        (unsigned long long)model->grid.size_bytes);
     if (16 * model->weight_columns > limits->shared_memory_bytes)
-        return vw_fail(VW_ERROR_USAGE, "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower --width or --levels",
+        return vw_fail(VW_ERROR_USAGE,
+                       "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower --width or --levels",
                        16 * model->weight_columns, limits->shared_memory_bytes);
     return lay_out_windows(config, limits, model);
 }

@@ -26,7 +26,8 @@ static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, st
     for (uint64_t first = 0; first < total; first += TILE_RAYS) {
         uint32_t count = total - first < TILE_RAYS ? (uint32_t)(total - first) : TILE_RAYS;
         for (uint32_t i = 0; i < count; i++)
-            pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px), (uint32_t)((first + i) / image->width_px), background);
+            pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px),
+                                  (uint32_t)((first + i) / image->width_px), background);
         enum vw_status status = render_tile(evaluator, pixels, count, colours);
         if (status != VW_OK) return status;
         for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);
@@ -45,9 +46,7 @@ enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, floa
     evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);
-    if (status == VW_OK)
-        *rgb = rendered;
-    else
-        free(rendered);
+    if (status == VW_OK) *rgb = rendered;
+    else free(rendered);
     return status;
 }

@@ -31,10 +31,13 @@ static enum vw_status create_buffers(struct step_passes *step) {
     return status;
 }
 
-static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
-                                  struct vw_pass **pass) {
-    struct vw_pass_params params = {.shader = shader, .specialization = (const uint32_t *)&step->field->model->specialization,
-                                    .specialization_count = VW_SPECIALIZATION_COUNT, .bindings = bindings, .binding_count = count};
+static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader, const struct vw_binding *bindings,
+                                  uint32_t count, struct vw_pass **pass) {
+    struct vw_pass_params params = {.shader = shader,
+                                    .specialization = (const uint32_t *)&step->field->model->specialization,
+                                    .specialization_count = VW_SPECIALIZATION_COUNT,
+                                    .bindings = bindings,
+                                    .binding_count = count};
     return vw_pass_create(step->field->gpu, &params, pass);
 }
 
@@ -75,16 +78,23 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
 static enum vw_status create_window_passes(struct step_passes *step, uint32_t index) {
     const struct field *field = step->field;
     const struct grid_window *window = &field->model->windows[index];
-    const struct vw_shader *scatter = vw_gpu_get_limits(field->gpu)->int64_atomics ? &vw_shader_scatter_grid : &vw_shader_scatter_grid_split;
+    const struct vw_shader *scatter =
+        vw_gpu_get_limits(field->gpu)->int64_atomics ? &vw_shader_scatter_grid : &vw_shader_scatter_grid_split;
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model);
     bool momentum = field->model->specialization.momentum;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
-        {.slot = VW_SLOT_GRID, .buffer = field->params, .offset_bytes = field->model->grid.offset_bytes + 8 * first, .size_bytes = 8 * pairs},
+        {.slot = VW_SLOT_GRID,
+         .buffer = field->params,
+         .offset_bytes = field->model->grid.offset_bytes + 8 * first,
+         .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_D_GRID, .buffer = step->d_grid, .offset_bytes = word * first, .size_bytes = word * pairs},
-        {.slot = VW_SLOT_GRID_MOMENT1, .buffer = step->grid_moment1, .offset_bytes = momentum ? 8 * first : 0, .size_bytes = momentum ? 8 * pairs : 8},
+        {.slot = VW_SLOT_GRID_MOMENT1,
+         .buffer = step->grid_moment1,
+         .offset_bytes = momentum ? 8 * first : 0,
+         .size_bytes = momentum ? 8 * pairs : 8},
         {.slot = VW_SLOT_GRID_MOMENT2, .buffer = step->grid_moment2, .offset_bytes = 8 * first, .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
@@ -95,7 +105,9 @@ static enum vw_status create_window_passes(struct step_passes *step, uint32_t in
 
 enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
                            struct step_passes *step) {
-    *step = (struct step_passes){.field = field, .rays = config->rays, .padded_rays = model_pad_rays(field->model, config->rays),
+    *step = (struct step_passes){.field = field,
+                                 .rays = config->rays,
+                                 .padded_rays = model_pad_rays(field->model, config->rays),
                                  .chunk_rays = field->model->specialization.chunk_samples / config->samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
@@ -112,8 +124,9 @@ void step_destroy(struct step_passes *step) {
         vw_pass_destroy(&step->scatter[i]);
         vw_pass_destroy(&step->update_grid[i]);
     }
-    struct vw_buffer **buffers[] = {&step->ray_buffer, &step->samples,        &step->d_samples, &step->ray_loss,     &step->weight_partials, &step->d_weights,
-                                    &step->weight_moments, &step->d_grid, &step->grid_moment1, &step->grid_moment2, &step->grid_visits};
+    struct vw_buffer **buffers[] = {&step->ray_buffer,      &step->samples,      &step->d_samples,      &step->ray_loss,
+                                    &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
+                                    &step->grid_moment1,    &step->grid_moment2, &step->grid_visits};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
@@ -128,7 +141,9 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
     vw_batch_dispatch(batch, step->reduce_weights, push, sizeof *push, model->weight_columns);
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct grid_window *window = &model->windows[i];
-        struct vw_push_scatter scatter = {.sample_count = samples, .first_level = window->first_level, .level_count = window->level_count,
+        struct vw_push_scatter scatter = {.sample_count = samples,
+                                          .first_level = window->first_level,
+                                          .level_count = window->level_count,
                                           .first_pair = window->first_pair};
         vw_batch_dispatch(batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
     }
@@ -140,8 +155,10 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         uint32_t left = step->padded_rays - first;
-        struct vw_push_samples chunk = {.first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays,
-                                        .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
+        struct vw_push_samples chunk = {.first_ray = first,
+                                        .ray_count = left < step->chunk_rays ? left : step->chunk_rays,
+                                        .step_low = (uint32_t)number,
+                                        .step_high = (uint32_t)(number >> 32)};
         record_chunk(step, batch, &chunk);
     }
     struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};

@@ -6,7 +6,7 @@
 #include "field.h"
 
 struct step_passes {
-    struct field *field;          // borrowed
+    struct field *field; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss;
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;

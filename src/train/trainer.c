@@ -53,12 +53,14 @@ static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pi
     return VW_OK;
 }
 
-static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels, const struct vw_ray_range *ranges) {
+static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels,
+                                               const struct vw_ray_range *ranges) {
     uint64_t range_bytes = sizeof *ranges * trainer->val_count;
     enum vw_status status = evaluator_create(&trainer->field, trainer->val_rays, &trainer->validation);
     if (status == VW_OK) status = evaluator_set_pixels(&trainer->validation, pixels, trainer->val_rays);
     if (status == VW_OK)
-        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes}, &trainer->val_ranges);
+        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes},
+                                  &trainer->val_ranges);
     if (status == VW_OK) status = vw_buffer_write(trainer->val_ranges, 0, ranges, range_bytes);
     if (status != VW_OK) return status;
     const struct vw_binding bindings[] = {
@@ -92,18 +94,25 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     uint32_t most = PIXELS_PER_BATCH_MAX / trainer->config.rays;
     trainer->steps_capacity = most < STEPS_PER_BATCH_MAX ? most : STEPS_PER_BATCH_MAX;
     trainer->adapt_batches = steps_per_batch == 0;
-    trainer->steps_per_batch = steps_per_batch == 0 ? 1 : steps_per_batch < trainer->steps_capacity ? steps_per_batch : trainer->steps_capacity;
+    trainer->steps_per_batch = steps_per_batch == 0                        ? 1
+                               : steps_per_batch < trainer->steps_capacity ? steps_per_batch
+                                                                           : trainer->steps_capacity;
     uint64_t pixel_bytes = sizeof(struct vw_pixel) * trainer->config.rays * trainer->steps_capacity;
     uint32_t records = trainer->steps_capacity + 1;
     trainer->records = vw_allocate(records, sizeof *trainer->records);
     trainer->view_errors = vw_allocate((size_t)records * trainer->val_count, sizeof *trainer->view_errors);
     enum vw_status status = trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK)
-        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "pixels", .size_bytes = BATCHES_IN_FLIGHT * pixel_bytes,
-                                                                           .home = VW_BUFFER_UPLOAD}, &trainer->pixels);
+        status = vw_buffer_create(
+            trainer->gpu,
+            &(struct vw_buffer_params){.name = "pixels", .size_bytes = BATCHES_IN_FLIGHT * pixel_bytes, .home = VW_BUFFER_UPLOAD},
+            &trainer->pixels);
     if (status == VW_OK)
-        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
-                                                                           .home = VW_BUFFER_READBACK}, &trainer->scalars);
+        status = vw_buffer_create(trainer->gpu,
+                                  &(struct vw_buffer_params){.name = "scalars",
+                                                             .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
+                                                             .home = VW_BUFFER_READBACK},
+                                  &trainer->scalars);
     for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) status = vw_batch_create(trainer->gpu, &trainer->slots[i].batch);
     return status;
 }
@@ -131,8 +140,8 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     if (status == VW_OK) status = vw_effects_decide(trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
     if (status == VW_OK) status = choose_views(trainer);
     if (status == VW_OK)
-        status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu), vw_gpu_get_limits(trainer->gpu),
-                              &trainer->model);
+        status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu),
+                              vw_gpu_get_limits(trainer->gpu), &trainer->model);
     if (status == VW_OK) status = field_create(trainer->gpu, &trainer->model, trainer->scene, trainer->config.seed, &trainer->field);
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
@@ -190,11 +199,13 @@ static void record_validation(const struct vw_trainer *trainer, struct vw_batch 
     vw_batch_dispatch(batch, trainer->reduce_views, &push, sizeof push, 64ull * trainer->val_count);
 }
 
-static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step, uint32_t step_in_batch, uint32_t scalar_row) {
+static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step, uint32_t step_in_batch,
+                            uint32_t scalar_row) {
     uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
     uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, trainer->model.specialization.effect_background, rays, pixels);
+    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, trainer->model.specialization.effect_background,
+                rays, pixels);
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
 }
 
@@ -228,7 +239,8 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
 static double psnr_db(double mse) { return -10.0 * log10(mse > MSE_FLOOR ? mse : MSE_FLOOR); }
 
 // `sums` has one row per validation view: squared error high and low, absolute error high and low.
-static void read_validation(const struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views, struct vw_step_record *record) {
+static void read_validation(const struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views,
+                            struct vw_step_record *record) {
     double squared = 0.0, absolute = 0.0, psnr = 0.0, values = 0.0;
     for (uint32_t i = 0; i < trainer->val_count; i++) {
         double view_squared = (double)sums[i].x + sums[i].y, view_absolute = (double)sums[i].z + sums[i].w;
@@ -261,8 +273,10 @@ static uint32_t float_bits(float value) {
     return bits;
 }
 
-static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_float4 *row, struct vw_view_error *views, struct vw_step_record *record) {
-    *record = (struct vw_step_record){.step = step, .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
+static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_float4 *row, struct vw_view_error *views,
+                        struct vw_step_record *record) {
+    *record = (struct vw_step_record){
+        .step = step, .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
     if (step > 0) {
         record->epoch = (uint32_t)((step - 1) / trainer->train_count);
         record->view = view_of_step(trainer, step);
@@ -279,7 +293,8 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_floa
 // Grows batches until one takes long enough. How steps are grouped changes no bit of them.
 static void adapt_batch_size(struct vw_trainer *trainer, const struct batch_slot *slot) {
     if (!trainer->adapt_batches || slot->row_count < trainer->steps_per_batch) return;
-    if (vw_now_s() - slot->submitted_s < BATCH_SECONDS && trainer->steps_per_batch * 2 <= trainer->steps_capacity) trainer->steps_per_batch *= 2;
+    if (vw_now_s() - slot->submitted_s < BATCH_SECONDS && trainer->steps_per_batch * 2 <= trainer->steps_capacity)
+        trainer->steps_per_batch *= 2;
 }
 
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
@@ -297,8 +312,8 @@ enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_st
     adapt_batch_size(trainer, slot);
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
     for (uint32_t i = 0; i < slot->row_count; i++)
-        read_record(trainer, slot->first_step + i, rows + (size_t)i * rows_per_step(trainer), trainer->view_errors + (size_t)i * trainer->val_count,
-                    &trainer->records[i]);
+        read_record(trainer, slot->first_step + i, rows + (size_t)i * rows_per_step(trainer),
+                    trainer->view_errors + (size_t)i * trainer->val_count, &trainer->records[i]);
     *count = slot->row_count;
     return VW_OK;
 }

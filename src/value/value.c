@@ -87,8 +87,8 @@ static void append_scores(const struct estimator *estimator, const struct tally 
 }
 
 enum vw_status vw_value_score(const struct vw_step_record *records, uint64_t record_count, uint32_t burn_in_epochs,
-                              const struct vw_ledger_image *images, uint32_t image_count,
-                              struct vw_ledger_score **scores, uint32_t *score_count) {
+                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_ledger_score **scores,
+                              uint32_t *score_count) {
     enum vw_status status = VW_OK;
     uint32_t count = 0;
     struct tally *tallies = vw_allocate(image_count, sizeof *tallies);

@@ -1,6 +1,6 @@
-// Our training step and 2048-ray validation at the yardstick's workload (tests/benchmark/native_step.c): 500 rays x 32 samples, 8 levels x 2
-// features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense Adam with beta1 0.9, spherical harmonics up to band 2.
-// Prints medians in ms, like the native program. Usage: benchmark_step [steps] [validation rays] [--profile]
+// Our training step and 2048-ray validation at the yardstick's workload (tests/benchmark/native_step.c): 500 rays x 32 samples, 8 levels x
+// 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense Adam with beta1 0.9, spherical harmonics up to
+// band 2. Prints medians in ms, like the native program. Usage: benchmark_step [steps] [validation rays] [--profile]
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,13 +30,14 @@ struct timing {
 enum { STEPS_PER_BATCH = 8, BATCHES_MAX = 256 };
 
 // Runs `batches` batches after one for warming up.
-static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t batches,
-                                 struct timing *timing) {
+static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                                 uint32_t batches, struct timing *timing) {
     double wall_ms[BATCHES_MAX], cpu_ms[BATCHES_MAX];
     const struct vw_step_record *records;
     uint32_t count;
     struct vw_trainer *trainer = NULL;
-    struct vw_trainer_params params = {.gpu = gpu, .scene = scene, .config = config, .validate = validate, .steps_per_batch = STEPS_PER_BATCH};
+    struct vw_trainer_params params = {
+        .gpu = gpu, .scene = scene, .config = config, .validate = validate, .steps_per_batch = STEPS_PER_BATCH};
     enum vw_status status = vw_trainer_create(&params, &trainer);
     if (status == VW_OK) status = vw_trainer_advance(trainer, &records, &count);
     if (status == VW_OK) status = vw_trainer_advance(trainer, &records, &count);
@@ -58,8 +59,8 @@ static void print_timers(const struct vw_gpu *gpu) {
     uint32_t count;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
     for (uint32_t i = 0; i < count; i++)
-        printf("  %-18s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name, (unsigned long long)timers[i].dispatches, timers[i].total_ms,
-               timers[i].total_ms / (double)timers[i].dispatches);
+        printf("  %-18s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name, (unsigned long long)timers[i].dispatches,
+               timers[i].total_ms, timers[i].total_ms / (double)timers[i].dispatches);
 }
 
 static enum vw_status run(uint32_t steps, uint32_t val_rays, bool profile) {
@@ -72,7 +73,8 @@ static enum vw_status run(uint32_t steps, uint32_t val_rays, bool profile) {
     config.optimizer = VW_OPTIMIZER_DENSE_ADAM;
     config.beta1 = 0.9;
     config.levels = 8, config.features = 2, config.log2_table = 14, config.base_resolution = 8, config.growth = 1.45, config.width = 32;
-    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120});
+    struct vw_scene *scene =
+        synthetic_scene(&(struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120});
     struct vw_gpu *gpu = NULL;
     struct timing with = {0}, without = {0};
     uint32_t batches = steps / STEPS_PER_BATCH ? steps / STEPS_PER_BATCH : 1;
@@ -80,8 +82,8 @@ static enum vw_status run(uint32_t steps, uint32_t val_rays, bool profile) {
     if (status == VW_OK) status = time_steps(gpu, scene, &config, false, batches < BATCHES_MAX ? batches : BATCHES_MAX, &without);
     if (status == VW_OK) status = time_steps(gpu, scene, &config, true, batches < BATCHES_MAX ? batches : BATCHES_MAX, &with);
     if (status == VW_OK)
-        printf("train_ms %.2f val_ms %.2f val_rays %u train_cpu_ms %.2f val_cpu_ms %.2f device %s\n", without.wall_ms, with.wall_ms - without.wall_ms,
-               val_rays, without.cpu_ms, with.cpu_ms - without.cpu_ms, vw_gpu_get_info(gpu)->name);
+        printf("train_ms %.2f val_ms %.2f val_rays %u train_cpu_ms %.2f val_cpu_ms %.2f device %s\n", without.wall_ms,
+               with.wall_ms - without.wall_ms, val_rays, without.cpu_ms, with.cpu_ms - without.cpu_ms, vw_gpu_get_info(gpu)->name);
     if (status == VW_OK && profile) print_timers(gpu);
     vw_scene_close(&scene);
     enum vw_status closed = vw_gpu_close(&gpu);

@@ -73,6 +73,7 @@ check "nothing is left for later" nowhere '[T]ODO|[F]IXME|\b[X]XX\b|[H]ACK' "${c
 check "no paths of one machine" nowhere '(^|[^.[:alnum:]])/([w]ork|[h]ome|[r]oot|[U]sers)/' "${code[@]}" scenes
 check "no tabs and no spaces at line ends" nowhere $'\t|[ \r]$' "${code[@]}"
 check "files have at most 600 lines" short_files
+check "lines have at most 140 characters" nowhere '^.{141}' "${code[@]}" --exclude=native_step.c
 check "the map in README names every folder" readme_names_folders
 check "test names are unique" unique_test_names
 conclude

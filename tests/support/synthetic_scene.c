@@ -12,7 +12,8 @@ static void paint(struct vw_image *image, const double rotation[3][4], const str
     uint8_t *pixel = image->pixels;
     for (uint32_t y = 0; y < image->height_px; y++) {
         for (uint32_t x = 0; x < image->width_px; x++, pixel += 4) {
-            double direction[3] = {(x + 0.5 - camera->centre_x_px) / camera->focal_x_px, -(y + 0.5 - camera->centre_y_px) / camera->focal_y_px, -1.0};
+            double direction[3] = {(x + 0.5 - camera->centre_x_px) / camera->focal_x_px,
+                                   -(y + 0.5 - camera->centre_y_px) / camera->focal_y_px, -1.0};
             for (int row = 0; row < 3; row++) {
                 double world = 0.0;
                 for (int column = 0; column < 3; column++) world += rotation[row][column] * direction[column];
@@ -24,7 +25,8 @@ static void paint(struct vw_image *image, const double rotation[3][4], const str
 }
 
 static void set_view(struct vw_view *view, uint32_t index, uint32_t count, const struct synthetic_scene_params *params) {
-    double angle = 6.283185307179586 * index / count, height = 0.4 * sin(2.0 * angle), scale = params->world_scale != 0.0 ? params->world_scale : 1.0;
+    double angle = 6.283185307179586 * index / count, height = 0.4 * sin(2.0 * angle),
+           scale = params->world_scale != 0.0 ? params->world_scale : 1.0;
     // Looking at the origin from distance 3: z (back) points to the camera, x to the right, y up.
     double back[3] = {cos(angle), sin(angle), height}, right[3] = {-sin(angle), cos(angle), 0.0}, up[3];
     double length = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
@@ -39,10 +41,15 @@ static void set_view(struct vw_view *view, uint32_t index, uint32_t count, const
     view->name = vw_format_text("view_%03u", index);
     view->provider = vw_copy_text("");
     view->split = index < params->train_views ? VW_SPLIT_TRAIN : VW_SPLIT_VAL;
-    view->camera = (struct vw_camera){.width_px = params->width_px, .height_px = params->height_px, .focal_x_px = 1.2 * params->width_px,
-                                      .focal_y_px = 1.2 * params->width_px, .centre_x_px = 0.5 * params->width_px,
-                                      .centre_y_px = 0.5 * params->height_px, .k1 = params->k1};
-    view->image = (struct vw_image){.width_px = params->width_px, .height_px = params->height_px, .format = VW_PIXEL_UINT8, .has_alpha = params->alpha};
+    view->camera = (struct vw_camera){.width_px = params->width_px,
+                                      .height_px = params->height_px,
+                                      .focal_x_px = 1.2 * params->width_px,
+                                      .focal_y_px = 1.2 * params->width_px,
+                                      .centre_x_px = 0.5 * params->width_px,
+                                      .centre_y_px = 0.5 * params->height_px,
+                                      .k1 = params->k1};
+    view->image = (struct vw_image){
+        .width_px = params->width_px, .height_px = params->height_px, .format = VW_PIXEL_UINT8, .has_alpha = params->alpha};
     view->image.pixels = vw_allocate((size_t)params->width_px * params->height_px, 4);
     paint(&view->image, view->camera_to_world, &view->camera, params->alpha);
     vw_sha256(view->image.pixels, 4 * (size_t)params->width_px * params->height_px, view->sha256);

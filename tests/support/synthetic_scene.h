@@ -7,10 +7,10 @@
 struct synthetic_scene_params {
     uint32_t train_views, val_views;
     uint32_t width_px, height_px;
-    double k1;                // radial distortion
-    bool alpha;               // the lower half of every photo is half transparent, on white
-    double world_offset;      // metres added to every world coordinate
-    double world_scale;       // 0 = 1
+    double k1;           // radial distortion
+    bool alpha;          // the lower half of every photo is half transparent, on white
+    double world_offset; // metres added to every world coordinate
+    double world_scale;  // 0 = 1
 };
 
 // Owned by the caller: vw_scene_close().

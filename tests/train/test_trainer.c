@@ -1,4 +1,5 @@
-// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the default device, with validation.
+// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the default device, with
+// validation.
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -35,10 +36,10 @@ static struct vw_scene *small_scene(void) {
     return synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18});
 }
 
-#define assert_ok(call) \
-    do { \
-        enum vw_status status_ = (call); \
-        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message()); \
+#define assert_ok(call)                                                                                                                    \
+    do {                                                                                                                                   \
+        enum vw_status status_ = (call);                                                                                                   \
+        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                               \
     } while (0)
 
 struct run {
@@ -50,10 +51,13 @@ struct run {
     struct vw_trainer_stats stats;
 };
 
-static struct vw_trainer *make_trainer(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
+static struct vw_trainer *make_trainer(const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                                       uint32_t steps_per_batch) {
     struct vw_trainer *trainer = NULL;
-    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = validate,
-                                                            .steps_per_batch = steps_per_batch}, &trainer));
+    assert_ok(vw_trainer_create(
+        &(struct vw_trainer_params){
+            .gpu = test_gpu(), .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch},
+        &trainer));
     return trainer;
 }
 
@@ -97,9 +101,10 @@ static void assert_same_run(const struct run *a, const struct run *b) {
     for (uint32_t i = 0; i < a->count; i++) {
         const struct vw_step_record *x = &a->records[i], *y = &b->records[i];
         if (x->step != y->step || x->epoch != y->epoch || x->view != y->view || !same_bits(x->train_loss, y->train_loss) ||
-            !same_bits(x->val_psnr, y->val_psnr) || !same_bits(x->val_l1, y->val_l1) || memcmp(a->views[i], b->views[i], sizeof a->views[i]))
-            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step, x->val_psnr,
-                     y->val_psnr, x->train_loss, y->train_loss);
+            !same_bits(x->val_psnr, y->val_psnr) || !same_bits(x->val_l1, y->val_l1) ||
+            memcmp(a->views[i], b->views[i], sizeof a->views[i]))
+            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step,
+                     x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
     }
     assert_int_equal(a->param_words, b->param_words);
     assert_memory_equal(a->params, b->params, 4 * a->param_words);
@@ -191,7 +196,8 @@ static void test_validation_is_pure(void **state) {
         assert_ok(vw_batch_wait(trainer->slots[0].batch));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < VALS; i++)
-            assert_true(same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]), with->views[with->count - 1][i].mse));
+            assert_true(same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]),
+                                  with->views[with->count - 1][i].mse));
     }
     vw_trainer_destroy(&trainer);
     free_run(with);
@@ -255,8 +261,8 @@ static void test_memory_is_flat_in_pixels(void **state) {
     struct vw_config config = small_config();
     uint64_t bytes[2];
     for (int large = 0; large < 2; large++) {
-        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = VALS, .width_px = large ? 640 : 32,
-                                                                                  .height_px = large ? 480 : 24});
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+            .train_views = 5, .val_views = VALS, .width_px = large ? 640 : 32, .height_px = large ? 480 : 24});
         struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
         struct vw_trainer_stats stats;
         vw_trainer_get_stats(trainer, &stats);
@@ -301,7 +307,8 @@ static void test_nonfinite_step_is_flagged(void **state) {
     assert_ok(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
     finish(trainer, run);
     assert_int_equal(run->stats.nonfinite_steps, run->count);
-    for (uint32_t i = 0; i < run->count; i++) assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
+    for (uint32_t i = 0; i < run->count; i++)
+        assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
     vw_trainer_destroy(&trainer);
     free_run(run);
     vw_scene_close(&scene);
@@ -386,13 +393,14 @@ static void test_effects(void **state) {
         const char *choice;
         bool distortion, background;
     } cases[] = {
-        {0.0, false, "auto", false, false}, {0.1, false, "auto", true, false}, {0.0, true, "auto", false, true},   {0.1, true, "auto", true, true},
-        {0.1, true, "none", false, false},  {0.0, false, "distortion", true, false}, {0.1, true, "-background", true, false},
-        {0.0, true, "+distortion,-background", true, false},
+        {0.0, false, "auto", false, false},      {0.1, false, "auto", true, false},
+        {0.0, true, "auto", false, true},        {0.1, true, "auto", true, true},
+        {0.1, true, "none", false, false},       {0.0, false, "distortion", true, false},
+        {0.1, true, "-background", true, false}, {0.0, true, "+distortion,-background", true, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2, .val_views = 1, .width_px = 16, .height_px = 12,
-                                                                                  .k1 = cases[i].k1, .alpha = cases[i].alpha});
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+            .train_views = 2, .val_views = 1, .width_px = 16, .height_px = 12, .k1 = cases[i].k1, .alpha = cases[i].alpha});
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         uint32_t count;
         assert_ok(vw_effects_decide(scene, cases[i].choice, verdicts, &count));
@@ -455,9 +463,12 @@ static void test_config_round_trip_and_ranges(void **state) {
         uint32_t value;
         const char *option;
     } wrong[] = {
-        {offsetof(struct vw_config, rays), 0, "--rays"},           {offsetof(struct vw_config, samples), 4097, "--samples"},
-        {offsetof(struct vw_config, levels), 17, "--levels"},      {offsetof(struct vw_config, levels), 3, "--levels"},
-        {offsetof(struct vw_config, features), 3, "--features"},   {offsetof(struct vw_config, width), 48, "--width"},
+        {offsetof(struct vw_config, rays), 0, "--rays"},
+        {offsetof(struct vw_config, samples), 4097, "--samples"},
+        {offsetof(struct vw_config, levels), 17, "--levels"},
+        {offsetof(struct vw_config, levels), 3, "--levels"},
+        {offsetof(struct vw_config, features), 3, "--features"},
+        {offsetof(struct vw_config, width), 48, "--width"},
         {offsetof(struct vw_config, log2_table), 23, "--log2-table"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {

@@ -19,10 +19,10 @@
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
 
-#define ASSERT_OK(call) \
-    do { \
-        enum vw_status status_of_call = (call); \
-        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message()); \
+#define ASSERT_OK(call)                                                                                                                    \
+    do {                                                                                                                                   \
+        enum vw_status status_of_call = (call);                                                                                            \
+        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                                    \
     } while (0)
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
@@ -78,10 +78,10 @@ enum { TEST_IMAGE_COUNT = 8, TEST_TRAIN_COUNT = 5, TEST_VALIDATION_COUNT = 2 };
 static const uint32_t test_train_views[TEST_TRAIN_COUNT] = {1, 2, 3, 5, 6};
 static const uint32_t test_validation_views[TEST_VALIDATION_COUNT] = {0, 4};
 static const struct vw_ledger_image test_images[TEST_IMAGE_COUNT] = {
-    {0, "images/0.png", "val", NULL, HEX_A, "clean"},       {1, "images/1.png", "train", "alice", HEX_A, "clean"},
-    {2, "images/2.png", "train", "bob", HEX_A, "blur"},     {3, "images/3.png", "train", NULL, HEX_A, "clean"},
-    {4, "images/4.png", "val", NULL, HEX_A, "clean"},       {5, "images/5.png", "train", "bob", HEX_A, "occluder"},
-    {6, "images/6.png", "train", "alice", HEX_A, "clean"},  {7, "images/7.png", "test", NULL, HEX_A, NULL},
+    {0, "images/0.png", "val", NULL, HEX_A, "clean"},      {1, "images/1.png", "train", "alice", HEX_A, "clean"},
+    {2, "images/2.png", "train", "bob", HEX_A, "blur"},    {3, "images/3.png", "train", NULL, HEX_A, "clean"},
+    {4, "images/4.png", "val", NULL, HEX_A, "clean"},      {5, "images/5.png", "train", "bob", HEX_A, "occluder"},
+    {6, "images/6.png", "train", "alice", HEX_A, "clean"}, {7, "images/7.png", "test", NULL, HEX_A, NULL},
 };
 
 // A trainer whose photos are worth what `worth_db` says: each visit of train photo i moves val_psnr by worth_db[i] plus noise

@@ -34,11 +34,11 @@ static void sha256_matches_the_published_vector(void **state) {
 
 static void hasher_writes_tag_length_and_little_endian(void **state) {
     (void)state;
-    const uint8_t bytes[] = {'t', 2, 0, 0, 0, 0, 0, 0, 0, 'h', 'i',                // text "hi"
-                             'i', 0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,  // integer -2
-                             'r', 0, 0, 0, 0, 0, 0, 0xf8, 0x3f,                    // real 1.5
-                             'n',                                                  // null
-                             'b', 1, 0, 0, 0, 0, 0, 0, 0, 7};                      // bytes {7}
+    const uint8_t bytes[] = {'t', 2,    0,    0,    0,    0,    0,    0,    0,    'h', 'i', // text "hi"
+                             'i', 0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,           // integer -2
+                             'r', 0,    0,    0,    0,    0,    0,    0xf8, 0x3f,           // real 1.5
+                             'n',                                                           // null
+                             'b', 1,    0,    0,    0,    0,    0,    0,    0,    7};       // bytes {7}
     uint8_t expected[32], hash[32];
     crypto_generichash(expected, sizeof expected, bytes, sizeof bytes, NULL, 0);
     struct vw_hasher hasher;

@@ -23,8 +23,8 @@ static char *written(const char *folder, const struct vw_ledger_score *scores, u
 
 static void rows_are_ranked_within_their_method(void **state) {
     const struct vw_ledger_score scores[] = {
-        {0, "z_first", 0.5, "dB", 0.125, 3},  {3, "z_first", 0.5, "dB", NAN, 1}, {4, "z_first", -2, "dB", 1, 3},
-        {9, "z_first", 7, "dB", 0, 3},        {0, "a_second", -1, "m", 0.5, 2},  {3, "a_second", 1e-300, "m", 0.5, 2},
+        {0, "z_first", 0.5, "dB", 0.125, 3}, {3, "z_first", 0.5, "dB", NAN, 1}, {4, "z_first", -2, "dB", 1, 3},
+        {9, "z_first", 7, "dB", 0, 3},       {0, "a_second", -1, "m", 0.5, 2},  {3, "a_second", 1e-300, "m", 0.5, 2},
     };
     char *text = written(*state, scores, VW_ARRAY_COUNT(scores));
     assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank\n"
@@ -44,8 +44,13 @@ static void reals_read_back_and_are_short(void **state) {
     const struct {
         double value;
         const char *shortest; // NULL: only reads back
-    } reals[] = {{0.1, "0.1"}, {1.0 / 3, "0.3333333333333333"}, {0.1 + 0.2, "0.30000000000000004"}, {5e-324, NULL},
-                 {-1.7976931348623157e308, "-1.7976931348623157e+308"}, {123456789.125, "123456789.125"}, {M_PI, NULL}};
+    } reals[] = {{0.1, "0.1"},
+                 {1.0 / 3, "0.3333333333333333"},
+                 {0.1 + 0.2, "0.30000000000000004"},
+                 {5e-324, NULL},
+                 {-1.7976931348623157e308, "-1.7976931348623157e+308"},
+                 {123456789.125, "123456789.125"},
+                 {M_PI, NULL}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++) {
         const struct vw_ledger_score score = {9, "m", reals[i].value, "dB", NAN, 1};
         char *text = written(*state, &score, 1), *field = strstr(text, ",m,") + 3;

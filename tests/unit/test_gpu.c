@@ -156,8 +156,10 @@ static void test_validation_complaint_fails_submit_and_close(void **state) {
     struct vw_pass *pass = NULL;
     struct vw_batch *batch = NULL;
     print_message("one validation message is expected here:\n");
-    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = &halve_double, .binding_count = 1,
-                                                           .bindings = &(struct vw_binding){.slot = 0, .buffer = value}}, &pass));
+    assert_ok(vw_pass_create(
+        gpu,
+        &(struct vw_pass_params){.shader = &halve_double, .binding_count = 1, .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
+        &pass));
     assert_ok(vw_batch_create(gpu, &batch));
     vw_batch_begin(batch);
     assert_fails(vw_batch_submit(batch), VW_ERROR_DEVICE, "validation complained");
@@ -229,8 +231,10 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     assert_ok(vw_buffer_write(source, 0, values, sizeof values));
     const uint32_t specialization[] = {1, 2, offset}; // the shader has no constants 0 and 1
     const struct vw_binding bindings[] = {{.slot = 3, .buffer = target}, {.slot = 9, .buffer = target}, {.slot = 0, .buffer = source}};
-    const struct vw_pass_params params = {.shader = &scale_values, .specialization = specialization,
-                                          .specialization_count = offset ? 3 : 0, .bindings = bindings,
+    const struct vw_pass_params params = {.shader = &scale_values,
+                                          .specialization = specialization,
+                                          .specialization_count = offset ? 3 : 0,
+                                          .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
     struct vw_pass *pass = NULL;
     assert_ok(vw_pass_create(gpu, &params, &pass));
@@ -308,8 +312,8 @@ static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
     struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer, .size_bytes = WINDOW},
                                     {.slot = 1, .buffer = buffer, .offset_bytes = WINDOW}};
     const uint32_t specialization[] = {8, 128};
-    const struct vw_pass_params params = {.shader = &sum_windows, .specialization = specialization, .specialization_count = 2,
-                                          .bindings = bindings, .binding_count = 2};
+    const struct vw_pass_params params = {
+        .shader = &sum_windows, .specialization = specialization, .specialization_count = 2, .bindings = bindings, .binding_count = 2};
     struct vw_pass *pass = NULL;
     assert_ok(vw_pass_create(gpu, &params, &pass));
     run_pass(gpu, pass, NULL, 0, WORDS);
@@ -341,11 +345,13 @@ static void test_refusals_name_pass_and_slot(void **state) {
         {&scale_values, {{.slot = 0, .buffer = buffer, .size_bytes = 4097}, {.slot = 3, .buffer = buffer}}, "slot 0: buffer values"},
         {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 4096}, {.slot = 3, .buffer = buffer}}, "slot 0: an empty range"},
         {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 1}, {.slot = 3, .buffer = buffer}}, "slot 0: offset 1"},
-        {&scale_values, {{.slot = 0, .buffer = buffer, .texel = VW_TEXEL_UINT1}, {.slot = 3, .buffer = buffer}},
+        {&scale_values,
+         {{.slot = 0, .buffer = buffer, .texel = VW_TEXEL_UINT1}, {.slot = 3, .buffer = buffer}},
          "slot 0: the shader declares a storage buffer"},
         {&gather_texels, {{.slot = 1, .buffer = buffer}, {.slot = 2, .buffer = buffer}}, "declares a texel buffer"},
         {&gather_texels, {{.slot = 1, .buffer = buffer, .texel = VW_TEXEL_FLOAT1}, {.slot = 2, .buffer = buffer}}, "unsigned texels"},
-        {&gather_texels, {{.slot = 1, .buffer = buffer, .size_bytes = 4, .texel = VW_TEXEL_UINT4}, {.slot = 2, .buffer = buffer}},
+        {&gather_texels,
+         {{.slot = 1, .buffer = buffer, .size_bytes = 4, .texel = VW_TEXEL_UINT4}, {.slot = 2, .buffer = buffer}},
          "slot 1: buffer values is smaller than one texel"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -372,9 +378,13 @@ static void test_specialised_sizes_are_held_to_the_limits(void **state) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_pass *pass = NULL;
-        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &sum_windows, .specialization = cases[i].specialization,
-                                                                         .specialization_count = 2, .bindings = bindings,
-                                                                         .binding_count = 2}, &pass),
+        assert_fails(vw_pass_create(test_gpu(),
+                                    &(struct vw_pass_params){.shader = &sum_windows,
+                                                             .specialization = cases[i].specialization,
+                                                             .specialization_count = 2,
+                                                             .bindings = bindings,
+                                                             .binding_count = 2},
+                                    &pass),
                      VW_ERROR_DEVICE, cases[i].part);
     }
     vw_buffer_destroy(&buffer);
@@ -389,8 +399,11 @@ static void test_optional_features_are_refused_where_clamped(void **state) {
         struct vw_gpu *gpu = open_clamped(&clamp);
         struct vw_buffer *counter = make_buffer(gpu, "counter", 8);
         struct vw_pass *pass = NULL;
-        enum vw_status status = vw_pass_create(gpu, &(struct vw_pass_params){.shader = &count_atomically, .binding_count = 1,
-                                               .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}}, &pass);
+        enum vw_status status = vw_pass_create(gpu,
+                                               &(struct vw_pass_params){.shader = &count_atomically,
+                                                                        .binding_count = 1,
+                                                                        .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}},
+                                               &pass);
         if (clamped) {
             assert_fails(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
         } else {

@@ -53,8 +53,11 @@ static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *sha
     const struct vw_binding bindings[] = {source, target};
     const uint32_t specialization[] = {16, 64}; // for sum_windows
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = shader, .specialization = specialization, .specialization_count = 2,
-                                                           .bindings = bindings, .binding_count = 2}, &pass));
+    assert_ok(vw_pass_create(
+        gpu,
+        &(struct vw_pass_params){
+            .shader = shader, .specialization = specialization, .specialization_count = 2, .bindings = bindings, .binding_count = 2},
+        &pass));
     return pass;
 }
 
@@ -71,8 +74,8 @@ static struct bench open_bench(struct vw_gpu *gpu) {
     bench.b_to_a = make_scale(gpu, bench.b, bench.a);
     bench.gather_b_to_c = make_pass(gpu, &gather_texels, (struct vw_binding){.slot = 1, .buffer = bench.b, .texel = VW_TEXEL_UINT1},
                                     (struct vw_binding){.slot = 2, .buffer = bench.c});
-    bench.add_a_to_b = make_pass(gpu, &sum_windows, (struct vw_binding){.slot = 0, .buffer = bench.a},
-                                 (struct vw_binding){.slot = 1, .buffer = bench.b});
+    bench.add_a_to_b =
+        make_pass(gpu, &sum_windows, (struct vw_binding){.slot = 0, .buffer = bench.a}, (struct vw_binding){.slot = 1, .buffer = bench.b});
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
     assert_ok(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
@@ -81,8 +84,8 @@ static struct bench open_bench(struct vw_gpu *gpu) {
 }
 
 static void close_bench(struct bench *bench) {
-    struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c, &bench->b_to_c, &bench->b_to_a, &bench->gather_b_to_c,
-                                       &bench->add_a_to_b};
+    struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c,        &bench->b_to_c,
+                                       &bench->b_to_a, &bench->gather_b_to_c, &bench->add_a_to_b};
     struct vw_buffer **const buffers[] = {&bench->a, &bench->b, &bench->c};
     vw_batch_destroy(&bench->batch);
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);

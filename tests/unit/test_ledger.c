@@ -10,8 +10,8 @@
 #include "ledger/ledger_private.h"
 #include "viewworth/file.h"
 
-static const struct test_trainer trainer = {.worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = 0.05,
-                                           .first_epoch_factor = 3, .epochs = 4};
+static const struct test_trainer trainer = {
+    .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = 0.05, .first_epoch_factor = 3, .epochs = 4};
 enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
 
 static struct vw_ledger *create_ledger(const char *path) {
@@ -38,7 +38,9 @@ static void record_steps(struct vw_ledger *ledger, uint32_t batch) {
 }
 
 static const struct vw_ledger_score scores[] = {
-    {1, "dv_psnr", 1.5, "dB", 0.25, 3}, {2, "dv_psnr", -0.0, "dB", NAN, 1}, {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3},
+    {1, "dv_psnr", 1.5, "dB", 0.25, 3},
+    {2, "dv_psnr", -0.0, "dB", NAN, 1},
+    {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3},
 };
 
 static char *record_run(const char *folder, const char *name, uint32_t batch) {
@@ -150,7 +152,8 @@ static bool chain_holds(const char *path) {
         feed_text(&state, head);
         feed_rows(&state, raw,
                   "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped"
-                  " FROM step WHERE step = ?", step);
+                  " FROM step WHERE step = ?",
+                  step);
         feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id", step);
         holds = hash_is(&state, raw, "SELECT row_hash FROM step WHERE step = ?", step, head) && holds;
     }
@@ -235,8 +238,10 @@ static void tables_are_as_contracted(void **state) {
         free(sql);
     }
     assert_answer(path, "SELECT image_id FROM step WHERE step = 0", "NULL");
-    assert_answer(path, "SELECT count(*) FROM step WHERE step IN (7, 8) AND nonfinite = 1 AND train_loss IS NULL AND val_psnr IS NULL"
-                        " AND val_psnr_pooled IS NULL AND val_l1 IS NULL", "2");
+    assert_answer(path,
+                  "SELECT count(*) FROM step WHERE step IN (7, 8) AND nonfinite = 1 AND train_loss IS NULL AND val_psnr IS NULL"
+                  " AND val_psnr_pooled IS NULL AND val_l1 IS NULL",
+                  "2");
     assert_answer(path, "SELECT count(*) FROM step WHERE nonfinite = 1", "2");
     assert_answer(path, "SELECT count(*) FROM step WHERE step = 12 AND val_psnr IS NULL AND train_loss = 0.2", "1");
     assert_answer(path, "SELECT count(*) FROM view WHERE step IN (7, 8, 12)", "0");
@@ -290,16 +295,26 @@ static void chain_of_steps_is_the_run(void **state) {
 
 static void chain_shows_each_change(void **state) {
     const char *changes[] = {
-        "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 3", "UPDATE step SET clamped = 0 WHERE step = 5",
-        "UPDATE step SET val_l1 = NULL WHERE step = 1",              "UPDATE step SET image_id = 3 - image_id WHERE image_id IN (1, 2)",
-        "DELETE FROM view WHERE step = 4 AND image_id = 4",          "UPDATE view SET mse = 2 WHERE step = 20 AND image_id = 0",
-        "DELETE FROM step WHERE step = 20",                          "UPDATE step SET nonfinite = 1 WHERE step = 12",
-        "UPDATE image SET truth = 'clean' WHERE image_id = 2",       "UPDATE image SET split = 'test' WHERE image_id = 6",
-        "DELETE FROM image WHERE image_id = 7",                      "UPDATE run SET seed = 1",
-        "UPDATE run SET config_json = '{}'",                         "UPDATE run SET status = 'interrupted'",
-        "UPDATE run SET scene_path = 'other'",                       "UPDATE run SET scene_options_json = '{}'",
-        "UPDATE run SET started_utc = finished_utc",                 "UPDATE run SET driver = 'other'",
-        "UPDATE score SET value = 9 WHERE method = 'dv_loss'",       "DELETE FROM score WHERE image_id = 2",
+        "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 3",
+        "UPDATE step SET clamped = 0 WHERE step = 5",
+        "UPDATE step SET val_l1 = NULL WHERE step = 1",
+        "UPDATE step SET image_id = 3 - image_id WHERE image_id IN (1, 2)",
+        "DELETE FROM view WHERE step = 4 AND image_id = 4",
+        "UPDATE view SET mse = 2 WHERE step = 20 AND image_id = 0",
+        "DELETE FROM step WHERE step = 20",
+        "UPDATE step SET nonfinite = 1 WHERE step = 12",
+        "UPDATE image SET truth = 'clean' WHERE image_id = 2",
+        "UPDATE image SET split = 'test' WHERE image_id = 6",
+        "DELETE FROM image WHERE image_id = 7",
+        "UPDATE run SET seed = 1",
+        "UPDATE run SET config_json = '{}'",
+        "UPDATE run SET status = 'interrupted'",
+        "UPDATE run SET scene_path = 'other'",
+        "UPDATE run SET scene_options_json = '{}'",
+        "UPDATE run SET started_utc = finished_utc",
+        "UPDATE run SET driver = 'other'",
+        "UPDATE score SET value = 9 WHERE method = 'dv_loss'",
+        "DELETE FROM score WHERE image_id = 2",
         "UPDATE step SET row_hash = (SELECT row_hash FROM step WHERE step = 1) WHERE step = 2",
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {

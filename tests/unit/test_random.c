@@ -97,15 +97,15 @@ static void orders_are_even(void **state) {
         counts[order[0] * 3 + order[1]]++;
     }
     for (int i = 0; i < 9; i++) {
-        if (i % 4 == 0) assert_int_equal(counts[i], 0); // the same photo twice
+        if (i % 4 == 0) assert_int_equal(counts[i], 0);          // the same photo twice
         else assert_in_range(counts[i], 2000 - 210, 2000 + 210); // 5 standard deviations
     }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_match_the_published_vectors), cmocka_unit_test(every_argument_matters),
-        cmocka_unit_test(unit_numbers_stay_below_one),       cmocka_unit_test(below_covers_its_range_evenly),
+        cmocka_unit_test(words_match_the_published_vectors),    cmocka_unit_test(every_argument_matters),
+        cmocka_unit_test(unit_numbers_stay_below_one),          cmocka_unit_test(below_covers_its_range_evenly),
         cmocka_unit_test(an_order_is_a_permutation_of_its_own), cmocka_unit_test(orders_are_even),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

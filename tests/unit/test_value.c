@@ -83,8 +83,13 @@ static void standard_error_is_of_the_sum(void **state) {
     struct training training = {.count = 4};
     const double psnr[] = {10, 11, 13, 19};
     for (uint32_t i = 0; i < training.count; i++)
-        training.records[i] = (struct vw_step_record){.step = i, .epoch = i ? i - 1 : 0, .view = i ? 3 : (uint32_t)VW_RECORD_UNTRAINED,
-            .validated = true, .val_psnr = psnr[i], .val_psnr_pooled = 0, .val_l1 = 0};
+        training.records[i] = (struct vw_step_record){.step = i,
+                                                      .epoch = i ? i - 1 : 0,
+                                                      .view = i ? 3 : (uint32_t)VW_RECORD_UNTRAINED,
+                                                      .validated = true,
+                                                      .val_psnr = psnr[i],
+                                                      .val_psnr_pooled = 0,
+                                                      .val_l1 = 0};
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
@@ -257,7 +262,7 @@ static void score_quality_tells_auc_and_r(void **state) {
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
     assert_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both spoiled photos lie below the three clean ones
-    double r = correlation(a, b, TEST_TRAIN_COUNT); // the first scores are dv_psnr
+    double r = correlation(a, b, TEST_TRAIN_COUNT);          // the first scores are dv_psnr
     if (!(fabs(figure(output, "dv_psnr", 1) - r) <= 6e-5)) fail_msg("r is %.6f, not as in:%s", r, output);
     free(output);
     free(command);
