@@ -15,7 +15,8 @@ static double distortion_shift_px(const struct vw_scene *scene) {
         if (camera->k1 == 0.0 && camera->k2 == 0.0 && camera->p1 == 0.0 && camera->p2 == 0.0) continue;
         for (int corner = 0; corner < 4; corner++) {
             double x_px = corner & 1 ? camera->width_px : 0.0, y_px = corner & 2 ? camera->height_px : 0.0;
-            double direction[3] = {(x_px - camera->centre_x_px) / camera->focal_x_px, -(y_px - camera->centre_y_px) / camera->focal_y_px, -1.0};
+            double direction[3] = {(x_px - camera->centre_x_px) / camera->focal_x_px, -(y_px - camera->centre_y_px) / camera->focal_y_px,
+                                   -1.0};
             double moved_x_px, moved_y_px;
             if (vw_camera_project(camera, direction, &moved_x_px, &moved_y_px))
                 largest = fmax(largest, hypot(moved_x_px - x_px, moved_y_px - y_px));
@@ -38,7 +39,8 @@ static const struct effect {
 } effects[] = {
     {"distortion", "largest shift of an image corner by lens distortion, px", 0.01, distortion_shift_px,
      offsetof(struct vw_specialization, effect_distortion)},
-    {"background", "share of photos with transparent pixels", 0.01, transparent_share, offsetof(struct vw_specialization, effect_background)},
+    {"background", "share of photos with transparent pixels", 0.01, transparent_share,
+     offsetof(struct vw_specialization, effect_background)},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
@@ -55,7 +57,8 @@ static enum vw_status apply_word(const char *word, size_t length, struct vw_effe
     int effect = find_effect(word + sign, length - sign);
     if (effect < 0) {
         char known[256] = "";
-        for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) snprintf(known + strlen(known), sizeof known - strlen(known), " %s", effects[i].name);
+        for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
+            snprintf(known + strlen(known), sizeof known - strlen(known), " %s", effects[i].name);
         return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is no effect; known are:%s", (int)length, word, known);
     }
     verdicts[effect].on = on;
@@ -84,8 +87,12 @@ enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *choic
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         double evidence = effects[i].evidence(scene);
         bool called_for = evidence >= effects[i].threshold;
-        decided[i] = (struct vw_effect_verdict){.name = effects[i].name, .called_for = called_for, .evidence = evidence,
-                                                .threshold = effects[i].threshold, .meaning = effects[i].meaning, .on = called_for};
+        decided[i] = (struct vw_effect_verdict){.name = effects[i].name,
+                                                .called_for = called_for,
+                                                .evidence = evidence,
+                                                .threshold = effects[i].threshold,
+                                                .meaning = effects[i].meaning,
+                                                .on = called_for};
     }
     enum vw_status status = apply_choice(choice, decided);
     if (status != VW_OK) return status;
