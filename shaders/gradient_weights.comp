@@ -4,10 +4,9 @@
 // walks one slice of VW_SLICE_SAMPLES samples; reduce_weights adds the slices in order.
 #include "common.glsl"
 #include "mlp.glsl"
+#include "rows.glsl"
 layout(local_size_x = 64) in;
 
-BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
-layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
 BUFFER(VW_SLOT_WEIGHT_PARTIALS) writeonly buffer Partials { vec4 partials[]; };
 PUSH uniform Push { vw_push_samples push; };
 
@@ -16,16 +15,9 @@ struct matrix_tiles {
     uint out4, in4;                     // its size in blocks
 };
 
-uint tile_count(uint out4, uint in4) { return (out4 + 1u) / 2u * ((in4 + 1u) / 2u); }
-
-vec4 row_value(uint row, uint slot) {
-    uint at = row * CHUNK_SAMPLES + slot;
-    return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
-}
-
 // The matrix that holds `tile`, which becomes the tile within it.
 matrix_tiles find_matrix(inout uint tile) {
-    const uint count1 = tile_count(WIDTH4, ENC4), count2 = tile_count(GEO4, WIDTH4), count3 = tile_count(WIDTH4, COLOUR4);
+    const uint count1 = VW_TILES(WIDTH4, ENC4), count2 = VW_TILES(GEO4, WIDTH4), count3 = VW_TILES(WIDTH4, COLOUR4);
     if (tile < count1) return matrix_tiles(DENSITY1, ROW_D_HIDDEN1, ROW_ENCODING, WIDTH4, ENC4);
     tile -= count1;
     if (tile < count2) return matrix_tiles(DENSITY2, ROW_D_GEO, ROW_HIDDEN1, GEO4, WIDTH4);
@@ -42,7 +34,7 @@ void write_block(matrix_tiles m, uint slice, uint out_block, uint in_block, mat4
 }
 
 void main() {
-    const uint tiles = tile_count(WIDTH4, ENC4) + tile_count(GEO4, WIDTH4) + tile_count(WIDTH4, COLOUR4) + tile_count(1u, WIDTH4);
+    const uint tiles = VW_WEIGHT_TILES(ENC4, WIDTH4);
     uint index = invocation_index();
     uint slice = index / tiles;
     uint tile = index - slice * tiles;

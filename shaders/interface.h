@@ -1,5 +1,5 @@
-// Everything host and shaders share, read by the C compiler and by glslang: specialization constants, binding slots, structs,
-// activation rows. Nothing of it is written a second time anywhere. All buffers use scalar layout.
+// Everything host and shaders share, read by the C compiler and by glslang: specialization constants, binding slots, structs, sizes.
+// Nothing of it is written a second time anywhere. All buffers use scalar layout.
 #ifndef VIEWWORTH_INTERFACE_H
 #define VIEWWORTH_INTERFACE_H
 
@@ -102,7 +102,6 @@ VW_ENUM(OPTIMIZER_SGD, 2)
 
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
-VW_ENUM(RANDOM_RECIPE, 5)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
@@ -127,7 +126,8 @@ VW_ENUM(VW_SLOT_GRID_VISITS, 18)     // uint per pair: its own step count
 VW_ENUM(VW_SLOT_WEIGHT_MOMENTS, 19)  // vec4 moment1 then vec4 moment2 per weight column
 VW_ENUM(VW_SLOT_STEP_STATE, 20)      // vw_step_state of the step under way
 VW_ENUM(VW_SLOT_VAL_VIEWS, 21)       // vw_ray_range per validation view
-VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation views]: what travels back to the host
+VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation views]: what travels back to the host. Row 0: loss
+                                     // high and low, not finite (0 or 1), clamped count; the others: see reduce_views
 VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
 VW_ENUM(VW_SLOT_COUNT, 25)
@@ -226,6 +226,7 @@ struct vw_push_reduce {      // reduce_loss, reduce_views
 struct vw_push_update {      // update_grid, update_weights
     vw_uint count;           // pairs of the window; weight columns
     vw_uint step_low;        // the step's number, from 1; saturated
+    vw_uint scalar_row;      // first vec4 of this step in the scalars
 };
 
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
@@ -233,5 +234,13 @@ VW_ENUM(VW_SLICE_SAMPLES, 128)   // samples per partial sum of the weight gradie
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
+
+// Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
+// tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.
+#define VW_WEIGHT_BLOCKS(encoding4, width4) ((width4) * ((encoding4) + GEO4 + COLOUR4 + 1u))
+#define VW_TILES(out4, in4) (((out4) + 1u) / 2u * (((in4) + 1u) / 2u))
+#define VW_WEIGHT_TILES(encoding4, width4) \
+    (VW_TILES(width4, encoding4) + VW_TILES(GEO4, width4) + VW_TILES(width4, COLOUR4) + VW_TILES(1u, width4))
+#define VW_ROW_COUNT(encoding4, width4) (2u * (encoding4) + 4u * (width4) + COLOUR4 + GEO4 + 2u)
 
 #endif

@@ -13,7 +13,7 @@ const uint DENSITY1 = 0u;                              // WIDTH4 x ENC4 blocks
 const uint DENSITY2 = DENSITY1 + 4u * WIDTH4 * ENC4;   // GEO4 x WIDTH4
 const uint COLOUR1 = DENSITY2 + 4u * GEO4 * WIDTH4;    // WIDTH4 x COLOUR4
 const uint COLOUR2 = COLOUR1 + 4u * WIDTH4 * COLOUR4;  // 1 x WIDTH4; the fourth output is unused and stays 0
-const uint WEIGHT_COLUMNS = COLOUR2 + 4u * WIDTH4;
+const uint WEIGHT_COLUMNS = 4u * VW_WEIGHT_BLOCKS(ENC4, WIDTH4);
 
 // Rows of the activation buffer, in vec4: first the inputs of the four matrices, then the gradients of their outputs.
 const uint ROW_ENCODING = 0u;
@@ -26,7 +26,7 @@ const uint ROW_D_HIDDEN2 = ROW_D_GEO + GEO4;
 const uint ROW_D_LOGIT = ROW_D_HIDDEN2 + WIDTH4;
 const uint ROW_D_ENCODING = ROW_D_LOGIT + 1u;
 const uint ROW_POSITION = ROW_D_ENCODING + ENC4;
-const uint ROW_COUNT = ROW_POSITION + 1u;
+// VW_ROW_COUNT rows in all.
 
 const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)
 

@@ -21,6 +21,6 @@ void main() {
     if (lane != 0u) return;
     for (uint i = 1u; i < 64u; i++) sum = two_add(sum, sums[i]);
     if (!finite(sum.x)) state.nonfinite = 1u;
-    // By now every pass that may mark the step has run.
-    scalars[push.scalar_row] = vec4(sum, uintBitsToFloat(state.nonfinite), uintBitsToFloat(state.clamped));
+    // By now every pass of the gradient has run. As floats, since small integers' bits would be denormal ones.
+    scalars[push.scalar_row] = vec4(sum, state.nonfinite != 0u ? 1.0 : 0.0, float(state.clamped));
 }

@@ -9,11 +9,10 @@
 #endif
 #include "hash_grid.glsl"
 #include "mlp.glsl"
+#include "rows.glsl"
 #include "fixed_point.glsl"
 layout(local_size_x = 64) in;
 
-BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
-layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_scatter push; };
 
@@ -28,11 +27,6 @@ void add_word(uint word, uvec2 value) {
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
 void add_word(uint word, uvec2 value) { atomicAdd(d_grid[word], packUint2x32(value)); }
 #endif
-
-vec4 row_value(uint row, uint slot) {
-    uint at = row * CHUNK_SAMPLES + slot;
-    return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
-}
 
 // In units of the quantum, within the clamp; what is not finite marks the step and adds nothing.
 float to_quanta(float gradient) {

@@ -13,6 +13,7 @@ BUFFER(VW_SLOT_GRID_MOMENT1) buffer Moment1 { vec2 grid_moment1[]; };
 BUFFER(VW_SLOT_GRID_MOMENT2) buffer Moment2 { vec2 grid_moment2[]; };
 BUFFER(VW_SLOT_GRID_VISITS) buffer Visits { uint grid_visits[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_SCALARS) buffer Scalars { vec4 scalars[]; };
 PUSH uniform Push { vw_push_update push; };
 
 void main() {
@@ -31,7 +32,10 @@ void main() {
     vec4 moment1 = MOMENTUM != 0u ? vec4(grid_moment1[pair], 0.0, 0.0) : vec4(0.0);
     vec4 moment2 = vec4(grid_moment2[pair], 0.0, 0.0);
     vec2 moved = grid[pair] - adam_step(gradient, visits, moment1, moment2).xy;
-    if (!(finite(moved.x) && finite(moved.y))) return; // params stay finite, whatever the learning rate
+    if (!(finite(moved.x) && finite(moved.y))) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
+        scalars[push.scalar_row].z = 1.0;
+        return;
+    }
     grid[pair] = moved;
     grid_moment2[pair] = moment2.xy;
     grid_visits[pair] = visits;

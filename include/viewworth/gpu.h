@@ -37,7 +37,6 @@ struct vw_gpu_limits {
     uint32_t texel_offset_alignment_bytes;
     bool int64;            // 64-bit integers in shaders
     bool int64_atomics;    // 64-bit integer atomics on storage buffers (implies int64)
-    bool buffer_reference; // bufferDeviceAddress
     bool timestamps;       // the compute queue can write timestamps
 };
 

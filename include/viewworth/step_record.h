@@ -20,6 +20,7 @@ struct vw_step_record {
     bool validated;                    // false when validation was not asked for: the val_ fields are NaN and `views` is NULL
     bool nonfinite;                    // the step was skipped or a validation value is not finite: values are NaN and become NULL
     uint64_t clamped_count;            // gradient contributions clamped to the fixed-point range in this step
+    uint32_t floored_views; // validation views whose MSE fell below the floor and counts as 100 dB
     double val_psnr;                   // dB, mean over validation views of the per-view PSNR, MSE floored at 1e-10 (100 dB)
     double val_psnr_pooled;            // dB, of the MSE over all validation pixels
     double val_l1;                     // mean absolute error over all validation pixels and channels

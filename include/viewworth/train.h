@@ -23,7 +23,7 @@ enum vw_optimizer {
 struct vw_config {
     uint64_t seed;           // 0 to 2^63-1
     uint32_t epochs;         // not part of the run's identity: a run can be extended
-    uint32_t burn_in_epochs; // likewise: it concerns scores only
+    uint32_t burn_in_epochs; // first epochs that do not count into scores
     uint32_t rays;           // per step, 1 to 65536
     uint32_t samples;        // per ray, 1 to 4096
     uint32_t val_rays;       // in total; at least 32 per validation view are taken
@@ -47,7 +47,7 @@ enum vw_status vw_config_check(const struct vw_config *config);
 // What an option ("rays", without dashes) admits, in words: "1 to 65536", "a power of two, 16 to 64". False when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
-// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and burn-in.
+// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
@@ -99,7 +99,8 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 
-// What the run is: hash of scene, subset, config (without epochs and burn-in), seed, shaders, version, device and driver.
+// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on, whether every step
+// is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
 void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders
@@ -107,7 +108,7 @@ const char *vw_version(void);          // "0.1.0"
 
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
-    uint64_t clamped_count, nonfinite_steps;
+    uint64_t clamped_count, nonfinite_steps, floored_steps;
     uint32_t val_rays; // actually taken
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);

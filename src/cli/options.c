@@ -190,7 +190,7 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
         return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
                        command->name);
     if (wanted) options->operand = operands[0];
-    if ((command->options & VW_OPTIONS_OUT) && !options->out)
+    if ((command->options & VW_OPTIONS_OUT) && (!options->out || !*options->out))
         return vw_fail(VW_ERROR_USAGE, "%s: --out is missing; name the folder for the results", command->name);
     return VW_OK;
 }

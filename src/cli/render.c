@@ -13,6 +13,7 @@
 #include "viewworth/ledger.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
+#include "viewworth/psnr.h"
 #include "viewworth/train.h"
 
 // A finished run, reopened for rendering.
@@ -159,7 +160,7 @@ static double compare(const struct rendering *rendering, const struct vw_image *
             if (counts) value_count += 3;
         }
     double mse = squared_error / (double)value_count;
-    return -10 * log10(mse < 1e-10 ? 1e-10 : mse); // floored as in struct vw_step_record; NaN when no pixel counts
+    return vw_psnr_db(mse); // NaN when no pixel counts
 }
 
 static enum vw_status print_result(const struct rendering *rendering, uint32_t view, const char *target, double psnr_db) {

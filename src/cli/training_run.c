@@ -13,6 +13,7 @@
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
+#include "viewworth/report.h"
 
 enum { UTC_BYTES = 21 }; // "2026-11-21T03:04:05Z"
 
@@ -219,17 +220,24 @@ static void say_oddities(const struct vw_trainer *trainer) {
     if (stats.nonfinite_steps > 0)
         vw_log_warning("%" PRIu64 " steps were not finite and carry no value (step.nonfinite in the ledger); a lower --lr may help",
                        stats.nonfinite_steps);
+    if (stats.floored_steps > 0)
+        vw_log_info("%" PRIu64 " steps have validation photos matched beyond 100 dB, where PSNR is cut (step.floored in the ledger)",
+                    stats.floored_steps);
     if (stats.clamped_count > 0)
         vw_log_info("%" PRIu64 " gradient contributions were clamped to the fixed-point range (step.clamped in the ledger)",
                     stats.clamped_count);
 }
 
-enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count) {
+// The outputs come first: a run that the ledger calls finished has them.
+enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
+                                  const struct vw_ledger_image *images, uint32_t image_count) {
     char finished_utc[UTC_BYTES];
     format_utc_now(finished_utc);
-    enum vw_status status = vw_ledger_finish(run->ledger, "finished", finished_utc, scores, score_count);
-    if (!status) status = vw_trainer_save_field(run->trainer, run->field_path);
-    if (!status) say_oddities(run->trainer);
+    enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
+    if (!status && images) status = vw_report_write_csv(run->scores_path, scores, score_count, images, image_count);
+    if (!status) status = vw_ledger_finish(run->ledger, "finished", finished_utc, scores, score_count);
+    if (status) finish_early(run, status);
+    else say_oddities(run->trainer);
     return status;
 }
 

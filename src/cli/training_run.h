@@ -32,8 +32,10 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
 // Takes all steps and records them. --out and its ledger appear with the first recorded steps. A failure or an interruption later
 // keeps what is recorded and leaves the ledger marked "failed" or "interrupted".
 enum vw_status vw_training_take_steps(struct vw_training_run *run);
-// Marks the ledger "finished" with these scores and writes the trained field.
-enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count);
+// Writes the trained field, and scores.csv unless `images` is NULL; then marks the ledger "finished" with these scores, or "failed" when an
+// output could not be written.
+enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
+                                  const struct vw_ledger_image *images, uint32_t image_count);
 void vw_training_close(struct vw_training_run *run);
 
 // What the run was and where its results are; NULL when memory is short.

@@ -11,7 +11,6 @@
 #include "cli/training_run.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
-#include "viewworth/report.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
 static const char shown_method[] = "dv_psnr";
@@ -119,8 +118,7 @@ static enum vw_status conclude(struct vw_training_run *run) {
     struct ranking ranking = {0};
     uint32_t image_count = 0, score_count = 0;
     enum vw_status status = score_ledger(run, &images, &image_count, &scores, &score_count);
-    if (!status) status = vw_training_finish(run, scores, score_count);
-    if (!status) status = vw_report_write_csv(run->scores_path, scores, score_count, images, image_count);
+    if (!status) status = vw_training_finish(run, scores, score_count, images, image_count);
     if (!status) status = rank(scores, score_count, &ranking);
     if (!status && run->options->json) status = print_json(run, &ranking);
     else if (!status) print_text(run, &ranking);

@@ -105,7 +105,6 @@ static enum vw_status create_device(struct vw_gpu *gpu) {
         .shaderBufferInt64Atomics = limits->int64_atomics,
         .scalarBlockLayout = VK_TRUE,
         .hostQueryReset = VK_TRUE, // every Vulkan 1.2 device has it
-        .bufferDeviceAddress = limits->buffer_reference,
     };
     const VkPhysicalDeviceFeatures2 features = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12, .features.shaderInt64 = limits->int64};

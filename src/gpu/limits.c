@@ -27,7 +27,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(buffer_bytes) DO(texel_elements) DO(shared_memory_bytes) DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x)     \
         DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
-#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(buffer_reference) DO(timestamps)
+#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
 #define LOWER(field)                                                                                                                       \
@@ -139,7 +139,6 @@ static void query_core(struct vw_candidate *candidate) {
     *limits = limits_of(device, core11.maxMemoryAllocationSize);
     limits->int64 = features.features.shaderInt64;
     limits->int64_atomics = limits->int64 && features12.shaderBufferInt64Atomics;
-    limits->buffer_reference = features12.bufferDeviceAddress;
     limits->timestamps = candidate->timestamp_bits > 0;
 
     const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";

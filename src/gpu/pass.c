@@ -25,7 +25,6 @@ static enum vw_status check_shader(const char *pass, const struct vw_spirv *spir
     for (uint32_t i = 0; i < spirv->slot_count; i++) texels += spirv->slots[i].texel;
     enum vw_status status = check_feature(pass, "64-bit integers", spirv->needs_int64, limits->int64);
     if (!status) status = check_feature(pass, "64-bit atomics", spirv->needs_int64_atomics, limits->int64_atomics);
-    if (!status) status = check_feature(pass, "buffer references", spirv->needs_buffer_reference, limits->buffer_reference);
     if (!status) status = check_limit(pass, "bytes of shared memory", spirv->shared_bytes, limits->shared_memory_bytes);
     if (!status) status = check_limit(pass, "bytes of push constants", spirv->push_bytes, limits->push_constant_bytes);
     if (!status) status = check_limit(pass, "invocations a workgroup in x", size[0], limits->workgroup_size_x);

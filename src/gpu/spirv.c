@@ -70,7 +70,6 @@ enum {
     DIMENSION_BUFFER = 5,
     CAPABILITY_INT64 = 11,
     CAPABILITY_INT64_ATOMICS = 12,
-    CAPABILITY_BUFFER_REFERENCE = 5347,
     ID_LIMIT = 1 << 22,
 };
 
@@ -252,7 +251,6 @@ static struct layout layout_of(const struct module *module, uint32_t type) {
 static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
     spirv->needs_int64 |= capability == CAPABILITY_INT64;
     spirv->needs_int64_atomics |= capability == CAPABILITY_INT64_ATOMICS;
-    spirv->needs_buffer_reference |= capability == CAPABILITY_BUFFER_REFERENCE;
 }
 
 // The constant decorated as gl_WorkGroupSize, which specialization reaches, wins over the execution mode.

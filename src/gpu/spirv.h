@@ -25,7 +25,6 @@ struct vw_spirv {
     uint64_t shared_bytes;      // after specialization; a length that is not a plain expression of constants counts as 0
     bool needs_int64;
     bool needs_int64_atomics;
-    bool needs_buffer_reference;
 };
 
 // `specialization[i]` replaces the value of constant_id i, for i below `specialization_count`.

@@ -134,7 +134,7 @@ static enum vw_status prepare_append(struct vw_ledger *ledger) {
     if (!ledger->insert_step)
         status = vw_database_prepare(&ledger->database,
                                      "INSERT INTO step (run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-                                     " nonfinite, clamped, row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                                     " nonfinite, clamped, floored, row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                                      &ledger->insert_step);
     if (!status && !ledger->insert_view)
         status = vw_database_prepare(&ledger->database, "INSERT INTO view (run_id, step, image_id, mse, l1) VALUES (?, ?, ?, ?, ?)",
@@ -163,6 +163,7 @@ static void add_step_columns(struct vw_row *row, const char *run_id, const struc
     vw_row_add_real(row, valued ? record->val_l1 : NAN);
     vw_row_add_integer(row, nonfinite);
     vw_row_add_integer(row, (int64_t)record->clamped_count);
+    vw_row_add_integer(row, valued ? record->floored_views : 0);
 }
 
 static enum vw_status insert_views(struct vw_ledger *ledger, const struct vw_step_record *record, const uint32_t *validation_views,

@@ -132,6 +132,7 @@ static struct vw_step_record read_step(sqlite3_stmt *statement) {
         .val_l1 = real_or_nan(statement, 6),
         .nonfinite = sqlite3_column_int(statement, 7),
         .clamped_count = (uint64_t)sqlite3_column_int64(statement, 8),
+        .floored_views = (uint32_t)sqlite3_column_int64(statement, 9),
     };
 }
 
@@ -140,11 +141,11 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
     struct vw_step_record *read = NULL;
     size_t capacity = 0, used = 0;
     bool found = false;
-    enum vw_status status =
-        vw_database_prepare(&ledger->database,
-                            "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped FROM step"
-                            " ORDER BY run_id, step",
-                            &statement);
+    enum vw_status status = vw_database_prepare(
+        &ledger->database,
+        "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored FROM step"
+        " ORDER BY run_id, step",
+        &statement);
     while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
         status = vw_grow((void **)&read, &capacity, used + 1, sizeof *read);
         if (!status) read[used++] = read_step(statement);

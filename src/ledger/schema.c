@@ -18,6 +18,7 @@ static const char schema_sql[] =
     " run_id TEXT NOT NULL REFERENCES run (run_id), step INTEGER NOT NULL, epoch INTEGER NOT NULL, image_id INTEGER,"
     " train_loss REAL, val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL,"
     " nonfinite INTEGER NOT NULL CHECK (nonfinite IN (0, 1)), row_hash TEXT NOT NULL, clamped INTEGER NOT NULL,"
+    " floored INTEGER NOT NULL,"
     " PRIMARY KEY (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, mse REAL NOT NULL, l1 REAL NOT NULL,"

@@ -52,7 +52,7 @@ static const struct number {
 } numbers[] = {
     {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true}, // 2^63 itself is one too many
     {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
-    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, false},
+    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true},
     {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
     {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},

@@ -35,6 +35,7 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
     vw_hasher_add_bytes(&hasher, trainer->scene->hash, sizeof trainer->scene->hash);
     vw_hasher_add_bytes(&hasher, subset, sizeof subset);
     vw_hasher_add_text(&hasher, config);
+    vw_hasher_add_integer(&hasher, trainer->validate); // `train` records no validation: another ledger, if the same params
     for (uint32_t i = 0; i < trainer->effect_count; i++)
         if (trainer->effects[i].on) vw_hasher_add_text(&hasher, trainer->effects[i].name);
     vw_hasher_add_bytes(&hasher, shaders, sizeof shaders);

@@ -12,7 +12,7 @@ _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)
 _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
                    (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
-_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_RECIPE == VW_RANDOM_RECIPE, "random purposes differ");
+_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER, "random purposes differ");
 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
@@ -96,15 +96,13 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->inverse_rays = (float)(1.0 / config->rays);
 }
 
-static uint32_t tile_count(uint32_t out4, uint32_t in4) { return (out4 + 1) / 2 * ((in4 + 1) / 2); }
-
 static void lay_out_weights(struct model *model) {
     uint32_t encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
     uint32_t width4 = model->specialization.width4;
-    uint32_t blocks = width4 * (encoding4 + GEO4 + COLOUR4 + 1);
+    uint32_t blocks = VW_WEIGHT_BLOCKS(encoding4, width4);
     model->weight_columns = 4 * blocks;
-    model->weight_tiles = tile_count(width4, encoding4) + tile_count(GEO4, width4) + tile_count(width4, COLOUR4) + tile_count(1, width4);
-    model->row_count = 2 * encoding4 + 4 * width4 + COLOUR4 + GEO4 + 2;
+    model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
+    model->row_count = VW_ROW_COUNT(encoding4, width4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
     model->grid = (struct param_range){"grid", 0, 8 * (uint64_t)model->pair_count};
     model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
@@ -124,6 +122,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
 
     uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
     uint32_t group_samples = model->ray_group * config->samples, step_samples = model_pad_rays(model, config->rays) * config->samples;
+    if (16ull * model->row_count * group_samples > limits->storage_binding_bytes)
+        return vw_fail(VW_ERROR_USAGE, "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
+                       config->samples, group_samples);
     uint64_t fits = limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // samples whose rows fit one binding
     if (chunk > fits) chunk = (uint32_t)fits;
     if (chunk > step_samples) chunk = step_samples;

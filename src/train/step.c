@@ -75,7 +75,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
-static enum vw_status create_window_passes(struct step_passes *step, uint32_t index) {
+static enum vw_status create_window_passes(struct step_passes *step, struct vw_buffer *scalars, uint32_t index) {
     const struct field *field = step->field;
     const struct grid_window *window = &field->model->windows[index];
     const struct vw_shader *scatter =
@@ -86,6 +86,7 @@ static enum vw_status create_window_passes(struct step_passes *step, uint32_t in
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
+        {.slot = VW_SLOT_SCALARS, .buffer = scalars},
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
          .offset_bytes = field->model->grid.offset_bytes + 8 * first,
@@ -111,7 +112,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                                  .chunk_rays = field->model->specialization.chunk_samples / config->samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
-    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, i);
+    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, scalars, i);
     if (status != VW_OK) step_destroy(step);
     return status;
 }
@@ -163,7 +164,8 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
     }
     struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};
     vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
-    struct vw_push_update update = {.count = model->weight_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number};
+    struct vw_push_update update = {
+        .count = model->weight_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

@@ -9,6 +9,7 @@
 #include "pixels.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
+#include "viewworth/psnr.h"
 #include "viewworth/random.h"
 
 enum {
@@ -17,7 +18,6 @@ enum {
     VAL_RAYS_PER_VIEW_MIN = 32,
 };
 static const double BATCH_SECONDS = 0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
-static const double MSE_FLOOR = 1e-10;    // 100 dB (decision 5)
 
 // ---- Creation ---------------------------------------------------------------------------------------------------------
 
@@ -236,8 +236,6 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
 
 // ---- Reading back -----------------------------------------------------------------------------------------------------
 
-static double psnr_db(double mse) { return -10.0 * log10(mse > MSE_FLOOR ? mse : MSE_FLOOR); }
-
 // `sums` has one row per validation view: squared error high and low, absolute error high and low.
 static void read_validation(const struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views,
                             struct vw_step_record *record) {
@@ -246,7 +244,8 @@ static void read_validation(const struct vw_trainer *trainer, const vw_float4 *s
         double view_squared = (double)sums[i].x + sums[i].y, view_absolute = (double)sums[i].z + sums[i].w;
         double view_values = 3.0 * trainer->val_pixel_counts[i];
         views[i] = (struct vw_view_error){.mse = view_squared / view_values, .l1 = view_absolute / view_values};
-        psnr += psnr_db(views[i].mse);
+        psnr += vw_psnr_db(views[i].mse);
+        record->floored_views += views[i].mse < VW_MSE_FLOOR;
         squared += view_squared;
         absolute += view_absolute;
         values += view_values;
@@ -255,7 +254,7 @@ static void read_validation(const struct vw_trainer *trainer, const vw_float4 *s
     record->views = views;
     record->view_count = trainer->val_count;
     record->val_psnr = psnr / trainer->val_count;
-    record->val_psnr_pooled = psnr_db(squared / values);
+    record->val_psnr_pooled = vw_psnr_db(squared / values);
     record->val_l1 = absolute / values;
     record->nonfinite |= !isfinite(squared) || !isfinite(absolute);
 }
@@ -267,12 +266,6 @@ static void blank_nonfinite(struct vw_step_record *record) {
     if (!isfinite(record->train_loss)) record->train_loss = NAN;
 }
 
-static uint32_t float_bits(float value) {
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
 static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_float4 *row, struct vw_view_error *views,
                         struct vw_step_record *record) {
     *record = (struct vw_step_record){
@@ -281,13 +274,14 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_floa
         record->epoch = (uint32_t)((step - 1) / trainer->train_count);
         record->view = view_of_step(trainer, step);
         record->train_loss = ((double)row->x + row->y) / trainer->config.rays;
-        record->nonfinite = float_bits(row->z) != 0;
-        record->clamped_count = float_bits(row->w);
+        record->nonfinite = row->z != 0.0f;
+        record->clamped_count = (uint64_t)row->w;
     }
     if (trainer->validate) read_validation(trainer, row + 1, views, record);
     blank_nonfinite(record);
     trainer->stats.nonfinite_steps += record->nonfinite;
     trainer->stats.clamped_count += record->clamped_count;
+    trainer->stats.floored_steps += record->floored_views > 0;
 }
 
 // Grows batches until one takes long enough. How steps are grouped changes no bit of them.

@@ -314,6 +314,53 @@ static void test_nonfinite_step_is_flagged(void **state) {
     vw_scene_close(&scene);
 }
 
+// A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers for texels, two 32-bit
+// atomics for a 64-bit one), for narrow and wide gradients.
+static void test_floor_trains_the_same(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    for (int wide = 0; wide < 2; wide++) {
+        struct vw_config config = small_config();
+        config.rays = wide ? 2100 : 60; // beyond 2^15 samples a step, words are wide
+        struct vw_gpu *floor = NULL;
+        struct vw_trainer *trainer = NULL;
+        struct run *run = vw_allocate(1, sizeof *run), *ordinary = train(scene, &config, true, 0);
+        assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &vw_gpu_floor_limits}, &floor));
+        assert_false(vw_gpu_get_limits(floor)->int64_atomics);
+        assert_ok(
+            vw_trainer_create(&(struct vw_trainer_params){.gpu = floor, .scene = scene, .config = &config, .validate = true}, &trainer));
+        assert_int_equal(trainer->model.specialization.wide_gradient, wide);
+        finish(trainer, run);
+        assert_same_run(run, ordinary);
+        vw_trainer_destroy(&trainer);
+        assert_ok(vw_gpu_close(&floor));
+        free_run(run);
+        free_run(ordinary);
+    }
+    vw_scene_close(&scene);
+}
+
+// A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders black, as the
+// photos are.
+static void test_perfect_match_is_floored(void **state) {
+    (void)state;
+    struct vw_scene *scene = small_scene();
+    struct vw_config config = small_config();
+    config.epochs = 1;
+    for (uint32_t i = 0; i < scene->view_count; i++) memset(scene->views[i].image.pixels, 0, 4 * 24 * 18);
+    for (uint32_t i = 0; i < scene->view_count; i++)
+        for (uint32_t p = 0; p < 24 * 18; p++) ((uint8_t *)scene->views[i].image.pixels)[4 * p + 3] = 255;
+    scene->box.centre_world[2] = 1e3; // out of sight
+    struct run *run = train(scene, &config, true, 0);
+    assert_near(run->records[0].val_psnr, 100.0, 1e-12);
+    assert_near(run->records[0].val_psnr_pooled, 100.0, 1e-12);
+    assert_int_equal(run->records[0].floored_views, VALS);
+    assert_false(run->records[0].nonfinite);
+    assert_int_equal(run->stats.floored_steps, run->count);
+    free_run(run);
+    vw_scene_close(&scene);
+}
+
 // A learning rate that makes everything diverge never makes a param that is not finite.
 static void test_params_stay_finite(void **state) {
     (void)state;
@@ -360,27 +407,27 @@ static void test_field_file_round_trip(void **state) {
     vw_scene_close(&scene);
 }
 
-// What names a run: epochs and burn-in do not, seed and effects do.
+// What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
 static void test_run_id(void **state) {
     (void)state;
     struct vw_scene *scene = small_scene();
-    struct vw_config configs[5];
-    uint8_t ids[5][32];
-    for (int i = 0; i < 5; i++) configs[i] = small_config();
+    struct vw_config configs[7];
+    uint8_t ids[7][32];
+    for (int i = 0; i < 7; i++) configs[i] = small_config();
     configs[1].epochs = 99;
-    configs[1].burn_in_epochs = 7;
     configs[2].seed = 1;
     strcpy(configs[3].effects, "none"); // what `auto` decides for this scene
     strcpy(configs[4].effects, "+distortion");
-    for (int i = 0; i < 5; i++) {
-        struct vw_trainer *trainer = make_trainer(scene, &configs[i], true, 0);
+    configs[5].burn_in_epochs = 7;
+    for (int i = 0; i < 7; i++) {
+        struct vw_trainer *trainer = make_trainer(scene, &configs[i], i < 6, 0); // the last as `train` does
         assert_ok(vw_trainer_run_id(trainer, ids[i]));
         vw_trainer_destroy(&trainer);
     }
     assert_memory_equal(ids[0], ids[1], 32);
     assert_memory_equal(ids[0], ids[3], 32);
-    assert_int_not_equal(memcmp(ids[0], ids[2], 32), 0);
-    assert_int_not_equal(memcmp(ids[0], ids[4], 32), 0);
+    const int others[] = {2, 4, 5, 6};
+    for (int i = 0; i < 4; i++) assert_int_not_equal(memcmp(ids[0], ids[others[i]], 32), 0);
     vw_scene_close(&scene);
 }
 
@@ -496,6 +543,8 @@ int main(void) {
         cmocka_unit_test(test_memory_is_flat_in_pixels),
         cmocka_unit_test(test_world_offset_and_scale),
         cmocka_unit_test(test_nonfinite_step_is_flagged),
+        cmocka_unit_test(test_floor_trains_the_same),
+        cmocka_unit_test(test_perfect_match_is_floored),
         cmocka_unit_test(test_params_stay_finite),
         cmocka_unit_test(test_field_file_round_trip),
         cmocka_unit_test(test_run_id),

@@ -116,6 +116,7 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
             .train_loss = step ? 0.2 : NAN,
             .validated = true,
             .clamped_count = step,
+            .floored_views = (uint32_t)(step % 3),
             .val_psnr = psnr,
             .val_psnr_pooled = pooled,
             .val_l1 = l1,

@@ -151,7 +151,7 @@ static bool chain_holds(const char *path) {
         crypto_generichash_init(&state, NULL, 0, 32);
         feed_text(&state, head);
         feed_rows(&state, raw,
-                  "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped"
+                  "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored"
                   " FROM step WHERE step = ?",
                   step);
         feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id", step);
@@ -210,6 +210,7 @@ static void rows_read_back(void **state) {
         assert_int_equal(read[i].nonfinite, nonfinite);
         assert_int_equal(read[i].validated, valued);
         assert_int_equal(read[i].clamped_count, i);
+        assert_int_equal(read[i].floored_views, read[i].nonfinite || !read[i].validated ? 0 : i % 3);
         assert_true(valued ? read[i].val_psnr == written[i].val_psnr : isnan(read[i].val_psnr));
         assert_true(valued ? read[i].val_psnr_pooled == written[i].val_psnr_pooled : isnan(read[i].val_psnr_pooled));
         assert_true(valued ? read[i].val_l1 == written[i].val_l1 : isnan(read[i].val_l1));
@@ -228,7 +229,7 @@ static void tables_are_as_contracted(void **state) {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_utc,finished_utc,"
                 "status,row_hash,final_hash,scene_options_json"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
-        {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped"},
+        {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"score", "run_id,image_id,method,value,unit,stderr,visits"},
     };
@@ -297,6 +298,7 @@ static void chain_shows_each_change(void **state) {
     const char *changes[] = {
         "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 3",
         "UPDATE step SET clamped = 0 WHERE step = 5",
+        "UPDATE step SET floored = floored + 1 WHERE step = 5",
         "UPDATE step SET val_l1 = NULL WHERE step = 1",
         "UPDATE step SET image_id = 3 - image_id WHERE image_id IN (1, 2)",
         "DELETE FROM view WHERE step = 4 AND image_id = 4",

@@ -1,0 +1,13 @@
+// Reading the activation rows of a chunk, through texels where the device's views are large enough.
+#ifndef ROWS_GLSL
+#define ROWS_GLSL
+
+BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
+layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
+
+vec4 row_value(uint row, uint slot) {
+    uint at = row * CHUNK_SAMPLES + slot;
+    return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
+}
+
+#endif
