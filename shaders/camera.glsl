@@ -1,26 +1,33 @@
-// From an image position to a ray in box coordinates, with radial and tangential distortion undone.
+// From an image position to a ray in box coordinates, the lens undone.
 // Model and axes: struct vw_camera in include/viewworth/scene.h; vw_gpu_camera in interface.h.
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
-// OpenCV's model: the distorted position of an undistorted one (image plane at z = 1, y down). distortion: k1, k2, p1, p2.
-vec2 distort(vec2 p, vec4 distortion) {
-    float r2 = dot(p, p);
-    float radial = 1.0 + r2 * (distortion.x + r2 * distortion.y);
-    return p * radial + 2.0 * p.x * p.y * distortion.zw + distortion.wz * (r2 + 2.0 * p * p);
+// The radial factor of a polynomial lens (x) and its slope (y): d factor / d p = slope * p. distortion: k1, k2, p1, p2; higher: k3 to k6.
+vec2 radial_factor(float r2, vec4 distortion, vec4 higher) {
+    if (EFFECT_DISTORTION == DISTORTION_BASIC)
+        return vec2(1.0 + r2 * (distortion.x + r2 * distortion.y), 2.0 * distortion.x + 4.0 * distortion.y * r2);
+    float above = 1.0 + r2 * (distortion.x + r2 * (distortion.y + r2 * higher.x));
+    float below = 1.0 + r2 * (higher.y + r2 * (higher.z + r2 * higher.w));
+    float above_slope = 2.0 * distortion.x + r2 * (4.0 * distortion.y + r2 * 6.0 * higher.x);
+    float below_slope = 2.0 * higher.y + r2 * (4.0 * higher.z + r2 * 6.0 * higher.w);
+    return vec2(above / below, (above_slope - above / below * below_slope) / below);
+}
+
+// The distorted position of an undistorted one (image plane at z = 1, y down) whose radial factor is known.
+vec2 distort(vec2 p, float radial, vec4 distortion) {
+    return p * radial + 2.0 * p.x * p.y * distortion.zw + distortion.wz * (dot(p, p) + 2.0 * p * p);
 }
 
 // Newton's method on distort(p) = target, from p = target.
-vec2 undistort(vec2 target, vec4 distortion) {
+vec2 undistort(vec2 target, vec4 distortion, vec4 higher) {
     vec2 p = target;
     for (int i = 0; i < 8; i++) {
-        float r2 = dot(p, p);
-        float radial = 1.0 + r2 * (distortion.x + r2 * distortion.y);
-        float radial_slope = 2.0 * distortion.x + 4.0 * distortion.y * r2; // d radial / d p = slope * p
-        float cross_term = radial_slope * p.x * p.y + 2.0 * dot(distortion.zw, p);
-        float xx = radial + radial_slope * p.x * p.x + 2.0 * distortion.z * p.y + 6.0 * distortion.w * p.x;
-        float yy = radial + radial_slope * p.y * p.y + 6.0 * distortion.z * p.y + 2.0 * distortion.w * p.x;
-        vec2 miss = distort(p, distortion) - target;
+        vec2 radial = radial_factor(dot(p, p), distortion, higher);
+        float cross_term = radial.y * p.x * p.y + 2.0 * dot(distortion.zw, p);
+        float xx = radial.x + radial.y * p.x * p.x + 2.0 * distortion.z * p.y + 6.0 * distortion.w * p.x;
+        float yy = radial.x + radial.y * p.y * p.y + 6.0 * distortion.z * p.y + 2.0 * distortion.w * p.x;
+        vec2 miss = distort(p, radial.x, distortion) - target;
         float determinant = xx * yy - cross_term * cross_term;
         // Beyond the fold of the model there is no inverse: stay where the Jacobian was last regular.
         if (determinant > 1e-4) p -= vec2(yy * miss.x - cross_term * miss.y, xx * miss.y - cross_term * miss.x) / determinant;
@@ -28,19 +35,40 @@ vec2 undistort(vec2 target, vec4 distortion) {
     return p;
 }
 
-// The strata of a ray in the unit cube: near edge (w of origin) and stride (w of direction). A ray that misses has stride 0.
-// `camera_parameter` is where the camera lies on the ray: nothing behind it is seen, nor within NEAR_EDGES of it.
-const float NEAR_EDGES = 0.02; // box edges; keeps blobs from growing on the lenses of cameras inside the box
+// Newton's method on the angle off the axis, from the angle that it would be without coefficients.
+const float FISHEYE_ANGLE_MAX = 1.55; // radians: short of a right angle, where directions (x, y, -1) end
 
-vw_ray box_ray(vec3 origin, vec3 direction, float camera_parameter) {
+vec2 undistort_fisheye(vec2 target, vec4 distortion, vec4 higher) {
+    float distorted = length(target);
+    float angle = min(distorted, FISHEYE_ANGLE_MAX);
+    for (int i = 0; i < 8; i++) {
+        float a2 = angle * angle;
+        float slope = 1.0 + a2 * (3.0 * distortion.x + a2 * (5.0 * distortion.y + a2 * (7.0 * higher.x + a2 * 9.0 * higher.y)));
+        float miss = angle * (1.0 + a2 * (distortion.x + a2 * (distortion.y + a2 * (higher.x + a2 * higher.y)))) - distorted;
+        if (slope > 1e-2) angle = clamp(angle - miss / slope, 0.0, FISHEYE_ANGLE_MAX); // else beyond the fold, as above
+    }
+    return distorted > 0.0 ? target * (tan(angle) / distorted) : target;
+}
+
+// The undistorted position (y down) that a camera sees at a position in units of its focal lengths.
+vec2 undo_lens(vw_gpu_camera camera, vec2 target) {
+    if (EFFECT_DISTORTION == DISTORTION_NONE) return target;
+    bool fisheye = EFFECT_DISTORTION == DISTORTION_ANY_LENS && camera.more.w != 0.0;
+    if (fisheye) return undistort_fisheye(target, camera.distortion, camera.higher);
+    return undistort(target, camera.distortion, camera.higher);
+}
+
+// The strata of a ray in the unit cube: near edge (w of origin) and stride (w of direction). A ray that misses has stride 0.
+// Only what lies between the ray parameters of `limits` is seen.
+vw_ray box_ray(vec3 origin, vec3 direction, vec2 limits) {
     // A zero component becomes tiny, so that parallel rays divide to huge finite values and never to 0/0.
     vec3 safe = mix(direction, vec3(1e-12), lessThan(abs(direction), vec3(1e-12)));
     vec3 first = (vec3(0.0) - origin) / safe;
     vec3 second = (vec3(1.0) - origin) / safe;
     vec3 entry = min(first, second);
     vec3 leave = max(first, second);
-    float near = max(max(entry.x, max(entry.y, entry.z)), camera_parameter + NEAR_EDGES);
-    float far = min(leave.x, min(leave.y, leave.z));
+    float near = max(max(entry.x, max(entry.y, entry.z)), limits.x);
+    float far = min(min(leave.x, min(leave.y, leave.z)), limits.y);
     vw_ray ray;
     ray.origin_near = vec4(origin, near);
     ray.direction_stride = vec4(direction, max(far - near, 0.0) / float(SAMPLES));
@@ -48,16 +76,25 @@ vw_ray box_ray(vec3 origin, vec3 direction, float camera_parameter) {
     return ray;
 }
 
+// Nothing behind the camera is seen, nor within NEAR_EDGES of it; nor what lies outside the depths that its view is known to show.
+const float NEAR_EDGES = 0.02; // box edges; keeps blobs from growing on the lenses of cameras inside the box
+const float FAR_EDGES = 1e30;
+
+vec2 ray_limits(vw_gpu_camera camera, float stretch) {
+    vec2 limits = vec2(NEAR_EDGES - camera.reference.w * stretch, FAR_EDGES);
+    if (camera.more.y >= camera.more.z) return limits;
+    return vec2(max(limits.x, camera.more.y * stretch), camera.more.z * stretch);
+}
+
 vw_ray camera_ray(vw_gpu_camera camera, vec2 position_px) {
     vec2 focal = vec2(camera.right.w, camera.up.w);
     vec2 centre = vec2(camera.back.w, camera.more.x);
-    vec2 p = (position_px - centre) / focal;
-    if (EFFECT_DISTORTION != 0u) p = undistort(p, camera.distortion);
+    vec2 p = undo_lens(camera, (position_px - centre) / focal);
     p.y = -p.y; // OpenCV's y runs down, the camera's up
     vec3 offset = camera.right.xyz * p.x + camera.up.xyz * p.y;
     float stretch = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
     float depth = camera.reference.w;
-    return box_ray(camera.reference.xyz + depth * offset, (offset - camera.back.xyz) / stretch, -depth * stretch);
+    return box_ray(camera.reference.xyz + depth * offset, (offset - camera.back.xyz) / stretch, ray_limits(camera, stretch));
 }
 
 #endif

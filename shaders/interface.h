@@ -37,7 +37,7 @@ typedef uint32_t vw_uint;
     X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise the activation rows */ \
     X(14, SEED_LOW, seed_low, uint, 0) \
     X(15, SEED_HIGH, seed_high, uint, 0) \
-    X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) \
+    X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) /* DISTORTION_* */ \
     X(17, EFFECT_BACKGROUND, effect_background, uint, 0) \
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
     X(19, BACKGROUND_GREEN, background_green, float, 0.0) \
@@ -100,6 +100,11 @@ VW_ENUM(OPTIMIZER_LAZY_ADAM, 0)
 VW_ENUM(OPTIMIZER_DENSE_ADAM, 1)
 VW_ENUM(OPTIMIZER_SGD, 2)
 
+// Values of EFFECT_DISTORTION: the cheapest that undoes every lens of the scene.
+VW_ENUM(DISTORTION_NONE, 0)
+VW_ENUM(DISTORTION_BASIC, 1)    // polynomial lenses with k1, k2, p1, p2 alone
+VW_ENUM(DISTORTION_ANY_LENS, 2) // further coefficients or fisheyes, told apart by camera
+
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
 
@@ -135,14 +140,17 @@ VW_ENUM(VW_SLOT_COUNT, 25)
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
 // `reference` = position + reference_depth * forward, near the box, computed in double on the host: its origin is
-// reference + reference_depth * R (x, y, 0), and the camera itself lies at ray parameter -reference_depth * |(x, y, -1)|.
+// reference + reference_depth * R (x, y, 0), and the camera itself lies at ray parameter -reference_depth * |(x, y, -1)|. What is `d` deeper
+// than that plane lies at ray parameter d * |(x, y, -1)|.
 struct vw_gpu_camera {
     vw_float4 right;     // R's first column in box axes (camera x); w: focal_x_px
     vw_float4 up;        // R's second column (camera y); w: focal_y_px
     vw_float4 back;      // R's third column (camera z, looking along -z); w: centre_x_px
     vw_float4 reference; // box coordinates; w: reference_depth in box edges
     vw_float4 distortion; // k1, k2, p1, p2
-    vw_float4 more;      // x: centre_y_px
+    vw_float4 higher;    // k3, k4, k5, k6
+    vw_float4 more;      // x: centre_y_px; y, z: rays are sampled between these depths beyond the reference plane, in box edges,
+                         // everywhere when both are 0; w: 1 for a fisheye
 };
 
 struct vw_pixel {

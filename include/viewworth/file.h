@@ -12,7 +12,7 @@
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
 // Writes to `path` through a temporary file beside it: write, fsync, rename. On failure nothing is left behind.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
-bool vw_file_exists(const char *path);
+bool vw_file_exists(const char *path); // a plain file: no folder, and no device or pipe, which might never end
 bool vw_folder_exists(const char *path);
 // Creates a folder and its parents; an existing folder is fine.
 enum vw_status vw_folder_create(const char *path);

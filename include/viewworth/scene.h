@@ -17,15 +17,20 @@ const char *vw_split_name(enum vw_split split); // "train", "val", "test", "excl
 
 enum { VW_HASH_BYTES = 32 };
 
-// A pinhole with OpenCV distortion. Pixel (column, row) has its centre at (column + 0.5, row + 0.5) px; y runs down.
+// How a lens bends rays, after OpenCV. Pixel (column, row) has its centre at (column + 0.5, row + 0.5) px; y runs down.
 // With x = X/Z, y = Y/Z in the OpenCV camera frame (x right, y down, z forward), r2 = x*x + y*y:
-//   x' = x (1 + k1 r2 + k2 r2^2) + 2 p1 x y + p2 (r2 + 2 x x);  y' = y (1 + k1 r2 + k2 r2^2) + p1 (r2 + 2 y y) + 2 p2 x y
+//   VW_LENS_POLYNOMIAL: radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3) / (1 + k4 r2 + k5 r2^2 + k6 r2^3)
+//     x' = x radial + 2 p1 x y + p2 (r2 + 2 x x);  y' = y radial + p1 (r2 + 2 y y) + 2 p2 x y
+//   VW_LENS_FISHEYE: theta = atan(r), theta' = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8); (x', y') = theta' / r (x, y)
 //   column = focal_x x' + centre_x, row = focal_y y' + centre_y
+enum vw_lens { VW_LENS_POLYNOMIAL, VW_LENS_FISHEYE };
+
 struct vw_camera {
     uint32_t width_px, height_px;        // of the photo as loaded (after --downscale); intrinsics match it
     double focal_x_px, focal_y_px;       // > 0
     double centre_x_px, centre_y_px;     // principal point
-    double k1, k2, p1, p2;               // 0 without distortion
+    enum vw_lens lens;
+    double k1, k2, k3, k4, k5, k6, p1, p2; // 0 without distortion
 };
 
 struct vw_view {
@@ -35,7 +40,9 @@ struct vw_view {
     enum vw_split split;
     struct vw_camera camera;
     double camera_to_world[3][4];        // rotation and position; OpenGL camera axes: x right, y up, looking along -z; world units
+    double near_world, far_world;        // depths along the axis between which the points that it sees lie; 0, 0 when unknown
     struct vw_image image;               // without pixels for excluded views and with headers_only
+    uint8_t *mask;                       // owned; a byte per pixel of image, rows top to bottom, 0: not to be looked at. NULL: look at all
     uint8_t sha256[VW_HASH_BYTES];       // of the image file's bytes; of the 8-bit pixels for a recipe
 };
 
@@ -58,7 +65,7 @@ struct vw_box {
 
 struct vw_scene {
     char *path;                          // owned; as given
-    char *format;                        // owned; "transforms", "recipe"
+    char *format;                        // owned; "transforms", "phototourism", "colmap", "recipe"
     struct vw_view *views;               // owned; in the order of the scene file (train, val, test file after one another)
     uint32_t view_count;
     uint32_t split_count[4];             // by enum vw_split
@@ -69,17 +76,19 @@ struct vw_scene {
     struct vw_point *points;             // owned; empty when unknown
     struct vw_track *tracks;             // owned
     uint32_t point_count, track_count;
+    uint32_t masked_view_count;          // views with a mask, excluded ones left out
     char **notes;                        // owned; what was skipped or repaired, one line each, for `info`
     uint32_t note_count;
-    uint8_t hash[VW_HASH_BYTES];         // of everything above that bears on training: names, splits, image hashes, cameras, poses,
-                                         // box, background, downscale; not of the path
+    uint8_t hash[VW_HASH_BYTES];         // of everything above that bears on training: names, splits, image hashes, masks, cameras, poses,
+                                         // near and far, box, background, downscale; not of the path
 };
 
 struct vw_gpu;
 
 struct vw_scene_params {
     const char *path;                    // folder, transforms*.json or recipe .json
-    const char *format;                  // NULL: probe; "transforms" | "recipe"
+    const char *format;                  // NULL: probe, in this order; "recipe" | "transforms" | "phototourism" | "colmap"
+    const char *pool;                    // NULL or "all": every registered photo, as in the paper; "list": those a NeRF-W TSV lists
     const char *train_list, *val_list, *test_list; // NULL, or files of names, one a line
     const char *providers;               // NULL, or a CSV with the header name,provider
     uint32_t downscale;                  // 0 = 1
@@ -91,9 +100,15 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
 void vw_scene_close(struct vw_scene **scene);
 
 // The direction in camera axes (OpenGL, unnormalised, z = -1) of the ray through image position (x_px, y_px), distortion undone by
-// Newton's method in double. Returns false when the distortion has no inverse there.
+// Newton's method in double. Returns false when the distortion has no inverse there, or a fisheye looks 1.55 radians off its axis or
+// more.
 bool vw_camera_unproject(const struct vw_camera *camera, double x_px, double y_px, double direction_camera[3]);
 // The image position of a direction in camera axes (OpenGL); false when it points backwards (z >= 0).
 bool vw_camera_project(const struct vw_camera *camera, const double direction_camera[3], double *x_px, double *y_px);
+// How far from the principal point, in focal lengths, the lens model can be undone; infinite when it can everywhere. Tangential terms,
+// which are small, are left out.
+double vw_camera_reach(const struct vw_camera *camera);
+// Whether the lens bends rays at all; a fisheye always does.
+bool vw_camera_is_distorted(const struct vw_camera *camera);
 
 #endif

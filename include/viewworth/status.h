@@ -29,6 +29,10 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) __attribu
 // Puts "<formatted>: " before the recorded message and returns `status` unchanged.
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// Replaces line ends and other control characters by '?', in place: names come from files, and a message is one line that no name can
+// break or use to command a terminal. vw_fail() and vw_fail_context() do it themselves.
+void vw_text_make_line(char *text);
+
 // The message of this thread's last failure, "" when there was none. Valid until the next failure of this thread.
 const char *vw_error_message(void);
 

@@ -92,7 +92,7 @@ enum vw_status vw_file_write(const char *path, const void *data, size_t size_byt
 
 bool vw_file_exists(const char *path) {
     struct stat info;
-    return stat(path, &info) == 0 && !S_ISDIR(info.st_mode);
+    return stat(path, &info) == 0 && S_ISREG(info.st_mode);
 }
 
 bool vw_folder_exists(const char *path) {

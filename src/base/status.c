@@ -8,12 +8,18 @@ enum { MESSAGE_BYTES = 1024 };
 
 static _Thread_local char message[MESSAGE_BYTES];
 
+void vw_text_make_line(char *text) {
+    for (; *text; text++)
+        if ((unsigned char)*text < ' ' || *text == 0x7f) *text = '?';
+}
+
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
     char text[MESSAGE_BYTES]; // the arguments may point into `message`
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
+    vw_text_make_line(text);
     memcpy(message, text, sizeof message);
     return status;
 }
@@ -25,6 +31,7 @@ enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(context, sizeof context, format, arguments);
     va_end(arguments);
+    vw_text_make_line(context);
     int used = snprintf(text, sizeof text, "%.*s: ", MESSAGE_BYTES / 2, context);
     snprintf(text + used, sizeof text - (size_t)used, "%.*s", MESSAGE_BYTES - used - 1, message);
     memcpy(message, text, sizeof message);

@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/effects_table.h"
+#include "cli/estimate.h"
 #include "cli/json_output.h"
 #include "cli/open.h"
 #include "viewworth/memory.h"
@@ -22,16 +23,31 @@ struct description {
     uint32_t camera_count;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
+    uint32_t ranged_count;        // views with near and far
+    double near_world, far_world; // over all of them
+    struct vw_estimate estimate;
 };
 
 static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
     return a->width_px == b->width_px && a->height_px == b->height_px && a->focal_x_px == b->focal_x_px && a->focal_y_px == b->focal_y_px &&
-           a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px && a->k1 == b->k1 && a->k2 == b->k2 && a->p1 == b->p1 &&
-           a->p2 == b->p2;
+           a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px && a->lens == b->lens && a->k1 == b->k1 && a->k2 == b->k2 &&
+           a->k3 == b->k3 && a->k4 == b->k4 && a->k5 == b->k5 && a->k6 == b->k6 && a->p1 == b->p1 && a->p2 == b->p2;
 }
 
-static bool is_distorted(const struct vw_camera *camera) {
-    return camera->k1 != 0 || camera->k2 != 0 || camera->p1 != 0 || camera->p2 != 0;
+static const char *lens_name(const struct vw_camera *camera) {
+    if (!vw_camera_is_distorted(camera)) return "pinhole";
+    return camera->lens == VW_LENS_FISHEYE ? "fisheye" : "polynomial distortion";
+}
+
+// The smallest near and largest far over the views that have them.
+static void measure_range(struct description *description) {
+    for (uint32_t v = 0; v < description->scene->view_count; v++) {
+        const struct vw_view *view = &description->scene->views[v];
+        if (view->far_world <= 0) continue;
+        bool first = !description->ranged_count++;
+        if (first || view->near_world < description->near_world) description->near_world = view->near_world;
+        if (first || view->far_world > description->far_world) description->far_world = view->far_world;
+    }
 }
 
 static void count_cameras(struct description *description) {
@@ -48,6 +64,7 @@ static enum vw_status describe(const struct vw_scene *scene, struct description 
     *description = (struct description){.scene = scene, .cameras = vw_allocate(scene->view_count, sizeof *description->cameras)};
     if (!description->cameras) return VW_ERROR_MEMORY;
     count_cameras(description);
+    measure_range(description);
     return vw_effects_decide(scene, "auto", description->effects, &description->effect_count);
 }
 
@@ -59,10 +76,18 @@ static void print_cameras(const struct description *description) {
     for (uint32_t i = 0; i < description->camera_count && i < SHOWN; i++) {
         const struct vw_camera *camera = &description->cameras[i].camera;
         printf("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px, camera->height_px,
-               camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
-               is_distorted(camera) ? "distorted" : "no distortion", description->cameras[i].view_count);
+               camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px, lens_name(camera),
+               description->cameras[i].view_count);
     }
     if (description->camera_count > SHOWN) printf("         and %u more (--json has all)\n", description->camera_count - SHOWN);
+}
+
+static void print_points(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    if (scene->point_count) printf("points   %u, seen %u times\n", scene->point_count, scene->track_count);
+    if (description->ranged_count)
+        printf("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world, description->far_world,
+               description->ranged_count);
 }
 
 static void print_text(const struct description *description) {
@@ -72,10 +97,13 @@ static void print_text(const struct description *description) {
     for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
         printf(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
     printf("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
+    if (scene->masked_view_count) printf("masks    %u photos have one; white keeps\n", scene->masked_view_count);
     print_cameras(description);
     printf("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0], box->centre_world[1],
            box->centre_world[2], box->half_extent_world, scene->box_source);
+    print_points(description);
     for (uint32_t i = 0; i < scene->note_count; i++) printf("note     %s\n", scene->notes[i]);
+    vw_estimate_print(&description->estimate);
     printf("\n%s\n", vw_effects_heading);
     for (uint32_t i = 0; i < description->effect_count; i++) {
         char line[VW_EFFECT_LINE_BYTES];
@@ -87,11 +115,12 @@ static void print_text(const struct description *description) {
 // ---- As JSON: NULL when memory is short ---------------------------------------------------------------------------------
 
 static json_t *camera_to_json(const struct shared_camera *shared) {
-    const struct vw_camera *camera = &shared->camera;
-    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "width_px", (json_int_t)camera->width_px, "height_px",
-                     (json_int_t)camera->height_px, "focal_x_px", camera->focal_x_px, "focal_y_px", camera->focal_y_px, "centre_x_px",
-                     camera->centre_x_px, "centre_y_px", camera->centre_y_px, "k1", camera->k1, "k2", camera->k2, "p1", camera->p1, "p2",
-                     camera->p2, "views", (json_int_t)shared->view_count);
+    const struct vw_camera *c = &shared->camera;
+    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "width_px",
+                     (json_int_t)c->width_px, "height_px", (json_int_t)c->height_px, "focal_x_px", c->focal_x_px, "focal_y_px",
+                     c->focal_y_px, "centre_x_px", c->centre_x_px, "centre_y_px", c->centre_y_px, "lens", lens_name(c), "k1", c->k1, "k2",
+                     c->k2, "k3", c->k3, "k4", c->k4, "k5", c->k5, "k6", c->k6, "p1", c->p1, "p2", c->p2, "views",
+                     (json_int_t)shared->view_count);
 }
 
 static json_t *cameras_to_json(const struct description *description) {
@@ -125,11 +154,21 @@ static json_t *notes_to_json(const struct vw_scene *scene) {
     return NULL;
 }
 
+// null where no view sees points.
+static json_t *depths_to_json(const struct description *description) {
+    if (!description->ranged_count) return json_null();
+    return json_pack("{s:f, s:f, s:I}", "near_world", description->near_world, "far_world", description->far_world, "views",
+                     (json_int_t)description->ranged_count);
+}
+
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:o, s:o}", "scene", scene->path, "format", scene->format, "views",
-                     (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras", cameras_to_json(description), "bounds",
-                     bounds_to_json(scene), "has_alpha", scene->has_alpha, "notes", notes_to_json(scene), "effects",
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "scene", scene->path, "format",
+                     scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras",
+                     cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha", scene->has_alpha, "masks",
+                     (json_int_t)scene->masked_view_count, "points", (json_int_t)scene->point_count, "tracks",
+                     (json_int_t)scene->track_count, "depths", depths_to_json(description), "notes", notes_to_json(scene), "estimate",
+                     vw_estimate_to_json(&description->estimate), "effects",
                      vw_effects_to_json(description->effects, description->effect_count));
 }
 
@@ -148,6 +187,7 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct description description = {0};
     enum vw_status status = open_scene(options, &gpu, &scene);
     if (!status) status = describe(scene, &description);
+    if (!status) status = vw_estimate_run(options, scene, &gpu, &description.estimate);
     if (!status && options->json) status = vw_json_print(to_json(&description));
     else if (!status) print_text(&description);
     free(description.cameras);

@@ -17,6 +17,7 @@ enum vw_status vw_open_scene(const struct vw_options *options, const char *path,
     const struct vw_scene_params params = {
         .path = path,
         .format = options->format,
+        .pool = options->pool,
         .train_list = options->train_list,
         .val_list = options->val_list,
         .test_list = options->test_list,

@@ -45,7 +45,9 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimi
 
 static const struct option_row rows[] = {
     {"device", "N|NAME", "Vulkan device: index or part of the name, as in viewworth devices", VW_OPTIONS_DEVICE, TEXT, FIELD(device)},
-    {"format", "NAME", "read the scene as transforms or recipe instead of probing", VW_OPTIONS_SCENE, TEXT, FIELD(format)},
+    {"format", "NAME", "read the scene as recipe, transforms, phototourism or colmap, not as the first of these that fits",
+     VW_OPTIONS_SCENE, TEXT, FIELD(format)},
+    {"pool", "all|list", "PhotoTourism: all registered photos, or those that the TSV lists", VW_OPTIONS_SCENE, TEXT, FIELD(pool)},
     {"train", "FILE", "names of the photos to train on, one a line", VW_OPTIONS_SCENE, TEXT, FIELD(train_list)},
     {"val", "FILE", "names of the photos to validate on", VW_OPTIONS_SCENE, TEXT, FIELD(val_list)},
     {"test", "FILE", "names of the photos to keep for tests", VW_OPTIONS_SCENE, TEXT, FIELD(test_list)},

@@ -13,6 +13,7 @@ struct vw_options {
     const char *operand; // SCENE or OUT, by command
     const char *device;
     const char *format;
+    const char *pool;
     const char *train_list, *val_list, *test_list;
     const char *providers;
     uint32_t downscale;

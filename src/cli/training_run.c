@@ -10,6 +10,7 @@
 #include "cli/interrupt.h"
 #include "cli/json_output.h"
 #include "cli/open.h"
+#include "cli/out_folder.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -34,7 +35,7 @@ static enum vw_status name_outputs(struct vw_training_run *run) {
     if (!run->ledger_path || !run->scores_path || !run->field_path) return VW_ERROR_MEMORY;
     if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
     if (vw_file_exists(run->ledger_path)) return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
-    return VW_OK;
+    return vw_out_check(out);
 }
 
 static void say_scene(const struct vw_scene *scene) {

@@ -13,6 +13,7 @@
 #include "viewworth/memory.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28;
+static const uint32_t CHANNEL_LIMIT = 64; // renderers put depth, normals and more into EXR files
 static const double MASKED_SHARE_LIMIT = 0.05;
 
 static enum vw_status read_header(const char *path, struct vw_oiio_result *header) {
@@ -22,6 +23,9 @@ static enum vw_status read_header(const char *path, struct vw_oiio_result *heade
     if ((uint64_t)header->width_px * header->height_px > PIXEL_LIMIT)
         return vw_fail(VW_ERROR_INPUT, "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
                        header->width_px, header->height_px, PIXEL_LIMIT);
+    if (header->channels > CHANNEL_LIMIT)
+        return vw_fail(VW_ERROR_INPUT, "%s: %u channels are more than the limit of %u; keep colour and alpha", path, header->channels,
+                       CHANNEL_LIMIT);
     return VW_OK;
 }
 

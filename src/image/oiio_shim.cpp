@@ -6,6 +6,9 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -29,11 +32,32 @@ void *allocate(size_t size_bytes) {
     return memory;
 }
 
+// libpng writes its errors to stderr as well as through OpenImageIO; users are to see one line, ours.
+class quiet_stderr {
+public:
+    quiet_stderr() : kept(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)) {
+        int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (kept >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+    }
+    ~quiet_stderr() {
+        if (kept < 0) return;
+        ::dup2(kept, STDERR_FILENO);
+        ::close(kept);
+    }
+    quiet_stderr(const quiet_stderr &) = delete;
+    quiet_stderr &operator=(const quiet_stderr &) = delete;
+
+private:
+    int kept;
+};
+
 // Runs `work` on an empty result and turns whatever it throws into a status and a message.
 template <typename Work> vw_oiio_result guard(Work work) {
     vw_oiio_result result{};
     std::string message;
     try {
+        quiet_stderr quiet;
         work(result);
         return result;
     } catch (const failure &problem) {

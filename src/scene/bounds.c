@@ -1,11 +1,15 @@
-// Choosing the box from the cameras.
+// Choosing the box. In this order:
 //
-// Cameras that look inwards: the box is centred on the point with the least sum of squared distances to all optical axes, and its half
-// extent is 1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of what a
-// typical camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or pointing away from each
-// other): nothing tells the depth of the scene, so it is taken as 4 times the spread of the cameras.
+// 1. The box that the scene file declares (aabb_scale), when it holds what the cameras look at.
+// 2. SfM points: along each axis from the 2nd to the 98th percentile of the points, so that strays do not count, and a tenth more; wide
+//    enough for the point that the cameras look at (see 3) where there is one. The cube around that has its middle and its longest side.
+// 3. Cameras that look inwards: centred on the point with the least sum of squared distances to all optical axes; the half extent is
+//    1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of what a typical
+//    camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or pointing away from each other):
+//    nothing tells the depth of the scene, so it is taken as 4 times the spread of the cameras.
 //
-// Sums are taken relative to the cameras' centroid, so that coordinates of a million metres lose nothing but their own rounding.
+// Sums and differences are taken relative to the cameras' centroid, so that coordinates of a million metres lose nothing but their own
+// rounding.
 #include "scene/bounds.h"
 
 #include <math.h>
@@ -15,6 +19,8 @@
 #include "viewworth/memory.h"
 
 static const double MARGIN = 1.1;
+static const double STRAY_SHARE = 0.02;           // of the points, at either end of an axis
+enum { POINTS_MIN = 64 };                         // fewer tell less than the cameras do
 static const double SPREADS_AWAY = 4;
 static const double PARALLEL_DETERMINANT = 0.003; // about the square of the axes' angular spread: 3 degrees
 static const double FRONT_SHARE = 0.75;           // of the cameras must have the common point before them
@@ -126,23 +132,54 @@ static enum vw_status median_half_width(const struct vw_scene *scene, const stru
     return VW_OK;
 }
 
-static enum vw_status box_of_cameras(const struct vw_scene *scene, struct vw_box *box, const char **source) {
-    struct axes axes = measure_axes(scene);
+static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box, const char **source) {
     double half_width_world = 0;
-    if (axes.common_point) {
-        enum vw_status status = median_half_width(scene, &axes, &half_width_world);
+    if (axes->common_point) {
+        enum vw_status status = median_half_width(scene, axes, &half_width_world);
         if (status) return status;
     }
     if (half_width_world > 0) {
         *source = "cameras: centred on the point closest to all optical axes, as wide as a typical camera sees there";
-        for (int i = 0; i < 3; i++) box->centre_world[i] = axes.centroid_world[i] + axes.focus[i];
+        for (int i = 0; i < 3; i++) box->centre_world[i] = axes->centroid_world[i] + axes->focus[i];
         box->half_extent_world = MARGIN * half_width_world;
         return VW_OK;
     }
-    double depth_world = axes.spread_world > 0 ? SPREADS_AWAY * axes.spread_world : 1;
+    double depth_world = axes->spread_world > 0 ? SPREADS_AWAY * axes->spread_world : 1;
     *source = "cameras: their axes have no common point, so the depth of the scene is taken as 4 times their spread";
-    for (int i = 0; i < 3; i++) box->centre_world[i] = axes.centroid_world[i] + axes.mean_look[i] * depth_world;
+    for (int i = 0; i < 3; i++) box->centre_world[i] = axes->centroid_world[i] + axes->mean_look[i] * depth_world;
     box->half_extent_world = MARGIN * depth_world;
+    return VW_OK;
+}
+
+// From one tenth outside the points to one tenth outside them along one axis, relative to the cameras' centroid.
+static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted, double range[2]) {
+    for (uint32_t p = 0; p < scene->point_count; p++) sorted[p] = scene->points[p].position_world[axis] - axes->centroid_world[axis];
+    qsort(sorted, scene->point_count, sizeof *sorted, compare_doubles);
+    uint32_t strays = (uint32_t)(STRAY_SHARE * scene->point_count);
+    double low = sorted[strays], high = sorted[scene->point_count - 1 - strays], more = 0.5 * (MARGIN - 1) * (high - low);
+    range[0] = low - more;
+    range[1] = high + more;
+    if (!axes->common_point) return;
+    range[0] = fmin(range[0], axes->focus[axis]);
+    range[1] = fmax(range[1], axes->focus[axis]);
+}
+
+// Leaves the box alone when the points are too few, or all in one place.
+static enum vw_status box_of_points(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box, const char **source) {
+    if (scene->point_count < POINTS_MIN) return VW_OK;
+    double *sorted = vw_allocate(scene->point_count, sizeof *sorted);
+    if (!sorted) return VW_ERROR_MEMORY;
+    struct vw_box found = {0};
+    for (int axis = 0; axis < 3; axis++) {
+        double range[2];
+        range_of_points(scene, axes, axis, sorted, range);
+        found.centre_world[axis] = axes->centroid_world[axis] + 0.5 * (range[0] + range[1]);
+        found.half_extent_world = fmax(found.half_extent_world, 0.5 * (range[1] - range[0]));
+    }
+    free(sorted);
+    if (!(found.half_extent_world > 0)) return VW_OK;
+    *box = found;
+    *source = "SfM points: from their 2nd to their 98th percentile, and a tenth more";
     return VW_OK;
 }
 
@@ -160,21 +197,37 @@ static bool is_plausible(const struct vw_box *declared, const struct vw_box *see
     return ratio >= 0.25 && ratio <= 128;
 }
 
+// Numbers that are finite one by one can overflow together.
+static enum vw_status check_box(const struct vw_scene *scene, const struct vw_box *box) {
+    const double *centre = box->centre_world;
+    if (isnormal(box->half_extent_world) && isfinite(centre[0]) && isfinite(centre[1]) && isfinite(centre[2])) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: camera positions or focal lengths are so large or small that the scene has no box; correct them",
+                   scene->path);
+}
+
 enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene) {
+    struct axes axes = measure_axes(scene);
     struct vw_box box;
     const char *source;
-    enum vw_status status = box_of_cameras(scene, &box, &source);
+    enum vw_status status = box_of_cameras(scene, &axes, &box, &source);
+    struct vw_box seen = box;
+    if (!status) status = box_of_points(scene, &axes, &box, &source);
     if (status) return status;
     char *text = NULL;
     if (declared && declared->aabb_scale > 0) {
         struct vw_box ngp = box_of_ngp(declared);
-        if (is_plausible(&ngp, &box)) {
+        if (is_plausible(&ngp, &seen)) {
             box = ngp;
             text = vw_format_text("aabb_scale %g of the scene file (scale %g)", declared->aabb_scale, declared->scale);
         } else {
             status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not hold what the cameras look at", declared->aabb_scale);
             if (status) return status;
         }
+    }
+    status = check_box(scene, &box);
+    if (status) {
+        free(text);
+        return status;
     }
     if (!text) text = vw_copy_text(source);
     if (!text) return VW_ERROR_MEMORY;

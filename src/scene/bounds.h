@@ -11,7 +11,8 @@ struct vw_ngp_box {
     double offset[3];
 };
 
-// Sets box and box_source from the cameras and, where it is given and holds what the cameras look at, from `declared` (may be NULL).
+// Sets box and box_source from `declared` (may be NULL), where it is given and holds what the cameras look at; else from the scene's
+// points, where there are enough; else from its cameras.
 enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene);
 
 #endif

@@ -1,11 +1,65 @@
-// Projection through an OpenCV pinhole and its inverse. Inside this file directions are (x, y) = (X/Z, Y/Z) in the OpenCV camera frame.
+// Projection through the two lenses of scene.h and its inverse. Inside this file positions are (x, y) = (X/Z, Y/Z) in the OpenCV camera
+// frame, and distorted positions are in units of the focal lengths.
 #include <math.h>
 
 #include "viewworth/scene.h"
 
 static const int NEWTON_STEPS_MAX = 50;
 static const int HALVINGS_MAX = 30;
-static const double RESIDUAL_MAX = 1e-11; // in units of the focal length: 1e-7 px at 10,000 px
+static const double RESIDUAL_MAX = 1e-11;     // in units of the focal length: 1e-7 px at 10,000 px
+static const double RADIUS2_MAX = 1e4;        // the square of the tangent of 89.4 degrees: no pinhole sees further out
+static const double FISHEYE_ANGLE_MAX = 1.55; // radians; camera.glsl has the same: directions (x, y, -1) end at a right angle
+enum { BISECTIONS_MAX = 100, DEGREE_MAX = 6 };
+
+// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse -----------------
+
+static double polynomial(const double *coefficients, int degree, double x) {
+    double value = coefficients[degree];
+    while (degree-- > 0) value = value * x + coefficients[degree];
+    return value;
+}
+
+static double bisect(const double *coefficients, int degree, double left, double right) {
+    bool sign = polynomial(coefficients, degree, left) > 0;
+    for (int i = 0; i < BISECTIONS_MAX; i++) {
+        double middle = 0.5 * (left + right);
+        if ((polynomial(coefficients, degree, middle) > 0) == sign) left = middle;
+        else right = middle;
+    }
+    return left;
+}
+
+// The places in (0, limit) where a polynomial changes its sign, ascending: between two roots of its derivative there is at most one.
+static int find_roots(const double *coefficients, int degree, double limit, double roots[DEGREE_MAX]) {
+    if (degree == 0) return 0;
+    double derivative[DEGREE_MAX] = {0}, turns[DEGREE_MAX + 1], left = 0;
+    for (int i = 0; i < degree; i++) derivative[i] = (i + 1) * coefficients[i + 1];
+    int turn_count = find_roots(derivative, degree - 1, limit, turns), count = 0;
+    turns[turn_count++] = limit;
+    for (int i = 0; i < turn_count; left = turns[i++])
+        if ((polynomial(coefficients, degree, left) > 0) != (polynomial(coefficients, degree, turns[i]) > 0))
+            roots[count++] = bisect(coefficients, degree, left, turns[i]);
+    return count;
+}
+
+// The least root in (0, limit); `fallback` when there is none.
+static double least_root(const double *coefficients, int degree, double limit, double fallback) {
+    double roots[DEGREE_MAX];
+    while (degree > 0 && coefficients[degree] == 0) degree--;
+    return find_roots(coefficients, degree, limit, roots) ? roots[0] : fallback;
+}
+
+// With N and D, numerator and denominator of the radial factor, as polynomials in s = r2, the slope of the distorted radius r N / D is
+// (N D + 2 s (N' D - N D')) / D^2. Gives the squared radius where it first vanishes or D does; infinite when neither happens.
+static double fold_radius2(const struct vw_camera *camera) {
+    const double top[4] = {1, camera->k1, camera->k2, camera->k3}, bottom[4] = {1, camera->k4, camera->k5, camera->k6};
+    double slope[DEGREE_MAX + 1] = {0};
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 4; j++) slope[i + j] += (1 + 2 * (i - j)) * top[i] * bottom[j];
+    return fmin(least_root(slope, DEGREE_MAX, RADIUS2_MAX, INFINITY), least_root(bottom, 3, RADIUS2_MAX, INFINITY));
+}
+
+// ---- The polynomial lens ----------------------------------------------------------------------------------------------
 
 // The distorted position of (x, y) and its derivatives.
 struct distorted {
@@ -15,8 +69,11 @@ struct distorted {
 
 static struct distorted distort(const struct vw_camera *camera, double x, double y) {
     double r2 = x * x + y * y;
-    double radial = 1 + r2 * (camera->k1 + r2 * camera->k2);
-    double d_radial = 2 * (camera->k1 + 2 * r2 * camera->k2); // d radial / dx = d_radial * x
+    double bottom = 1 + r2 * (camera->k4 + r2 * (camera->k5 + r2 * camera->k6));
+    double radial = (1 + r2 * (camera->k1 + r2 * (camera->k2 + r2 * camera->k3))) / bottom;
+    double d_top = camera->k1 + r2 * (2 * camera->k2 + r2 * 3 * camera->k3);
+    double d_bottom = camera->k4 + r2 * (2 * camera->k5 + r2 * 3 * camera->k6);
+    double d_radial = 2 * (d_top - radial * d_bottom) / bottom; // d radial / dx = d_radial * x
     double p1 = camera->p1, p2 = camera->p2;
     return (struct distorted){
         .x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
@@ -26,20 +83,6 @@ static struct distorted distort(const struct vw_camera *camera, double x, double
         .dy_dx = x * y * d_radial + 2 * p1 * x + 2 * p2 * y,
         .dy_dy = radial + y * y * d_radial + 6 * p1 * y + 2 * p2 * x,
     };
-}
-
-// The squared radius at which the radial distortion stops growing and the image folds over: the least positive root of
-// 1 + 3 k1 r2 + 5 k2 r2^2; infinite when there is none.
-static double fold_radius2(const struct vw_camera *camera) {
-    double a = 5 * camera->k2, b = 3 * camera->k1;
-    double discriminant = b * b - 4 * a;
-    if (discriminant < 0) return INFINITY;
-    double q = -0.5 * (b + copysign(sqrt(discriminant), b)); // the two roots are q / a and 1 / q, without cancellation
-    double first = a != 0 ? q / a : -1, second = q != 0 ? 1 / q : -1;
-    double least = INFINITY;
-    if (first > 0) least = first;
-    if (second > 0 && second < least) least = second;
-    return least;
 }
 
 // A guess at the undistorted position, and how far its distorted position lies from the target.
@@ -85,11 +128,77 @@ static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     return guess.error <= RESIDUAL_MAX * fmax(1, length) && determinant(&guess.at) > 0;
 }
 
+// ---- The fisheye lens: a matter of angles alone ---------------------------------------------------------------------------
+
+static double distort_angle(const struct vw_camera *camera, double theta, double *slope) {
+    double t2 = theta * theta;
+    *slope = 1 + t2 * (3 * camera->k1 + t2 * (5 * camera->k2 + t2 * (7 * camera->k3 + t2 * 9 * camera->k4)));
+    return theta * (1 + t2 * (camera->k1 + t2 * (camera->k2 + t2 * (camera->k3 + t2 * camera->k4))));
+}
+
+// The angle up to which the distorted angle grows with the true one.
+static double fold_angle(const struct vw_camera *camera) {
+    const double slopes[5] = {1, 3 * camera->k1, 5 * camera->k2, 7 * camera->k3, 9 * camera->k4}; // of the square of the angle
+    const double limit = FISHEYE_ANGLE_MAX * FISHEYE_ANGLE_MAX;
+    return sqrt(least_root(slopes, 4, limit, limit));
+}
+
+// The angle that is seen at a distorted angle: Newton's method kept between bounds that close in on it. Below the fold there is one
+// solution or none.
+static bool undistort_angle(const struct vw_camera *camera, double target, double *theta) {
+    double low = 0, high = fold_angle(camera), slope;
+    if (!(target < distort_angle(camera, high, &slope))) return false;
+    double guess = fmin(target, 0.5 * high);
+    for (int step = 0; step < BISECTIONS_MAX; step++) {
+        double error = distort_angle(camera, guess, &slope) - target, next = guess - error / slope;
+        if (next == guess) break; // doubles come no closer
+        if (error > 0) high = guess;
+        else low = guess;
+        guess = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    *theta = guess;
+    return fabs(distort_angle(camera, guess, &slope) - target) <= RESIDUAL_MAX;
+}
+
+static bool undistort_fisheye(const struct vw_camera *camera, double *x, double *y) {
+    double length = hypot(*x, *y), theta;
+    if (length == 0) return true;
+    if (!undistort_angle(camera, length, &theta)) return false;
+    double stretch = tan(theta) / length;
+    *x *= stretch;
+    *y *= stretch;
+    return true;
+}
+
+static void distort_fisheye(const struct vw_camera *camera, double *x, double *y) {
+    double radius = hypot(*x, *y), slope;
+    double shrink = radius > 0 ? distort_angle(camera, atan(radius), &slope) / radius : 1;
+    *x *= shrink;
+    *y *= shrink;
+}
+
+// ---- Both -------------------------------------------------------------------------------------------------------------
+
+bool vw_camera_is_distorted(const struct vw_camera *camera) {
+    return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 || camera->k4 != 0 || camera->k5 != 0 ||
+           camera->k6 != 0 || camera->p1 != 0 || camera->p2 != 0;
+}
+
+double vw_camera_reach(const struct vw_camera *camera) {
+    double slope;
+    if (camera->lens == VW_LENS_FISHEYE) return distort_angle(camera, fold_angle(camera), &slope);
+    double radius = sqrt(fold_radius2(camera));
+    if (isinf(radius)) return INFINITY;
+    const struct vw_camera radial = {
+        .k1 = camera->k1, .k2 = camera->k2, .k3 = camera->k3, .k4 = camera->k4, .k5 = camera->k5, .k6 = camera->k6};
+    return distort(&radial, radius, 0).x;
+}
+
 bool vw_camera_unproject(const struct vw_camera *camera, double x_px, double y_px, double direction_camera[3]) {
     double x = (x_px - camera->centre_x_px) / camera->focal_x_px;
     double y = (y_px - camera->centre_y_px) / camera->focal_y_px;
-    bool distorted = camera->k1 != 0 || camera->k2 != 0 || camera->p1 != 0 || camera->p2 != 0;
-    if (distorted && !undistort(camera, &x, &y)) return false;
+    bool fisheye = camera->lens == VW_LENS_FISHEYE;
+    if (vw_camera_is_distorted(camera) && !(fisheye ? undistort_fisheye(camera, &x, &y) : undistort(camera, &x, &y))) return false;
     direction_camera[0] = x;
     direction_camera[1] = -y;
     direction_camera[2] = -1;
@@ -100,8 +209,14 @@ bool vw_camera_project(const struct vw_camera *camera, const double direction_ca
     if (!(direction_camera[2] < 0)) return false;
     double x = direction_camera[0] / -direction_camera[2];
     double y = -direction_camera[1] / -direction_camera[2];
-    struct distorted at = distort(camera, x, y);
-    *x_px = camera->focal_x_px * at.x + camera->centre_x_px;
-    *y_px = camera->focal_y_px * at.y + camera->centre_y_px;
+    if (camera->lens == VW_LENS_FISHEYE) {
+        distort_fisheye(camera, &x, &y);
+    } else {
+        struct distorted at = distort(camera, x, y);
+        x = at.x;
+        y = at.y;
+    }
+    *x_px = camera->focal_x_px * x + camera->centre_x_px;
+    *y_px = camera->focal_y_px * y + camera->centre_y_px;
     return true;
 }

@@ -11,14 +11,20 @@ struct vw_view *vw_draft_add_view(struct vw_draft *draft, const char *name, cons
     struct vw_scene *scene = draft->scene;
     size_t needed = (size_t)scene->view_count + 1;
     if (vw_grow((void **)&scene->views, &draft->view_capacity, needed, sizeof *scene->views)) return NULL;
-    if (vw_grow((void **)&draft->image_paths, &draft->path_capacity, needed, sizeof *draft->image_paths)) return NULL;
+    if (vw_grow((void **)&draft->photos, &draft->photo_capacity, needed, sizeof *draft->photos)) return NULL;
     struct vw_view *view = &scene->views[scene->view_count];
-    char **path = &draft->image_paths[scene->view_count];
+    struct vw_draft_photo *photo = &draft->photos[scene->view_count];
     scene->view_count++; // from here on closing the scene frees what there is
     view->name = vw_copy_text(name);
     view->provider = vw_copy_text("");
-    *path = vw_copy_text(image_path);
-    return view->name && view->provider && *path ? view : NULL;
+    photo->image_path = vw_copy_text(image_path);
+    return view->name && view->provider && photo->image_path ? view : NULL;
+}
+
+enum vw_status vw_draft_set_mask(struct vw_draft *draft, const char *mask_path) {
+    struct vw_draft_photo *photo = &draft->photos[draft->scene->view_count - 1];
+    photo->mask_path = vw_copy_text(mask_path);
+    return photo->mask_path ? VW_OK : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) {
@@ -33,6 +39,7 @@ enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) {
         free(note);
         return vw_fail(VW_ERROR_MEMORY, "out of memory for a note on the scene");
     }
+    vw_text_make_line(note);
     scene->notes = notes;
     scene->notes[scene->note_count++] = note;
     return VW_OK;
@@ -48,4 +55,21 @@ struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *nam
     for (uint32_t v = 0; v < scene->view_count; v++)
         if (!strcmp(scene->views[v].name, name)) return &scene->views[v];
     return NULL;
+}
+
+static bool ends_with_name(const char *path, const char *name) {
+    size_t path_length = strlen(path), name_length = strlen(name);
+    return path_length > name_length && path[path_length - name_length - 1] == '/' && !strcmp(path + path_length - name_length, name);
+}
+
+struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name) {
+    struct vw_view *found = vw_scene_find_view(scene, name);
+    if (found) return found;
+    name = vw_view_name_of(name);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (!ends_with_name(scene->views[v].name, name)) continue;
+        if (found) return NULL;
+        found = &scene->views[v];
+    }
+    return found;
 }

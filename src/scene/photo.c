@@ -1,30 +1,63 @@
-// From image paths to pixels: --downscale, file hashes, transparency and what had to be repaired.
+// From image paths to pixels: masks, --downscale, file hashes, transparency and what had to be repaired.
 #include <inttypes.h>
 
 #include "image/downscale.h"
+#include "scene/camera_fit.h"
 #include "scene/draft.h"
+#include "scene/lens_mask.h"
+#include "scene/mask.h"
 #include "viewworth/hash.h"
 
 struct repairs {
-    uint32_t clamped_views, masked_views;
-    uint64_t clamped_values, masked_pixels, value_count;
+    uint32_t clamped_views, bad_views;
+    uint64_t clamped_values, bad_pixels, unseen_pixels, value_count;
 };
 
-// The photo's edges stay where they are, so each axis is scaled by the ratio of its pixel counts.
-static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
-    uint32_t width_px = vw_downscaled_px(camera->width_px, factor), height_px = vw_downscaled_px(camera->height_px, factor);
-    double scale_x = (double)width_px / camera->width_px, scale_y = (double)height_px / camera->height_px;
-    camera->focal_x_px *= scale_x;
-    camera->centre_x_px *= scale_x;
-    camera->focal_y_px *= scale_y;
-    camera->centre_y_px *= scale_y;
-    camera->width_px = width_px;
-    camera->height_px = height_px;
+// ---- Masks, from their headers ----------------------------------------------------------------------------------------------
+
+static enum vw_status find_masks(struct vw_draft *draft) {
+    struct vw_scene *scene = draft->scene;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_draft_photo *photo = &draft->photos[v];
+        const struct vw_view *view = &scene->views[v];
+        if (view->split == VW_SPLIT_EXCLUDED) continue;
+        enum vw_status status = photo->mask_path ? VW_OK : vw_mask_find(draft->folder, photo->image_path, &photo->mask_path);
+        if (!status && photo->mask_path) status = vw_mask_probe(photo->mask_path, view->camera.width_px, view->camera.height_px);
+        if (status) return status;
+        scene->masked_view_count += photo->mask_path != NULL;
+    }
+    uint32_t used_count = scene->view_count - scene->split_count[VW_SPLIT_EXCLUDED];
+    if (!scene->masked_view_count || scene->masked_view_count == used_count) return VW_OK;
+    return vw_scene_note(scene, "%u of %u photos have a mask; the others are looked at whole", scene->masked_view_count, used_count);
 }
 
-static enum vw_status read_photo(const struct vw_draft *draft, uint32_t index, uint64_t full_value_count, struct repairs *repairs) {
+// ---- Sizes ------------------------------------------------------------------------------------------------------------------
+
+static void downscale_tracks(struct vw_scene *scene, uint32_t factor) {
+    for (uint32_t i = 0; i < scene->track_count; i++) {
+        struct vw_track *track = &scene->tracks[i];
+        const struct vw_camera *camera = &scene->views[track->view].camera;
+        track->x_px *= (float)vw_downscaled_px(camera->width_px, factor) / (float)camera->width_px;
+        track->y_px *= (float)vw_downscaled_px(camera->height_px, factor) / (float)camera->height_px;
+    }
+}
+
+static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
+    vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor), camera);
+}
+
+// ---- Pixels -----------------------------------------------------------------------------------------------------------------
+
+static enum vw_status read_mask(const struct vw_draft *draft, uint32_t index, uint32_t width_px, uint32_t height_px) {
+    const char *path = draft->photos[index].mask_path;
+    return path ? vw_mask_load(path, width_px, height_px, draft->params->downscale, &draft->scene->views[index].mask) : VW_OK;
+}
+
+// A photo of the given size before --downscale, and its mask.
+static enum vw_status read_photo(const struct vw_draft *draft, uint32_t index, uint32_t width_px, uint32_t height_px,
+                                 struct repairs *repairs) {
     struct vw_view *view = &draft->scene->views[index];
-    const char *path = draft->image_paths[index];
+    const char *path = draft->photos[index].image_path;
     enum vw_status status = vw_sha256_file(path, view->sha256);
     if (status || view->split == VW_SPLIT_EXCLUDED) return status;
     status = vw_image_load(path, draft->params->downscale, &view->image);
@@ -33,11 +66,12 @@ static enum vw_status read_photo(const struct vw_draft *draft, uint32_t index, u
         return vw_fail(VW_ERROR_IO, "%s: the image changed its size while it was read; start again", path);
     draft->scene->has_alpha |= view->image.has_alpha;
     repairs->clamped_views += view->image.clamped_count > 0;
-    repairs->masked_views += view->image.masked_count > 0;
+    repairs->bad_views += view->image.masked_count > 0;
     repairs->clamped_values += view->image.clamped_count;
-    repairs->masked_pixels += view->image.masked_count;
-    repairs->value_count += full_value_count;
-    return VW_OK;
+    repairs->bad_pixels += view->image.masked_count;
+    repairs->value_count += (uint64_t)width_px * height_px * 4;
+    status = read_mask(draft, index, width_px, height_px);
+    return status ? status : vw_lens_mask(view, &repairs->unseen_pixels);
 }
 
 static enum vw_status note_repairs(struct vw_scene *scene, const struct repairs *repairs) {
@@ -45,20 +79,26 @@ static enum vw_status note_repairs(struct vw_scene *scene, const struct repairs 
     if (repairs->clamped_views)
         status = vw_scene_note(scene, "%u photos: %.3g %% of all pixel values lie above 1 and were clamped", repairs->clamped_views,
                                100.0 * (double)repairs->clamped_values / (double)repairs->value_count);
-    if (!status && repairs->masked_views)
-        status = vw_scene_note(scene, "%u photos: %" PRIu64 " pixels are NaN, infinite or negative and were masked", repairs->masked_views,
-                               repairs->masked_pixels);
+    if (!status && repairs->bad_views)
+        status = vw_scene_note(scene, "%u photos: %" PRIu64 " pixels are NaN, infinite or negative and were masked", repairs->bad_views,
+                               repairs->bad_pixels);
+    if (!status && repairs->unseen_pixels)
+        status = vw_scene_note(scene, "%" PRIu64 " pixels lie beyond what the model of their lens can undo and were masked",
+                               repairs->unseen_pixels);
     return status;
 }
 
 enum vw_status vw_photos_read(struct vw_draft *draft) {
     struct vw_scene *scene = draft->scene;
     struct repairs repairs = {0};
+    enum vw_status status = find_masks(draft);
+    if (status) return status;
+    downscale_tracks(scene, draft->params->downscale);
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_camera *camera = &scene->views[v].camera;
-        uint64_t full_value_count = (uint64_t)camera->width_px * camera->height_px * 4;
+        uint32_t width_px = camera->width_px, height_px = camera->height_px;
         downscale_camera(camera, draft->params->downscale);
-        enum vw_status status = draft->params->headers_only ? VW_OK : read_photo(draft, v, full_value_count, &repairs);
+        status = draft->params->headers_only ? VW_OK : read_photo(draft, v, width_px, height_px, &repairs);
         if (status) return status;
     }
     for (int c = 0; c < 3; c++) scene->background[c] = scene->has_alpha ? 1 : 0; // white is Blender's convention

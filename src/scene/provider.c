@@ -35,7 +35,7 @@ static enum vw_status read_row(const char *path, int line, char *row, struct vw_
         if (!strcmp(name, "name") && !strcmp(provider, "provider")) return VW_OK;
         return vw_fail(VW_ERROR_INPUT, "%s:1: the header is not name,provider; add it", path);
     }
-    struct vw_view *view = vw_scene_find_view(scene, name);
+    struct vw_view *view = vw_scene_find_named(scene, name);
     if (!view) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path, line, name);
     if (*view->provider) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s has a provider already; keep one row of it", path, line, name);
     char *copy = vw_copy_text(provider);

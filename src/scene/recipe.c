@@ -9,14 +9,13 @@
 #include "viewworth/hash.h"
 #include "viewworth/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 24;
 static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // of all views together: 1 GiB of photos
 
 static enum vw_status parse_file(const char *path, json_t **root) {
     void *text = NULL;
     size_t size_bytes = 0;
     json_error_t error;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    enum vw_status status = vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     *root = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     free(text);

@@ -25,6 +25,8 @@
 
 #include "viewworth/scene.h"
 
+enum { VW_RECIPE_LIMIT_BYTES = 1 << 24 }; // of a recipe file
+
 // Fills the views (split included), box, background, points and tracks of an empty scene from params->path. On failure the scene is
 // half-filled; vw_scene_close frees it. With headers_only there are no pixels, hashes or points, and params->gpu may be NULL.
 enum vw_status vw_recipe_load(const struct vw_scene_params *params, struct vw_scene *scene);

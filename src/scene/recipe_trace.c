@@ -56,10 +56,8 @@ static enum vw_status make_shapes(struct vw_gpu *gpu, const struct vw_recipe *re
 }
 
 static bool any_distortion(const struct vw_scene *scene) {
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        const struct vw_camera *camera = &scene->views[v].camera;
-        if (camera->k1 != 0 || camera->k2 != 0 || camera->p1 != 0 || camera->p2 != 0) return true;
-    }
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (vw_camera_is_distorted(&scene->views[v].camera)) return true;
     return false;
 }
 
@@ -68,7 +66,7 @@ static enum vw_status make_pass(struct vw_gpu *gpu, const struct vw_scene *scene
         .samples = 1,
         .seed_low = (uint32_t)tracer->recipe->seed,
         .seed_high = (uint32_t)(tracer->recipe->seed >> 32),
-        .effect_distortion = any_distortion(scene),
+        .effect_distortion = any_distortion(scene) ? DISTORTION_BASIC : DISTORTION_NONE,
     };
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_CAMERAS, .buffer = tracer->cameras},

@@ -4,24 +4,44 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/colmap.h"
 #include "scene/draft.h"
 #include "scene/recipe.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
 static bool probe_recipe(const char *path) {
-    json_t *file = json_load_file(path, 0, NULL); // fails on folders and on anything but JSON
+    void *text = NULL;
+    size_t size_bytes = 0;
+    if (!vw_file_exists(path) || vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes)) return false;
+    json_t *file = json_loadb(text, size_bytes, 0, NULL); // NULL for anything but JSON
     bool recipe = json_object_get(file, "viewworth_recipe") != NULL;
     json_decref(file);
+    free(text);
     return recipe;
 }
 
 static enum vw_status load_recipe(struct vw_draft *draft) { return vw_recipe_load(draft->params, draft->scene); }
 
-static const struct vw_scene_format formats[] = { // in the order they are tried
+static const struct vw_scene_format formats[] = {
+    // in the order they are tried
     {"recipe", probe_recipe, load_recipe},
     {"transforms", vw_transforms_probe, vw_transforms_load},
+    {"phototourism", vw_phototourism_probe, vw_phototourism_load},
+    {"colmap", vw_colmap_probe, vw_colmap_load},
 };
+
+static bool lists_pool(const struct vw_scene_params *params) { return params->pool && !strcmp(params->pool, "list"); }
+
+static enum vw_status check_pool(const struct vw_scene_params *params, const char *format) {
+    if (params->pool && strcmp(params->pool, "all") != 0 && !lists_pool(params))
+        return vw_fail(VW_ERROR_USAGE, "--pool %s: unknown pool; use all or list", params->pool);
+    if (lists_pool(params) && strcmp(format, "phototourism") != 0)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--pool list: %s is read as %s, which has no list of a NeRF-W TSV; use --format phototourism or --train",
+                       params->path, format);
+    return VW_OK;
+}
 
 static enum vw_status find_format(const struct vw_scene_params *params, const struct vw_scene_format **format) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(formats); i++) {
@@ -29,9 +49,11 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
         *format = &formats[i];
         return VW_OK;
     }
-    if (params->format) return vw_fail(VW_ERROR_USAGE, "--format %s: unknown format; use transforms or recipe", params->format);
+    if (params->format)
+        return vw_fail(VW_ERROR_USAGE, "--format %s: unknown format; use recipe, transforms, phototourism or colmap", params->format);
     if (!vw_folder_exists(params->path)) return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", params->path);
-    return vw_fail(VW_ERROR_INPUT, "%s: no scene found; give a folder with transforms.json or transforms_train.json, or a recipe",
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: no scene found; give a folder with transforms.json, with a TSV and dense/, or with sparse/, or a recipe",
                    params->path);
 }
 
@@ -41,28 +63,41 @@ static enum vw_status finish(struct vw_draft *draft) {
     struct vw_scene *scene = draft->scene;
     enum vw_status status = vw_splits_assign(params, scene);
     if (!status && params->providers) status = vw_providers_read(params->providers, scene);
-    if (!status && draft->image_paths) status = vw_photos_read(draft);
+    if (!status && draft->photos) status = vw_photos_read(draft);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);
     return status;
+}
+
+static enum vw_status load(struct vw_draft *draft) {
+    const struct vw_scene_params *params = draft->params;
+    const struct vw_scene_format *format = NULL;
+    enum vw_status status = find_format(params, &format);
+    if (!status) status = check_pool(params, format->name);
+    if (status) return status;
+    draft->folder = vw_folder_exists(params->path) ? vw_copy_text(params->path) : vw_path_folder(params->path);
+    draft->scene->path = vw_copy_text(params->path);
+    draft->scene->format = vw_copy_text(format->name);
+    if (!draft->folder || !draft->scene->path || !draft->scene->format) return VW_ERROR_MEMORY;
+    return format->load(draft);
+}
+
+static void close_draft(struct vw_draft *draft) {
+    for (size_t i = 0; i < draft->photo_capacity; i++) {
+        free(draft->photos[i].image_path);
+        free(draft->photos[i].mask_path);
+    }
+    free(draft->photos);
+    free(draft->folder);
 }
 
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene) {
     struct vw_draft draft = {.params = params, .scene = vw_allocate(1, sizeof *draft.scene)};
     if (!draft.scene) return VW_ERROR_MEMORY;
-    const struct vw_scene_format *format = NULL;
-    enum vw_status status = find_format(params, &format);
-    if (!status) {
-        draft.scene->path = vw_copy_text(params->path);
-        draft.scene->format = vw_copy_text(format->name);
-        status = draft.scene->path && draft.scene->format ? format->load(&draft) : VW_ERROR_MEMORY;
-    }
+    enum vw_status status = load(&draft);
     if (!status) status = finish(&draft);
-    for (size_t i = 0; i < draft.path_capacity; i++) free(draft.image_paths[i]);
-    free(draft.image_paths);
-    if (status)
-        vw_scene_close(&draft.scene);
-    else
-        *scene = draft.scene;
+    close_draft(&draft);
+    if (status) vw_scene_close(&draft.scene);
+    else *scene = draft.scene;
     return status;
 }
 
@@ -73,6 +108,7 @@ void vw_scene_close(struct vw_scene **scene) {
         free(closing->views[v].name);
         free(closing->views[v].provider);
         free(closing->views[v].truth);
+        free(closing->views[v].mask);
         vw_image_clear(&closing->views[v].image);
     }
     for (uint32_t i = 0; i < closing->note_count; i++) free(closing->notes[i]);

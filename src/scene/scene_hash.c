@@ -3,10 +3,11 @@
 #include "viewworth/memory.h"
 
 static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
-    const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
-                             camera->k1,         camera->k2,         camera->p1,          camera->p2};
+    const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px, camera->k1, camera->k2,
+                             camera->k3,         camera->k4,         camera->k5,          camera->k6,          camera->p1, camera->p2};
     vw_hasher_add_integer(hasher, camera->width_px);
     vw_hasher_add_integer(hasher, camera->height_px);
+    vw_hasher_add_integer(hasher, camera->lens);
     for (size_t i = 0; i < VW_ARRAY_COUNT(values); i++) vw_hasher_add_real(hasher, values[i]);
 }
 
@@ -14,7 +15,11 @@ static void add_view(struct vw_hasher *hasher, const struct vw_view *view) {
     vw_hasher_add_text(hasher, view->name);
     vw_hasher_add_text(hasher, vw_split_name(view->split));
     vw_hasher_add_bytes(hasher, view->sha256, sizeof view->sha256);
+    if (view->mask) vw_hasher_add_bytes(hasher, view->mask, (size_t)view->image.width_px * view->image.height_px);
+    else vw_hasher_add_null(hasher);
     add_camera(hasher, &view->camera);
+    vw_hasher_add_real(hasher, view->near_world);
+    vw_hasher_add_real(hasher, view->far_world);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++) vw_hasher_add_real(hasher, view->camera_to_world[i][j]);
 }
@@ -22,7 +27,7 @@ static void add_view(struct vw_hasher *hasher, const struct vw_view *view) {
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth scene 1");
+    vw_hasher_add_text(&hasher, "viewworth scene 2");
     vw_hasher_add_integer(&hasher, downscale > 1 ? downscale : 1);
     vw_hasher_add_integer(&hasher, scene->view_count);
     for (uint32_t v = 0; v < scene->view_count; v++) add_view(&hasher, &scene->views[v]);

@@ -26,7 +26,7 @@ static char *trim(char *line) {
 // Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
 static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name, enum vw_split split,
                             uint8_t *claims) {
-    const struct vw_view *view = vw_scene_find_view(scene, name);
+    const struct vw_view *view = vw_scene_find_named(scene, name);
     if (!view) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path, line, name);
     uint8_t *by = &claims[view - scene->views];
     if (*by && *by != 1 + split)
@@ -42,25 +42,32 @@ static enum vw_status read_list(const struct vw_scene *scene, const char *path, 
     enum vw_status status = vw_file_read(path, LIST_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     char *rest = text;
+    bool empty = true;
     for (int line = 1; !status && rest; line++) {
         char *name = trim(strsep(&rest, "\n"));
         if (*name) status = claim(scene, path, line, name, split, claims);
+        empty &= !*name;
     }
     free(text);
+    if (!status && empty)
+        status = vw_fail(VW_ERROR_INPUT, "%s: names no view; write one name a line, or leave --%s out", path, vw_split_name(split));
     return status;
 }
 
 static bool loader_has_opinion(const struct vw_scene *scene) {
     for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split != VW_SPLIT_TRAIN) return true;
+        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST) return true;
     return false;
 }
 
-// Every eighth view validates and every eighth tests, unless that would leave too few to train.
+// Every eighth view validates and every eighth tests, unless that would leave too few to train. Excluded ones are not counted.
 static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
-    uint32_t train = scene->view_count;
+    uint32_t train = 0, i = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) train += scene->views[v].split == VW_SPLIT_TRAIN;
     for (uint32_t v = 0; v < scene->view_count; v++) {
-        enum vw_split split = v % STRIDE == 0 ? VW_SPLIT_VAL : v % STRIDE == TEST_PHASE ? VW_SPLIT_TEST : VW_SPLIT_TRAIN;
+        if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
+        enum vw_split split = i % STRIDE == 0 ? VW_SPLIT_VAL : i % STRIDE == TEST_PHASE ? VW_SPLIT_TEST : VW_SPLIT_TRAIN;
+        i++;
         if (split == VW_SPLIT_TRAIN || lists[split] || train <= TRAIN_VIEWS_MIN) continue;
         scene->views[v].split = split;
         train--;
@@ -71,11 +78,18 @@ static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST
 static void apply_claims(struct vw_scene *scene, const char *const lists[LIST_COUNT], const uint8_t *claims) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_view *view = &scene->views[v];
-        if (claims[v])
-            view->split = claims[v] - 1u;
-        else if (view->split < VW_SPLIT_EXCLUDED && lists[view->split])
-            view->split = VW_SPLIT_EXCLUDED;
+        if (claims[v]) view->split = claims[v] - 1u;
+        else if (view->split < VW_SPLIT_EXCLUDED && lists[view->split]) view->split = VW_SPLIT_EXCLUDED;
     }
+}
+
+static enum vw_status check_counts(const char *path, const struct vw_scene *scene) {
+    uint32_t train = scene->split_count[VW_SPLIT_TRAIN];
+    if (train >= TRAIN_VIEWS_MIN) return VW_OK;
+    if (scene->view_count < TRAIN_VIEWS_MIN)
+        return vw_fail(VW_ERROR_INPUT, "%s: a single photo cannot be valued; give a scene with at least %d", path, TRAIN_VIEWS_MIN);
+    return vw_fail(VW_ERROR_INPUT, "%s: %s left to train, at least %d are needed; check the lists and splits", path,
+                   train ? "only one view is" : "no view is", TRAIN_VIEWS_MIN);
 }
 
 enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene) {
@@ -92,6 +106,5 @@ enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_
     free(claims);
     if (status) return status;
     for (uint32_t v = 0; v < scene->view_count; v++) scene->split_count[scene->views[v].split]++;
-    if (scene->split_count[VW_SPLIT_TRAIN]) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train; check the lists and transforms_train.json", params->path);
+    return check_counts(params->path, scene);
 }

@@ -4,14 +4,34 @@
 #include "scene/transforms.h"
 #include "viewworth/memory.h"
 
-enum key { FL_X, FL_Y, FOV_X, FOV_Y, ANGLE_X, ANGLE_Y, CX, CY, WIDTH, HEIGHT, K1, K2, P1, P2, KEY_COUNT };
-static const char *const key_names[KEY_COUNT] = {"fl_x", "fl_y", "x_fov", "y_fov", "camera_angle_x", "camera_angle_y", "cx",
-                                                 "cy",   "w",    "h",     "k1",    "k2",             "p1",             "p2"};
+enum key { FL_X, FL_Y, FOV_X, FOV_Y, ANGLE_X, ANGLE_Y, CX, CY, WIDTH, HEIGHT, K1, K2, K3, K4, K5, K6, P1, P2, KEY_COUNT };
+static const char *const key_names[KEY_COUNT] = {
+    "fl_x", "fl_y", "x_fov", "y_fov", "camera_angle_x", "camera_angle_y", "cx", "cy", "w", "h", "k1", "k2", "k3", "k4",
+    "k5",   "k6",   "p1",    "p2"};
 
-static const char *const refused_keys[] = {"k3",          "k4",           "k5",          "k6",          "is_fisheye",  "latlong",
-                                           "orthographic", "equirectangular", "rolling_shutter", "ftheta_p0", "ftheta_p1", "ftheta_p2",
-                                           "ftheta_p3",   "ftheta_p4",    "from_mitsuba"};
-static const char *const known_models[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
+static const char *const refused_keys[] = {"latlong",   "orthographic", "equirectangular", "rolling_shutter", "ftheta_p0",
+                                           "ftheta_p1", "ftheta_p2",    "ftheta_p3",       "ftheta_p4",       "from_mitsuba"};
+
+// What distorts in each camera model. Without a model, and as OPENCV is used with these files, k1 to k3 are those of a polynomial; a k4
+// could be the fourth of that polynomial or the first of FULL_OPENCV's denominator, and is refused.
+static const struct model {
+    const char *name;
+    enum vw_lens lens;
+    bool distorts[KEY_COUNT];
+} models[] = {
+    {"OPENCV", VW_LENS_POLYNOMIAL, {[K1] = true, [K2] = true, [K3] = true, [P1] = true, [P2] = true}}, // also stands for no model
+    {"OPENCV_FISHEYE", VW_LENS_FISHEYE, {[K1] = true, [K2] = true, [K3] = true, [K4] = true}},
+    {"FULL_OPENCV",
+     VW_LENS_POLYNOMIAL,
+     {[K1] = true, [K2] = true, [K3] = true, [K4] = true, [K5] = true, [K6] = true, [P1] = true, [P2] = true}},
+    {"SIMPLE_PINHOLE", VW_LENS_POLYNOMIAL, {false}},
+    {"PINHOLE", VW_LENS_POLYNOMIAL, {false}},
+    {"SIMPLE_RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true}},
+    {"RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true, [K2] = true}},
+};
+enum { MODEL_OPENCV, MODEL_OPENCV_FISHEYE };
+
+static const double NUMBER_LIMIT = 1e9; // of every field; beyond it products lose their meaning in 32-bit floats
 
 static bool is_set(const json_t *value) {
     if (json_is_number(value)) return json_number_value(value) != 0;
@@ -26,12 +46,28 @@ enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *obj
         if (is_set(json_object_get(object, refused_keys[i])))
             return vw_fail(VW_ERROR_INPUT, "%s: field %s is not supported; undistort the photos to a pinhole or OPENCV k1 k2 p1 p2 camera",
                            where, refused_keys[i]);
-    const json_t *model = json_object_get(object, "camera_model");
-    if (!is_set(model)) return VW_OK;
-    for (size_t i = 0; json_is_string(model) && i < VW_ARRAY_COUNT(known_models); i++)
-        if (!strcmp(json_string_value(model), known_models[i])) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: field camera_model: %s is not supported; undistort the photos to a PINHOLE or OPENCV camera", where,
-                   json_is_string(model) ? json_string_value(model) : "this value");
+    return VW_OK;
+}
+
+// The model that one object names; `*model` is left alone when it names none.
+static enum vw_status read_model(const char *where, const json_t *object, const struct model **model) {
+    const json_t *given = json_object_get(object, "camera_model");
+    const char *name = json_string_value(given);
+    bool fisheye = is_set(json_object_get(object, "is_fisheye"));
+    const struct model *found = fisheye ? &models[MODEL_OPENCV_FISHEYE] : NULL;
+    if (is_set(given)) {
+        found = NULL;
+        for (size_t i = 0; name && i < VW_ARRAY_COUNT(models); i++)
+            if (!strcmp(name, models[i].name)) found = &models[i];
+        if (!found)
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s: field camera_model: %s is not supported; undistort the photos to a PINHOLE or OPENCV camera", where,
+                           name ? name : "this value");
+    }
+    if (fisheye && found->lens != VW_LENS_FISHEYE)
+        return vw_fail(VW_ERROR_INPUT, "%s: field is_fisheye contradicts camera_model %s; keep the right one", where, found->name);
+    if (found) *model = found;
+    return VW_OK;
 }
 
 // The intrinsics that an object holds; NaN where it does not.
@@ -52,11 +88,12 @@ static enum vw_status check_range(const char *where, enum key key, double value,
 
 static enum vw_status check_keys(const char *where, const double values[KEY_COUNT]) {
     enum vw_status status = VW_OK;
+    for (enum key key = 0; !status && key < KEY_COUNT; key++) status = check_range(where, key, values[key], -NUMBER_LIMIT, NUMBER_LIMIT);
     for (enum key axis = 0; !status && axis < 2; axis++) {
-        status = check_range(where, FL_X + axis, values[FL_X + axis], 0, INFINITY);
+        status = check_range(where, FL_X + axis, values[FL_X + axis], 0, NUMBER_LIMIT);
         if (!status) status = check_range(where, FOV_X + axis, values[FOV_X + axis], 0, 180);
         if (!status) status = check_range(where, ANGLE_X + axis, values[ANGLE_X + axis], 0, M_PI);
-        if (!status) status = check_range(where, WIDTH + axis, values[WIDTH + axis], 0, UINT32_MAX);
+        if (!status) status = check_range(where, WIDTH + axis, values[WIDTH + axis], 0, NUMBER_LIMIT);
     }
     return status;
 }
@@ -72,10 +109,8 @@ static double focal_px(const double values[KEY_COUNT], enum key axis, double sid
 }
 
 // The frame's keys, then the file's, then defaults.
-static struct vw_camera combine(const double file[KEY_COUNT], const double frame[KEY_COUNT], uint32_t width_px, uint32_t height_px,
-                                double scale) {
-    double given[KEY_COUNT];
-    for (int key = 0; key < KEY_COUNT; key++) given[key] = first_known(frame[key], file[key]);
+static struct vw_camera combine(const double file[KEY_COUNT], const double frame[KEY_COUNT], const double given[KEY_COUNT],
+                                uint32_t width_px, uint32_t height_px, double scale) {
     double focal_x = first_known(focal_px(frame, 0, width_px, scale), focal_px(file, 0, width_px, scale));
     double focal_y = first_known(focal_px(frame, 1, height_px, scale), focal_px(file, 1, height_px, scale));
     return (struct vw_camera){
@@ -87,9 +122,23 @@ static struct vw_camera combine(const double file[KEY_COUNT], const double frame
         .centre_y_px = first_known(given[CY] * scale, 0.5 * height_px),
         .k1 = first_known(given[K1], 0),
         .k2 = first_known(given[K2], 0),
+        .k3 = first_known(given[K3], 0),
+        .k4 = first_known(given[K4], 0),
+        .k5 = first_known(given[K5], 0),
+        .k6 = first_known(given[K6], 0),
         .p1 = first_known(given[P1], 0),
         .p2 = first_known(given[P2], 0),
     };
+}
+
+static enum vw_status check_distortion(const char *where, const double given[KEY_COUNT], const struct model *model) {
+    for (enum key key = K1; key <= P2; key++)
+        if (!isnan(given[key]) && given[key] != 0 && !model->distorts[key])
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s: field %s is not supported with camera_model %s; set it to 0, name the right model, or undistort "
+                           "the photos",
+                           where, key_names[key], model->name);
+    return VW_OK;
 }
 
 // How many times as large as the fields w and h say the image is; they must have its shape.
@@ -103,18 +152,23 @@ static enum vw_status find_scale(const char *where, double given_width_px, doubl
 
 enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px, uint32_t height_px,
                                     struct vw_camera *camera, bool *rescaled) {
-    double of_file[KEY_COUNT], of_frame[KEY_COUNT], scale = 1;
-    enum vw_status status = read_keys(where, file, of_file);
+    double of_file[KEY_COUNT], of_frame[KEY_COUNT], given[KEY_COUNT], scale = 1;
+    const struct model *model = &models[MODEL_OPENCV];
+    enum vw_status status = read_model(where, file, &model);
+    if (!status) status = read_model(where, frame, &model); // the frame's wins
+    if (!status) status = read_keys(where, file, of_file);
     if (!status) status = read_keys(where, frame, of_frame);
     if (!status) status = check_keys(where, of_file);
     if (!status) status = check_keys(where, of_frame);
-    if (!status)
-        status = find_scale(where, first_known(of_frame[WIDTH], of_file[WIDTH]), first_known(of_frame[HEIGHT], of_file[HEIGHT]), width_px,
-                            height_px, &scale);
     if (status) return status;
-    struct vw_camera combined = combine(of_file, of_frame, width_px, height_px, scale);
+    for (int key = 0; key < KEY_COUNT; key++) given[key] = first_known(of_frame[key], of_file[key]);
+    status = check_distortion(where, given, model);
+    if (!status) status = find_scale(where, given[WIDTH], given[HEIGHT], width_px, height_px, &scale);
+    if (status) return status;
+    struct vw_camera combined = combine(of_file, of_frame, given, width_px, height_px, scale);
     if (isnan(combined.focal_x_px))
         return vw_fail(VW_ERROR_INPUT, "%s: no focal length; give one of the fields fl_x, camera_angle_x, x_fov", where);
+    combined.lens = model->lens;
     *camera = combined;
     *rescaled = scale != 1;
     return VW_OK;

@@ -1,22 +1,24 @@
 // transforms.json as Blender's NeRF scenes, instant-ngp and nerfstudio write it: one file, or transforms_{train,val,test}.json.
+#include <errno.h>
 #include <jansson.h>
-#include <limits.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "scene/bounds.h"
 #include "scene/draft.h"
+#include "scene/safe_path.h"
 #include "scene/transforms.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30;
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
 static const struct {
     const char *name;
     enum vw_split split;
-} split_files[] = { // halve_test() relies on test being the last
+} split_files[] = {
+    // halve_test() relies on test being the last
     {"transforms_train.json", VW_SPLIT_TRAIN},
     {"transforms_val.json", VW_SPLIT_VAL},
     {"transforms_test.json", VW_SPLIT_TEST},
@@ -24,12 +26,10 @@ static const struct {
 
 struct reader {
     struct vw_draft *draft;
-    char *folder;            // owned; that the photos' paths are relative to
     struct vw_ngp_box box;   // of the first file that has one
     uint32_t missing_count;  // frames without an image
     char *missing_name;      // owned; of the first of them
     uint32_t rescaled_count; // frames whose intrinsics are for another image size
-    uint32_t mask_count;     // frames with a mask
 };
 
 // ---- Finding files -----------------------------------------------------------------------------------------------------
@@ -48,45 +48,53 @@ bool vw_transforms_probe(const char *path) {
     return has_file(path, "transforms.json");
 }
 
-static bool leaves_folder(const char *name) {
-    if (name[0] == '/') return true;
-    for (const char *part = name; part; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (!strncmp(part, "..", 2) && (part[2] == '/' || !part[2])) return true;
-    }
-    return false;
+// Refuses what is there but may not be read: `field` names the path, which is relative to the scene folder, and `file` is where it leads.
+static enum vw_status check_file(const struct vw_draft *draft, const char *where, const char *field, const char *file) {
+    if (!vw_path_lies_inside(draft->folder, file))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder through a link; copy the file into it", where, field);
+    if (access(file, R_OK))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s: %s: %s; check its permissions", where, field, file, strerror(errno));
+    return VW_OK;
 }
 
-// Follows links: a photo must lie in the scene folder in truth, so that a scene cannot read other files of the machine.
-static bool lies_inside(const char *folder, const char *path) {
-    char *real_folder = realpath(folder, NULL), *real_path = realpath(path, NULL);
-    size_t length = real_folder ? strlen(real_folder) : 0;
-    bool root = length == 1;
-    bool inside = real_folder && real_path && !strncmp(real_folder, real_path, length) && (root || real_path[length] == '/');
-    free(real_folder);
-    free(real_path);
-    return inside;
+static enum vw_status check_name(const char *where, const char *field, const char *name) {
+    if (!vw_name_is_clean(name)) return vw_fail(VW_ERROR_INPUT, "%s: field %s holds control characters; rename the file", where, field);
+    if (!vw_path_leaves_folder(name)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder; use a path relative to it without ..", where, field);
 }
 
 // The photo that a frame names, its extension perhaps left out; `*path` (owned by the caller) stays NULL when there is none.
 static enum vw_status find_image(const struct reader *reader, const char *where, const char *name, char **path) {
-    if (leaves_folder(name))
-        return vw_fail(VW_ERROR_INPUT, "%s: field file_path leaves the scene folder; use a path relative to it without ..", where);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(extensions); i++) {
-        char *file = vw_format_text("%s/%s%s", reader->folder, name, extensions[i]);
+    enum vw_status status = check_name(where, "file_path", name);
+    bool other_kind = false; // a folder, pipe or device has the very name
+    for (size_t i = 0; !status && !*path && i < VW_ARRAY_COUNT(extensions); i++) {
+        char *file = vw_format_text("%s/%s%s", reader->draft->folder, name, extensions[i]);
         if (!file) return VW_ERROR_MEMORY;
-        if (!vw_file_exists(file)) {
-            free(file);
-            continue;
-        }
-        if (!lies_inside(reader->folder, file)) {
-            free(file);
-            return vw_fail(VW_ERROR_INPUT, "%s: field file_path leaves the scene folder through a link; copy the photo into it", where);
-        }
-        *path = file;
-        break;
+        if (vw_file_exists(file)) *path = vw_copy_text(file);
+        else other_kind |= i == 0 && access(file, F_OK) == 0;
+        if (*path) status = check_file(reader->draft, where, "file_path", file);
+        free(file);
     }
-    return VW_OK;
+    if (!status && !*path && other_kind)
+        status = vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s is not a plain file; name a photo", where, name);
+    return status;
+}
+
+// Gives the view added last the mask that its frame names, if it does.
+static enum vw_status take_mask(const struct reader *reader, const char *where, const json_t *frame) {
+    const json_t *given = json_object_get(frame, "mask_path");
+    if (!given || json_is_null(given)) return VW_OK;
+    if (!json_is_string(given)) return vw_fail(VW_ERROR_INPUT, "%s: field mask_path is not a text; name the mask or leave it out", where);
+    enum vw_status status = check_name(where, "mask_path", json_string_value(given));
+    if (status) return status;
+    char *path = vw_format_text("%s/%s", reader->draft->folder, vw_view_name_of(json_string_value(given)));
+    if (!path) return VW_ERROR_MEMORY;
+    status = vw_file_exists(path)
+                 ? check_file(reader->draft, where, "mask_path", path)
+                 : vw_fail(VW_ERROR_INPUT, "%s: field mask_path: %s does not exist; add the mask or remove the field", where, path);
+    if (!status) status = vw_draft_set_mask(reader->draft, path);
+    free(path);
+    return status;
 }
 
 // ---- Frames --------------------------------------------------------------------------------------------------------------
@@ -111,8 +119,7 @@ static enum vw_status add_frame(struct reader *reader, const char *where, const 
     view->camera = camera;
     memcpy(view->camera_to_world, camera_to_world, sizeof camera_to_world);
     reader->rescaled_count += rescaled;
-    reader->mask_count += json_object_get(frame, "mask_path") != NULL;
-    return VW_OK;
+    return take_mask(reader, where, frame);
 }
 
 static enum vw_status count_missing(struct reader *reader, const char *name) {
@@ -133,8 +140,7 @@ static enum vw_status load_frame(struct reader *reader, const char *where, const
     if (same) return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
     char *image_path = NULL;
     enum vw_status status = find_image(reader, where, name, &image_path);
-    if (!status)
-        status = image_path ? add_frame(reader, where, file, frame, split, name, image_path) : count_missing(reader, name);
+    if (!status) status = image_path ? add_frame(reader, where, file, frame, split, name, image_path) : count_missing(reader, name);
     free(image_path);
     return status;
 }
@@ -199,12 +205,24 @@ static enum vw_status load_frames(struct reader *reader, const char *path, const
     return status;
 }
 
+static const char *first_name(const json_t *file) {
+    const char *name = json_string_value(json_object_get(json_array_get(json_object_get(file, "frames"), 0), "file_path"));
+    return name ? vw_view_name_of(name) : "unnamed";
+}
+
 static enum vw_status load_file(struct reader *reader, const char *folder, const char *name, enum vw_split split) {
     char *path = folder ? vw_path_join(folder, name) : vw_copy_text(name);
     if (!path) return VW_ERROR_MEMORY;
     json_t *file = NULL;
-    enum vw_status status = parse(path, &file);
+    uint32_t view_count = reader->draft->scene->view_count, missing_count = reader->missing_count;
+    enum vw_status status = VW_OK;
+    if (folder && vw_file_exists(path) && !vw_path_lies_inside(folder, path))
+        status = vw_fail(VW_ERROR_INPUT, "%s: this file leaves the scene folder through a link; copy it into the folder", path);
+    if (!status) status = parse(path, &file);
     if (!status) status = load_frames(reader, path, file, split);
+    if (!status && reader->draft->scene->view_count == view_count)
+        status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
+                         reader->missing_count - missing_count, first_name(file));
     json_decref(file);
     free(path);
     return status;
@@ -248,20 +266,15 @@ static enum vw_status note_repairs(const struct reader *reader) {
     if (!status && reader->rescaled_count)
         status = vw_scene_note(scene, "%u frames: intrinsics scaled from the size given by w and h to that of the image",
                                reader->rescaled_count);
-    if (!status && reader->mask_count) status = vw_scene_note(scene, "%u frames: mask_path is not used", reader->mask_count);
     return status;
 }
 
 enum vw_status vw_transforms_load(struct vw_draft *draft) {
-    const char *path = draft->params->path;
-    struct reader reader = {.draft = draft, .folder = vw_folder_exists(path) ? vw_copy_text(path) : vw_path_folder(path)};
-    enum vw_status status = reader.folder ? load_all(&reader, path) : VW_ERROR_MEMORY;
-    if (!status && !draft->scene->view_count)
-        status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
-                         reader.missing_count, reader.missing_name);
+    struct reader reader = {.draft = draft};
+    enum vw_status status = load_all(&reader, draft->params->path);
     if (!status) status = note_repairs(&reader);
+    if (!status) status = vw_sfm_evidence_find(draft);
     if (!status) status = vw_bounds_choose(&reader.box, draft->scene);
-    free(reader.folder);
     free(reader.missing_name);
     return status;
 }

@@ -1,8 +1,11 @@
 #include <math.h>
+#include <string.h>
 
 #include "scene/transforms.h"
 
 static const double TOLERANCE = 1e-3; // poses are often written with few digits
+enum { POLAR_STEPS = 3 };             // from 1e-3 away: 1e-6, 1e-12, exact
+static const double POSITION_LIMIT_WORLD = 1e12;
 
 static enum vw_status read_matrix(const char *where, const json_t *value, double matrix[4][4]) {
     size_t rows = json_array_size(value); // 0 for anything but an array
@@ -37,11 +40,32 @@ static double distance_from_rotation(double m[4][4], double scale) {
     return worst;
 }
 
+// Makes the nearest rotation of a matrix that almost is one, by Newton's iteration for the polar decomposition: R = (R + inverse transpose
+// of R) / 2. Written with few digits, a matrix bends rays by its own rounding; other exports of the same pose are rounded differently.
+static void make_rotation(double m[4][4], double scale) {
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) m[i][j] /= scale;
+    for (int step = 0; step < POLAR_STEPS; step++) {
+        double cofactors[3][3], divisor = determinant(m);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) {
+                int below = (i + 1) % 3, last = (i + 2) % 3, right = (j + 1) % 3, end = (j + 2) % 3;
+                cofactors[i][j] = m[below][right] * m[last][end] - m[below][end] * m[last][right];
+            }
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) m[i][j] = 0.5 * (m[i][j] + cofactors[i][j] / divisor);
+    }
+}
+
 static enum vw_status check_matrix(const char *where, double m[4][4], double *scale) {
     const double last_row[4] = {0, 0, 0, 1};
     for (int j = 0; j < 4; j++)
         if (fabs(m[3][j] - last_row[j]) > TOLERANCE)
             return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: last row is not 0 0 0 1; give camera to world", where);
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
+            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g lies beyond %g; correct the pose", where, m[i][3],
+                           POSITION_LIMIT_WORLD);
     *scale = cbrt(determinant(m));
     if (*scale < 0)
         return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: mirrored (negative determinant); give right-handed OpenGL axes", where);
@@ -55,7 +79,7 @@ enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double
     enum vw_status status = read_matrix(where, json_object_get(frame, "transform_matrix"), matrix);
     if (!status) status = check_matrix(where, matrix, &scale);
     if (status) return status;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++) camera_to_world[i][j] = j < 3 ? matrix[i][j] / scale : matrix[i][j];
+    make_rotation(matrix, scale);
+    memcpy(camera_to_world, matrix, 3 * sizeof matrix[0]);
     return VW_OK;
 }

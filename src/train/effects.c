@@ -12,7 +12,7 @@ static double distortion_shift_px(const struct vw_scene *scene) {
     double largest = 0.0;
     for (uint32_t i = 0; i < scene->view_count; i++) {
         const struct vw_camera *camera = &scene->views[i].camera;
-        if (camera->k1 == 0.0 && camera->k2 == 0.0 && camera->p1 == 0.0 && camera->p2 == 0.0) continue;
+        if (!vw_camera_is_distorted(camera)) continue;
         for (int corner = 0; corner < 4; corner++) {
             double x_px = corner & 1 ? camera->width_px : 0.0, y_px = corner & 2 ? camera->height_px : 0.0;
             double direction[3] = {(x_px - camera->centre_x_px) / camera->focal_x_px, -(y_px - camera->centre_y_px) / camera->focal_y_px,
@@ -101,11 +101,22 @@ enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *choic
     return VW_OK;
 }
 
+// Whether a lens needs more than k1, k2, p1 and p2.
+static bool any_rich_lens(const struct vw_scene *scene) {
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        const struct vw_camera *camera = &scene->views[i].camera;
+        bool more_terms = camera->k3 != 0.0 || camera->k4 != 0.0 || camera->k5 != 0.0 || camera->k6 != 0.0;
+        if (camera->lens == VW_LENS_FISHEYE || more_terms) return true;
+    }
+    return false;
+}
+
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene, struct vw_specialization *specialization) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         uint32_t on = verdicts[i].on;
         memcpy((char *)specialization + effects[i].constant, &on, sizeof on);
     }
+    if (specialization->effect_distortion && any_rich_lens(scene)) specialization->effect_distortion = DISTORTION_ANY_LENS;
     if (!specialization->effect_background) return;
     specialization->background_red = scene->background[0];
     specialization->background_green = scene->background[1];

@@ -9,7 +9,7 @@
 // The camera of a view in box coordinates, computed in double.
 struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
-// One pixel with its target. A pixel that the loader masked (alpha 0 where alpha has no meaning) weighs 0.
+// One pixel with its target. A pixel that the view's mask hides or that the loader masked (alpha 0 where alpha has no meaning) weighs 0.
 struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px, bool alpha_is_background);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step).

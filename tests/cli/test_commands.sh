@@ -105,6 +105,9 @@ check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j 
     AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
     AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL
         AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --json
+check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
+    AND j ->> '\$.estimate.steps' = 360 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
+    AND j ->> '\$.masks' = 0" "$program" info "$scene" --json
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
@@ -129,8 +132,7 @@ for threads in 0 1 2; do
 done
 check "another seed leaves other rows" bash -c "'$program' value '$scene' --out '$folder/seeded' ${tiny[*]} --seed 1 --quiet >/dev/null"
 check "the rows depend on the seed" test "$(rows first)" != "$(rows seeded)"
-check "a folder that cannot be made is a failure" bash -c "'$program' value '$scene' --out /proc/none ${tiny[*]} --quiet 2>/dev/null
-    [[ \$? -eq 1 ]]"
+check "a folder that cannot be made is refused" refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
 check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'

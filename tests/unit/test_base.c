@@ -6,6 +6,7 @@
 #include <sodium.h>
 #include <sys/stat.h>
 
+#include "support/temporary_folder.h"
 #include "viewworth/file.h"
 #include "viewworth/hash.h"
 #include "viewworth/log.h"
@@ -157,6 +158,25 @@ static void a_write_replaces_whole_or_leaves_the_old(void **state) {
     free(path);
 }
 
+static void messages_are_one_line(void **state) {
+    (void)state;
+    assert_int_equal(vw_fail(VW_ERROR_INPUT, "%s: wrong", "a\nb\x1b[2J\x7f\xc3\xa4"), VW_ERROR_INPUT);
+    assert_string_equal(vw_error_message(), "a?b?[2J?\xc3\xa4: wrong"); // UTF-8 stays
+    vw_fail_context(VW_ERROR_INPUT, "frame\r\n1");
+    assert_string_equal(vw_error_message(), "frame??1: a?b?[2J?\xc3\xa4: wrong");
+}
+
+static void pipes_and_folders_are_no_files(void **state) {
+    char *folder = temporary_folder_create();
+    (void)state;
+    assert_true(vw_file_exists(temporary_file(folder, "file", "")));
+    assert_false(vw_file_exists(folder));
+    assert_int_equal(mkfifo(temporary_path(folder, "pipe"), 0666), 0);
+    assert_false(vw_file_exists(temporary_path(folder, "pipe")));
+    assert_false(vw_file_exists("/dev/null"));
+    temporary_folder_remove(folder);
+}
+
 static void folders_and_names(void **state) {
     char *deep = vw_path_join(*state, "a/b//c/");
     assert_false(vw_folder_exists(deep));
@@ -243,6 +263,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_file_reads_back_with_a_zero_after_it, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(an_empty_file_is_fine, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_write_replaces_whole_or_leaves_the_old, test_set_up, test_tear_down),
+        cmocka_unit_test(messages_are_one_line),
+        cmocka_unit_test(pipes_and_folders_are_no_files),
         cmocka_unit_test_setup_teardown(folders_and_names, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(progress_prints_a_line_each_tenth, test_set_up, test_tear_down),
     };

@@ -1,13 +1,15 @@
-// The camera model: conventions, the distortion polynomial and its inverse.
+// The camera model: conventions, the two lenses and their inverses. test_colmap.c holds every lens against COLMAP's formulas.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
+#include "scene/lens_mask.h"
 #include "support/assert_near.h"
 #include "viewworth/memory.h"
 #include "viewworth/scene.h"
@@ -100,12 +102,145 @@ static void test_no_inverse(void **state) {
     assert_false(vw_camera_unproject(&camera, 320 + 500 * 1.0, 240, direction));
 }
 
+// ---- The rational polynomial and the fisheye ----------------------------------------------------------------------------
+
+static void check_there_and_back(const struct vw_camera *camera, const double direction[3]) {
+    double x_px, y_px, back[3];
+    assert_true(vw_camera_project(camera, direction, &x_px, &y_px));
+    if (!vw_camera_unproject(camera, x_px, y_px, back)) fail_msg("no inverse at (%g, %g) px for k1 %g", x_px, y_px, camera->k1);
+    double size = hypot(1, hypot(direction[0], direction[1])); // an error in the angle grows with its square
+    assert_near(back[0], direction[0], 1e-9 * size * size);
+    assert_near(back[1], direction[1], 1e-9 * size * size);
+}
+
+static void test_rational_round_trip(void **state) {
+    (void)state;
+    static const double lenses[][6] = {// k1 to k6: rising all the way to 45 degrees
+                                       {0.1, 0.2, 0.3, 0, 0, 0},
+                                       {-0.2, 0.1, -0.02, 0, 0, 0},
+                                       {12.5, 20.1, 1.9, 12.8, 24.3, 7.1},
+                                       {0, 0, 0, 0.3, 0, 0},
+                                       {0.5, 0.1, 0, 0.7, 0.2, 0.05}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
+        struct vw_camera camera = plain;
+        const double *k = lenses[i];
+        camera.k1 = k[0], camera.k2 = k[1], camera.k3 = k[2], camera.k4 = k[3], camera.k5 = k[4], camera.k6 = k[5];
+        for (int tangential = 0; tangential < 2; tangential++, camera.p1 = 0.003, camera.p2 = -0.002)
+            for (int row = -7; row <= 7; row++)
+                for (int column = -7; column <= 7; column++) check_there_and_back(&camera, (const double[]){column * 0.1, row * 0.1, -1});
+    }
+}
+
+// Where the radius r N / D stops growing, or D vanishes, the image folds over.
+static void test_rational_fold(void **state) {
+    (void)state;
+    struct vw_camera camera = plain;
+    double direction[3];
+    camera.k3 = -1; // r - r^7: grows to r = 7^(-1/6) = 0.7230, where it is 0.6197
+    assert_true(vw_camera_unproject(&camera, 320 + 500 * 0.6196, 240, direction));
+    assert_true(direction[0] < 0.7231);
+    assert_false(vw_camera_unproject(&camera, 320 + 500 * 0.6198, 240, direction));
+    camera = plain;
+    camera.k4 = 1; // r / (1 + r^2): grows to 1/2 at r = 1
+    assert_true(vw_camera_unproject(&camera, 320, 240 + 510 * 0.49, direction));
+    assert_near(-direction[1] / (1 + direction[1] * direction[1]), 0.49, 1e-11);
+    assert_true(-direction[1] < 1);
+    assert_false(vw_camera_unproject(&camera, 320, 240 + 510 * 0.51, direction));
+    camera.k4 = -0.25; // r / (1 - r^2 / 4): every radius is reached before the pole at r = 2
+    assert_true(vw_camera_unproject(&camera, 320 + 500 * 1000.0, 240, direction));
+    assert_true(direction[0] < 2 && direction[0] > 1.99);
+}
+
+static void test_fisheye(void **state) {
+    (void)state;
+    struct vw_camera camera = plain;
+    camera.lens = VW_LENS_FISHEYE;
+    double x_px, y_px, direction[3];
+    assert_true(vw_camera_project(&camera, (const double[]){1, 0, -1}, &x_px, &y_px)); // without coefficients: the angle itself
+    assert_near(x_px, 320 + 500 * M_PI / 4, 1e-10);
+    assert_near(y_px, 240, 1e-10);
+    assert_true(vw_camera_unproject(&camera, 320, 240, direction));
+    assert_true(direction[0] == 0 && direction[1] == 0 && direction[2] == -1);
+    assert_true(vw_camera_unproject(&camera, 320 + 500 * 1.549, 240, direction));
+    assert_false(vw_camera_unproject(&camera, 320 + 500 * 1.551, 240, direction)); // close to a right angle
+    static const double lenses[][4] = {
+        {0, 0, 0, 0}, {-0.03, 0.02, -0.005, 0.001}, {0.2, 0.1, 0.05, 0.02}, {-0.1, -0.02, 0, 0}, {0.05, -0.2, 0.15, -0.03}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
+        camera.k1 = lenses[i][0], camera.k2 = lenses[i][1], camera.k3 = lenses[i][2], camera.k4 = lenses[i][3];
+        for (int degree = 1; degree < 75; degree++)
+            for (int turn = 0; turn < 7; turn++)
+                check_there_and_back(&camera,
+                                     (const double[]){tan(degree * M_PI / 180) * cos(turn), tan(degree * M_PI / 180) * sin(turn), -1});
+    }
+    camera = plain;
+    camera.lens = VW_LENS_FISHEYE;
+    camera.k1 = -0.3; // theta - 0.3 theta^3 grows to 1.0541, where it is 0.7027
+    assert_true(vw_camera_unproject(&camera, 320 + 500 * 0.7, 240, direction));
+    assert_true(atan(direction[0]) < 1.0541);
+    assert_false(vw_camera_unproject(&camera, 320 + 500 * 0.704, 240, direction));
+}
+
+// The reach is where there begins to be no inverse.
+static void test_reach(void **state) {
+    (void)state;
+    struct vw_camera cameras[] = {distorted(-0.5, 0, 0, 0), distorted(-1, 0.4, 0, 0), plain, plain, plain};
+    cameras[2].k4 = 1;
+    cameras[3].lens = cameras[4].lens = VW_LENS_FISHEYE;
+    cameras[4].k1 = -0.3;
+    assert_true(isinf(vw_camera_reach(&plain)));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
+        double reach = vw_camera_reach(&cameras[i]), direction[3];
+        assert_true(vw_camera_unproject(&cameras[i], 320, 240 + 510 * (reach - 1e-6), direction));
+        assert_false(vw_camera_unproject(&cameras[i], 320, 240 + 510 * (reach + 1e-6), direction));
+    }
+}
+
+// A fisheye whose circle of sight is narrower than the photo: its corners are hidden, on top of what the mask hides already.
+static void test_lens_mask(void **state) {
+    (void)state;
+    struct vw_view view = {
+        .camera = {.width_px = 40, .height_px = 20, .focal_x_px = 10, .focal_y_px = 10, .centre_x_px = 20, .centre_y_px = 10}};
+    uint64_t hidden = 0;
+    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    assert_true(hidden == 0 && !view.mask); // a pinhole sees everywhere
+    view.camera.lens = VW_LENS_FISHEYE;
+    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    assert_non_null(view.mask);
+    uint64_t counted = 0;
+    for (uint32_t i = 0; i < 800; i++) {
+        double direction[3];
+        bool seen = vw_camera_unproject(&view.camera, i % 40 + 0.5, i / 40 + 0.5, direction);
+        assert_int_equal(view.mask[i] != 0, seen);
+        counted += !seen;
+    }
+    assert_true(hidden == counted && counted > 50 && counted < 400);
+    view.mask[10 * 40 + 20] = 0;
+    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    assert_int_equal(view.mask[10 * 40 + 20], 0);
+    free(view.mask);
+}
+
+static void test_what_is_distorted(void **state) {
+    (void)state;
+    assert_false(vw_camera_is_distorted(&plain));
+    struct vw_camera fisheye = plain, last = plain;
+    fisheye.lens = VW_LENS_FISHEYE;
+    last.k6 = 1e-9;
+    assert_true(vw_camera_is_distorted(&fisheye) && vw_camera_is_distorted(&last));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_axes),
         cmocka_unit_test(test_distortion),
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_no_inverse),
+        cmocka_unit_test(test_rational_round_trip),
+        cmocka_unit_test(test_rational_fold),
+        cmocka_unit_test(test_fisheye),
+        cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_lens_mask),
+        cmocka_unit_test(test_what_is_distorted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

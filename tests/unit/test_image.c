@@ -29,11 +29,16 @@ static int remove_folder(void **state) {
 
 enum alpha { ALPHA_NONE = -1, ALPHA_ASSOCIATED = 1, ALPHA_STRAIGHT = 2 }; // as TIFF counts them
 
+enum photometric { PHOTOMETRIC_GREY_OR_RGB, PHOTOMETRIC_PALETTE = 3, PHOTOMETRIC_CMYK = 5 }; // from 1 on as TIFF counts them
+
 struct tiff {
     uint32_t width_px, height_px, channels, bits;
     bool is_float;
     enum alpha alpha;
     const void *pixels;
+    enum photometric photometric;
+    uint32_t orientation;             // as EXIF counts; 0: not given
+    const uint16_t *palette;          // 256 reds, 256 greens, 256 blues
 };
 
 struct tiff_field {
@@ -42,7 +47,8 @@ struct tiff_field {
 };
 
 static const char *write_tiff(const char *folder, const char *name, const struct tiff *tiff) {
-    enum { HEADER = 8, FIELDS_MAX = 12, BITS_AT = HEADER + 2 + FIELDS_MAX * 12 + 4, KINDS_AT = BITS_AT + 8, PIXELS_AT = KINDS_AT + 8 };
+    enum { HEADER = 8, FIELDS_MAX = 14, BITS_AT = HEADER + 2 + FIELDS_MAX * 12 + 4, KINDS_AT = BITS_AT + 8, PALETTE_AT = KINDS_AT + 8,
+           PALETTE_COUNT = 3 * 256, PIXELS_AT = PALETTE_AT + 2 * PALETTE_COUNT };
     uint32_t pixel_bytes = tiff->width_px * tiff->height_px * tiff->channels * tiff->bits / 8;
     uint32_t channels = tiff->channels, kind = tiff->is_float ? 3 : 1;
     const struct tiff_field fields[] = {
@@ -50,21 +56,25 @@ static const char *write_tiff(const char *folder, const char *name, const struct
         {257, 4, 1, tiff->height_px},
         {258, 3, channels, channels < 3 ? tiff->bits * 0x10001 : BITS_AT},
         {259, 3, 1, 1},                     // uncompressed
-        {262, 3, 1, channels < 3 ? 1 : 2},  // grey or RGB
+        {262, 3, 1, tiff->photometric ? tiff->photometric : channels < 3 ? 1 : 2}, // grey or RGB
         {273, 4, 1, PIXELS_AT},
+        {274, 3, tiff->orientation ? 1 : 0, tiff->orientation},
         {277, 3, 1, channels},
         {278, 4, 1, tiff->height_px},
         {279, 4, 1, pixel_bytes},
         {284, 3, 1, 1},                     // interleaved
+        {320, 3, tiff->palette ? PALETTE_COUNT : 0, PALETTE_AT},
+        {338, 3, tiff->alpha == ALPHA_NONE ? 0 : 1, (uint32_t)tiff->alpha},
         {339, 3, channels, channels < 3 ? kind * 0x10001 : KINDS_AT},
-        {338, 3, 1, (uint32_t)tiff->alpha}, // last, so that it can be left out (339 before 338 is tolerated)
     };
-    uint16_t field_count = (uint16_t)(tiff->alpha == ALPHA_NONE ? VW_ARRAY_COUNT(fields) - 1 : VW_ARRAY_COUNT(fields));
+    uint16_t field_count = 0; // those without values are left out
     uint8_t *file = calloc(1, PIXELS_AT + pixel_bytes);
     assert_non_null(file);
     memcpy(file, "II*\0\x08\0\0", HEADER);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(fields); i++)
+        if (fields[i].count) memcpy(file + HEADER + 2 + 12 * field_count++, &fields[i], 12);
     memcpy(file + HEADER, &field_count, 2);
-    for (uint16_t i = 0; i < field_count; i++) memcpy(file + HEADER + 2 + 12 * i, &fields[i], 12);
+    if (tiff->palette) memcpy(file + PALETTE_AT, tiff->palette, 2 * PALETTE_COUNT);
     for (uint32_t c = 0; c < 4; c++) {
         memcpy(file + BITS_AT + 2 * c, &tiff->bits, 2);
         memcpy(file + KINDS_AT + 2 * c, &kind, 2);
@@ -139,12 +149,12 @@ static void test_opaque(void **state) {
 
 static void test_grey(void **state) {
     const uint8_t one[2] = {51, 102}, two[2] = {51, 102};
-    struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, one};
+    struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, .pixels = one};
     struct vw_image image = load(write_tiff(*state, "grey.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 1}, 1e-6);
     check_pixel(&image, 1, 0, (const float[]){0.4f, 0.4f, 0.4f, 1}, 1e-6);
     vw_image_clear(&image);
-    tiff = (struct tiff){1, 1, 2, 8, false, ALPHA_STRAIGHT, two};
+    tiff = (struct tiff){1, 1, 2, 8, false, ALPHA_STRAIGHT, .pixels = two};
     image = load(write_tiff(*state, "grey_alpha.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 0.4f}, 1e-6);
     assert_true(image.has_alpha);
@@ -153,7 +163,7 @@ static void test_grey(void **state) {
 
 static void test_16_bit(void **state) {
     const uint16_t pixels[2][4] = {{1, 256, 65534, 65535}, {40000, 20000, 10000, 32768}};
-    const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, pixels};
+    const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     assert_int_equal(image.format, VW_PIXEL_UINT16);
     assert_memory_equal(image.pixels, pixels, sizeof pixels); // bit for bit
@@ -162,10 +172,71 @@ static void test_16_bit(void **state) {
 
 static void test_associated_alpha_is_divided_out(void **state) {
     const uint8_t pixels[4] = {64, 32, 0, 128};
-    const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, pixels};
+    const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){0.5f, 0.25f, 0, 128 / 255.0f}, 0.5 / 255 + 1e-6);
     vw_image_clear(&image);
+}
+
+static void test_palette(void **state) {
+    const uint8_t indices[2] = {7, 200};
+    static uint16_t palette[3][256];
+    palette[0][7] = 0xffff, palette[1][7] = 0x8080, palette[2][7] = 0;
+    palette[0][200] = 0x1010, palette[1][200] = 0x2020, palette[2][200] = 0x3030;
+    const struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, .pixels = indices, .photometric = PHOTOMETRIC_PALETTE, .palette = palette[0]};
+    struct vw_image image = load(write_tiff(*state, "palette.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, (const float[]){1, 128 / 255.0f, 0, 1}, 1e-6);
+    check_pixel(&image, 1, 0, (const float[]){16 / 255.0f, 32 / 255.0f, 48 / 255.0f, 1}, 1e-6);
+    vw_image_clear(&image);
+}
+
+// Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes them.
+static void test_cmyk(void **state) {
+    const float expected[4] = {0.8f * 0.9f, 0.6f * 0.9f, 0.4f * 0.9f, 1};
+    const uint8_t inks[4] = {51, 102, 153, 26};
+    struct tiff tiff = {1, 1, 4, 8, false, ALPHA_NONE, .pixels = inks, .photometric = PHOTOMETRIC_CMYK};
+    struct vw_image image = load(write_tiff(*state, "cmyk.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, expected, 1.0 / 255);
+    assert_false(image.has_alpha); // the fourth channel is ink
+    vw_image_clear(&image);
+    const uint16_t fine_inks[4] = {13107, 26214, 39321, 6554};
+    tiff.bits = 16;
+    tiff.pixels = fine_inks;
+    image = load(write_tiff(*state, "cmyk16.tif", &tiff), 1);
+    check_pixel(&image, 0, 0, expected, 2.0 / 65535);
+    vw_image_clear(&image);
+    static const uint8_t jpeg[] = { // 8 x 8 pixels of 204 153 102 230
+        0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xdb, 0x00, 0x43,
+        0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xff,
+        0xc0, 0x00, 0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4d, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4b, 0x11, 0x00, 0xff,
+        0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x08, 0x0a,
+        0xff, 0xc4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0xff, 0xda, 0x00, 0x0e, 0x04, 0x43, 0x00, 0x4d, 0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83,
+        0xff, 0xd9,
+    };
+    const char *path = temporary_path(*state, "cmyk.jpg");
+    assert_int_equal(vw_file_write(path, jpeg, sizeof jpeg), VW_OK);
+    image = load(path, 1);
+    assert_int_equal(image.width_px, 8);
+    check_pixel(&image, 7, 7, expected, 1.0 / 255);
+    vw_image_clear(&image);
+}
+
+// Poses belong to the pixels as stored, whichever way up a camera was held.
+static void test_orientation_is_ignored(void **state) {
+    const uint8_t pixels[3 * 2] = {0, 51, 102, 153, 204, 255};
+    for (uint32_t orientation = 1; orientation <= 8; orientation++) {
+        const struct tiff tiff = {3, 2, 1, 8, false, ALPHA_NONE, .pixels = pixels, .orientation = orientation};
+        struct vw_image image = load(write_tiff(*state, "turned.tif", &tiff), 1);
+        assert_int_equal(image.width_px, 3);
+        for (uint32_t i = 0; i < 6; i++) {
+            float grey = (float)i / 5;
+            check_pixel(&image, i % 3, i / 3, (const float[]){grey, grey, grey, 1}, 1e-6);
+        }
+        vw_image_clear(&image);
+    }
 }
 
 // ---- Floats: linear light, masks, clamps -------------------------------------------------------------------------------------
@@ -177,7 +248,7 @@ static void test_float_is_encoded_masked_and_clamped(void **state) {
     pixels[4][0] = -0.01f;
     pixels[5][2] = INFINITY;
     pixels[6][0] = 7, pixels[6][1] = 1.5f;
-    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, pixels};
+    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     assert_int_equal(image.masked_count, 3);
@@ -192,7 +263,7 @@ static void test_float_is_encoded_masked_and_clamped(void **state) {
 static void test_too_many_masked_are_refused(void **state) {
     float pixels[100][3];
     for (int i = 0; i < 100; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = i < 5 ? NAN : 0.5f;
-    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, pixels};
+    const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "five.tif", &tiff), 1); // 5 % is allowed
     assert_int_equal(image.masked_count, 5);
     vw_image_clear(&image);
@@ -228,7 +299,7 @@ static void test_downscale_keeps_ramps(void **state) {
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++)
             for (int c = 0; c < 3; c++) pixels[y][x][c] = (uint16_t)(1000 + 900 * x);
-    const struct tiff tiff = {WIDTH, HEIGHT, 3, 16, false, ALPHA_NONE, pixels};
+    const struct tiff tiff = {WIDTH, HEIGHT, 3, 16, false, ALPHA_NONE, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
     double mean = 0;
     for (uint32_t x = 0; x < 16; x++) {
@@ -268,7 +339,7 @@ static void test_downscale_ignores_masked(void **state) {
     for (int i = 0; i < 64 * 64; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = 0.5f;
     pixels[64 * 32 + 33][1] = NAN;                                         // one of the 16 of its small pixel
     for (int i = 0; i < 16; i++) pixels[64 * (8 + i / 4) + 8 + i % 4][0] = NAN; // all 16 of another
-    const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, pixels};
+    const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     assert_int_equal(image.masked_count, 17);
@@ -296,7 +367,7 @@ static void test_errors(void **state) {
     check_refused(temporary_file(*state, "text.png", "not an image"), VW_ERROR_INPUT, "cannot open");
     check_refused(temporary_file(*state, "empty.jpg", ""), VW_ERROR_INPUT, "cannot open");
     const uint8_t pixel[3] = {0};
-    const struct tiff huge = {1u << 15, 1u << 14, 3, 8, false, ALPHA_NONE, pixel}; // 2^29 pixels
+    const struct tiff huge = {1u << 15, 1u << 14, 3, 8, false, ALPHA_NONE, .pixels = pixel}; // 2^29 pixels
     struct tiff small = huge;
     small.width_px = small.height_px = 1;
     const char *path = write_tiff(*state, "huge.tif", &small);
@@ -306,6 +377,17 @@ static void test_errors(void **state) {
     assert_int_equal(pwrite(file, &size[1], 4, 8 + 2 + 12 + 8), 4);
     close(file);
     check_refused(path, VW_ERROR_INPUT, "limit of 268435456");
+}
+
+// A small file that asks for 30 GB.
+static void test_image_bomb(void **state) {
+    static const uint8_t png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n', 0, 0, 0, 13, 'I', 'H', 'D', 'R',
+                                  0, 1, 0x86, 0xa0, 0, 1, 0x86, 0xa0, 8, 2, 0, 0, 0, 0x27, 0x30, 0x9c, 0x9f,
+                                  0, 0, 0, 12, 'I', 'D', 'A', 'T', 0x78, 0x9c, 0x63, 0x60, 0xa0, 0x3d, 0, 0, 0, 0x64,
+                                  0, 1, 0x86, 0x64, 0x3c, 0x35};
+    const char *path = temporary_path(*state, "bomb.png");
+    assert_int_equal(vw_file_write(path, png, sizeof png), VW_OK);
+    check_refused(path, VW_ERROR_INPUT, "100000 x 100000");
 }
 
 // Not of a PNG: OpenImageIO itself leaks a string when one ends early.
@@ -320,7 +402,7 @@ static void test_truncated_pixels(void **state) {
     assert_int_equal(vw_file_write(path, whole, size_bytes / 2), VW_OK);
     free(whole);
     check_refused(path, VW_ERROR_IO, "cannot decode");
-    const struct tiff tiff = {64, 64, 3, 8, false, ALPHA_NONE, pixels};
+    const struct tiff tiff = {64, 64, 3, 8, false, ALPHA_NONE, .pixels = pixels};
     path = write_tiff(*state, "cut.tif", &tiff);
     assert_int_equal(truncate(path, 4000), 0);
     check_refused(path, VW_ERROR_IO, "cannot decode");
@@ -339,6 +421,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_exr_round_trip, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_opaque, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_grey, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_palette, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_cmyk, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_orientation_is_ignored, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_image_bomb, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_16_bit, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_associated_alpha_is_divided_out, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_float_is_encoded_masked_and_clamped, make_folder, remove_folder),

@@ -184,6 +184,10 @@ static void test_hash(void **state) {
 
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"k1\": 1e-12,"}); // a camera
     check_hash_differs(&params, first);
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"k3\": 1e-12,"});
+    check_hash_differs(&params, first);
+    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"is_fisheye\": true,"});
+    check_hash_differs(&params, first);
     tiny_scene_write(*state, &(struct tiny_scene){.offset_world = {1e-12}}); // a pose
     check_hash_differs(&params, first);
     tiny_scene_write(*state, &(struct tiny_scene){0});

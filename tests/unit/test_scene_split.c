@@ -38,11 +38,13 @@ static void test_every_eighth(void **state) {
 }
 
 static void test_two_are_left_to_train(void **state) {
-    static const char *const expected[] = {"t", "tt", "vtt", "vttt", "vtttT"};
-    for (uint32_t count = 1; count <= 5; count++) {
+    static const char *const expected[] = {"tt", "vtt", "vttt", "vtttT"};
+    for (uint32_t count = 2; count <= 5; count++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = count});
-        check_splits(&(struct vw_scene_params){.path = *state}, expected[count - 1]);
+        check_splits(&(struct vw_scene_params){.path = *state}, expected[count - 2]);
     }
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "a single photo", "at least 2", NULL);
 }
 
 static void test_split_files(void **state) {
@@ -77,11 +79,40 @@ static void test_lists_win(void **state) {
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvttt");
 }
 
+// Lists may name a photo by its bare name where no other has it.
+static void test_bare_names(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
+    const char *val = temporary_file(*state, "val.txt", "04.png\n./05.png\n");
+    check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvvtt");
+    tiny_photo_write(temporary_path(*state, "other/04.png"), 4);
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": ["
+                   "{\"file_path\": \"images/04.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+                   "{\"file_path\": \"other/04.png\", \"transform_matrix\": [[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+                   "{\"file_path\": \"images/05.png\", \"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = val}, VW_ERROR_INPUT, "val.txt:1", "04.png", NULL);
+    val = temporary_file(*state, "val.txt", "other/04.png\n");
+    check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "tvt");
+}
+
 static void test_lists_win_over_files(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 3});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/03.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .train_list = train}, "xtxtvv"); // claimed from val
+}
+
+static void test_split_without_photos(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
+    tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 4, .count = 1});
+    assert_int_equal(remove(temporary_path(*state, "images/04.png")), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "1 frames", "images/04.png", NULL);
+}
+
+static void test_pool_is_of_phototourism(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
+    check_splits(&(struct vw_scene_params){.path = *state, .pool = "all"}, "vttt");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "list"}, VW_ERROR_USAGE, "--pool list", "transforms", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "some"}, VW_ERROR_USAGE, "--pool some", NULL);
 }
 
 static void test_list_errors(void **state) {
@@ -94,7 +125,13 @@ static void test_list_errors(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .test_list = unknown}, VW_ERROR_INPUT, "unknown.txt:2", "images/1.png",
                        NULL);
     const char *empty = temporary_file(*state, "empty.txt", " \n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = empty}, VW_ERROR_INPUT, "no view is left to train", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = empty}, VW_ERROR_INPUT, "empty.txt", "names no view",
+                       "--train", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = empty}, VW_ERROR_INPUT, "empty.txt", "--val", NULL);
+    const char *one = temporary_file(*state, "one.txt", "images/00.png\n");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = one}, VW_ERROR_INPUT, *state, "only one view", NULL);
+    const char *all = temporary_file(*state, "all.txt", "00.png\n01.png\n02.png\n03.png\n04.png\n05.png\n06.png\n07.png\n");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = all}, VW_ERROR_INPUT, "no view is left to train", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = "no/list"}, VW_ERROR_INPUT, "no/list", NULL);
 }
 
@@ -135,7 +172,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_half_of_test_validates, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_view_in_two_split_files, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_lists_win, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_bare_names, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_lists_win_over_files, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_split_without_photos, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_pool_is_of_phototourism, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_list_errors, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_providers, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_provider_errors, make_folder, remove_folder),

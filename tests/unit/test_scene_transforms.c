@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -64,6 +65,20 @@ static void test_distortion_keys(void **state) {
     assert_true(camera.k1 == 0.1 && camera.k2 == -0.2 && camera.p1 == 0.01 && camera.p2 == -0.02);
 }
 
+static void test_lenses(void **state) {
+    struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": 0.2, \"k3\": 0.3,", NULL);
+    assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
+    assert_true(camera.k3 == 0.3);
+    camera = camera_of(*state, "\"fl_x\": 7, \"camera_model\": \"FULL_OPENCV\", \"k3\": 0.3, \"k4\": 0.4, \"k5\": 0.5, \"k6\": 0.6,", NULL);
+    assert_true(camera.lens == VW_LENS_POLYNOMIAL && camera.k3 == 0.3 && camera.k4 == 0.4 && camera.k5 == 0.5 && camera.k6 == 0.6);
+    camera = camera_of(*state, "\"fl_x\": 7, \"camera_model\": \"OPENCV_FISHEYE\", \"k1\": 0.1, \"k4\": 0.4,", NULL);
+    assert_true(camera.lens == VW_LENS_FISHEYE && camera.k1 == 0.1 && camera.k4 == 0.4);
+    camera = camera_of(*state, "\"fl_x\": 7, \"is_fisheye\": true, \"k4\": 0.4,", NULL);
+    assert_true(camera.lens == VW_LENS_FISHEYE && camera.k4 == 0.4);
+    camera = camera_of(*state, "\"fl_x\": 7, \"is_fisheye\": true,", "\"camera_model\": \"OPENCV\","); // the frame wins
+    assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
+}
+
 static void test_frame_keys_win(void **state) {
     struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 2, 3);
@@ -96,15 +111,14 @@ static void test_names_and_extensions(void **state) {
 }
 
 static void test_pose(void **state) {
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
-    char *json = vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
-                                "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}]}"); // a rotation times 2
-    temporary_file(*state, "transforms.json", json);
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
+                   "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
+                   "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
     for (int i = 0; i < 12; i++) assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
     vw_scene_close(&scene);
-    free(json);
 }
 
 static void test_pose_errors(void **state) {
@@ -118,6 +132,7 @@ static void test_pose_errors(void **state) {
         {"[[1,0.01,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "not a rotation"},
         {"[[1,0,0,0],[0,1.01,0,0],[0,0,1,0],[0,0,0,1]]", "not a rotation"},
         {"[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]", "not a rotation"},
+        {"[[1,0,0,1e300],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "position 1e+300"},
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     for (size_t i = 0; i < VW_ARRAY_COUNT(matrices); i++) {
@@ -141,11 +156,16 @@ static void test_key_errors(void **state) {
         {"\"camera_angle_x\": 3.2,", "camera_angle_x"},
         {"\"x_fov\": 180,", "x_fov"},
         {"\"fl_x\": 7, \"w\": 0,", "field w"},
-        {"\"fl_x\": 7, \"k3\": 0.1,", "k3"},
-        {"\"fl_x\": 7, \"k4\": -0.1,", "k4"},
-        {"\"fl_x\": 7, \"is_fisheye\": true,", "is_fisheye"},
+        {"\"fl_x\": 1e10,", "fl_x"},
+        {"\"fl_x\": 7, \"cy\": -1e300,", "field cy"},
+        {"\"fl_x\": 7, \"k4\": -0.1,", "k4 is not supported with camera_model OPENCV"},
+        {"\"fl_x\": 7, \"is_fisheye\": true, \"p1\": 0.1,", "p1"},
+        {"\"fl_x\": 7, \"camera_model\": \"PINHOLE\", \"k1\": 0.1,", "k1"},
+        {"\"fl_x\": 7, \"camera_model\": \"SIMPLE_RADIAL\", \"k2\": 0.1,", "k2"},
+        {"\"fl_x\": 7, \"camera_model\": 3,", "camera_model"},
+        {"\"fl_x\": 7, \"camera_model\": \"OPENCV\", \"is_fisheye\": true,", "is_fisheye contradicts camera_model OPENCV"},
+        {"\"fl_x\": 7, \"camera_model\": \"THIN_PRISM_FISHEYE\",", "THIN_PRISM_FISHEYE"},
         {"\"fl_x\": 7, \"rolling_shutter\": [0, 0.1],", "rolling_shutter"},
-        {"\"fl_x\": 7, \"camera_model\": \"OPENCV_FISHEYE\",", "OPENCV_FISHEYE"},
         {"\"fl_x\": 7, \"camera_model\": \"EQUIRECTANGULAR\",", "EQUIRECTANGULAR"},
         {"\"fl_x\": 7, \"aabb_scale\": -1,", "aabb_scale"},
         {"\"fl_x\": 7, \"aabb_scale\": 2, \"scale\": 0,", "field scale"},
@@ -155,8 +175,8 @@ static void test_key_errors(void **state) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .keys = cases[i][0]});
         tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", cases[i][1], NULL);
     }
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k3\": 1,"});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k3", NULL);
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k5\": 1,"});
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k5", NULL);
 }
 
 static void test_file_errors(void **state) {
@@ -175,6 +195,22 @@ static void test_file_errors(void **state) {
     }
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path", NULL);
+}
+
+// Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.
+static void test_hostile_files(void **state) {
+    enum { DEPTH = 100000 };
+    static char deep[DEPTH + 1];
+    memset(deep, '[', DEPTH);
+    temporary_file(*state, "transforms.json", deep);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", "depth", NULL);
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
+    assert_int_equal(truncate(temporary_path(*state, "transforms.json"), 1 << 30), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "larger than", NULL);
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "a?b?[2J", "control characters", NULL);
+    temporary_file(*state, "transforms.json", "{\"fl_x\": 1e999, \"frames\": []}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", NULL);
 }
 
 static void test_missing_photos(void **state) {
@@ -215,6 +251,27 @@ static void test_photos_stay_in_the_folder(void **state) {
     vw_scene_close(&scene);
 }
 
+// The scene file too: what it links to would show in messages.
+static void test_the_scene_file_stays_in_the_folder(void **state) {
+    char *elsewhere = temporary_folder_create();
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
+    assert_int_equal(symlink(temporary_path(elsewhere, "t.json"), temporary_path(*state, "transforms.json")), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "through a link", NULL);
+    temporary_folder_remove(elsewhere);
+}
+
+static void test_photos_of_other_kinds(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    const char *photo = temporary_path(*state, "images/01.png");
+    assert_int_equal(unlink(photo), 0);
+    assert_int_equal(mkdir(photo, 0777), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path", "not a plain file", NULL);
+    assert_int_equal(rmdir(photo), 0);
+    assert_int_equal(mkfifo(photo, 0666), 0); // opening one would wait forever
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path", "not a plain file", NULL);
+}
+
 static void test_photo_errors(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     temporary_file(*state, "images/01.png", "not an image");
@@ -230,6 +287,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_focal_keys, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_distortion_keys, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_lenses, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_frame_keys_win, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_intrinsics_of_another_size, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_names_and_extensions, make_folder, remove_folder),
@@ -237,8 +295,11 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_pose_errors, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_key_errors, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_file_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_hostile_files, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_missing_photos, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_photos_stay_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_the_scene_file_stays_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_photos_of_other_kinds, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_photo_errors, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

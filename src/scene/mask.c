@@ -1,0 +1,119 @@
+#include "scene/mask.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/downscale.h"
+#include "scene/safe_path.h"
+#include "viewworth/file.h"
+#include "viewworth/image.h"
+#include "viewworth/memory.h"
+
+// ---- Finding -------------------------------------------------------------------------------------------------------------
+
+// Where "/images/" stands last in the part of the path that lies in the folder; NULL when it does not.
+static const char *find_images_folder(const char *folder, const char *image_path) {
+    const char *found = NULL, *next = image_path + strlen(folder) - (*folder && folder[strlen(folder) - 1] == '/');
+    while ((next = strstr(next, "/images/"))) found = next++;
+    return found;
+}
+
+enum vw_status vw_mask_find(const char *folder, const char *image_path, char **mask_path) {
+    const char *images = find_images_folder(folder, image_path);
+    if (!images) return VW_OK;
+    const char *name = images + strlen("/images/"), *dot = strrchr(name, '.');
+    int place_length = (int)(images - image_path), stem_length = (int)(dot ? dot - name : (long)strlen(name));
+    char *const candidates[] = {
+        vw_format_text("%.*s/masks/%s", place_length, image_path, name),
+        vw_format_text("%.*s/masks/%s.png", place_length, image_path, name),
+        vw_format_text("%.*s/masks/%.*s.png", place_length, image_path, stem_length, name),
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) {
+        if (!candidates[i]) status = VW_ERROR_MEMORY;
+        if (status || *mask_path || !vw_file_exists(candidates[i])) continue;
+        if (!vw_path_lies_inside(folder, candidates[i]))
+            status =
+                vw_fail(VW_ERROR_INPUT, "%s: this mask leaves the scene folder through a link; copy it into the folder", candidates[i]);
+        else if (!(*mask_path = vw_copy_text(candidates[i]))) status = VW_ERROR_MEMORY;
+    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) free(candidates[i]);
+    return status;
+}
+
+enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t photo_height_px) {
+    uint32_t width_px, height_px;
+    enum vw_status status = vw_image_probe(path, &width_px, &height_px);
+    if (status || (uint64_t)width_px * photo_height_px == (uint64_t)height_px * photo_width_px) return status;
+    return vw_fail(VW_ERROR_INPUT, "%s: the mask has %u x %u pixels but its photo %u x %u; give both the same shape", path, width_px,
+                   height_px, photo_width_px, photo_height_px);
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------------
+
+// A mask file as it is, and the sizes that it is brought to.
+struct masking {
+    struct vw_image file;
+    uint32_t photo_width_px, photo_height_px; // before --downscale
+    uint32_t width_px, height_px;             // after it
+};
+
+// The pixel of `to_px` that holds the centre of pixel `at` of `from_px`.
+static uint32_t nearest(uint32_t at, uint32_t from_px, uint32_t to_px) {
+    return (uint32_t)((2 * (uint64_t)at + 1) * to_px / (2 * (uint64_t)from_px));
+}
+
+static bool keeps_photo_pixel(const struct masking *masking, uint32_t x_px, uint32_t y_px) {
+    float rgba[4];
+    vw_image_pixel(&masking->file, nearest(x_px, masking->photo_width_px, masking->file.width_px),
+                   nearest(y_px, masking->photo_height_px, masking->file.height_px), rgba);
+    return (rgba[0] + rgba[1] + rgba[2]) * rgba[3] >= 1.5f;
+}
+
+// The photo pixels [first, end) that pixel `at` of the downscaled photo covers, in part at least.
+static uint32_t first_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) { return (uint32_t)((uint64_t)at * photo_px / small_px); }
+static uint32_t end_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) {
+    return (uint32_t)((((uint64_t)at + 1) * photo_px + small_px - 1) / small_px);
+}
+
+static bool keeps(const struct masking *masking, uint32_t x_px, uint32_t y_px) {
+    uint32_t end_x = end_covered(x_px, masking->photo_width_px, masking->width_px);
+    uint32_t end_y = end_covered(y_px, masking->photo_height_px, masking->height_px);
+    for (uint32_t y = first_covered(y_px, masking->photo_height_px, masking->height_px); y < end_y; y++)
+        for (uint32_t x = first_covered(x_px, masking->photo_width_px, masking->width_px); x < end_x; x++)
+            if (!keeps_photo_pixel(masking, x, y)) return false;
+    return true;
+}
+
+static enum vw_status make_mask(const char *path, const struct masking *masking, uint8_t **mask) {
+    uint64_t kept_count = 0;
+    uint8_t *made = vw_allocate((size_t)masking->width_px * masking->height_px, 1);
+    if (!made) return VW_ERROR_MEMORY;
+    for (uint32_t y = 0; y < masking->height_px; y++) {
+        for (uint32_t x = 0; x < masking->width_px; x++) {
+            bool kept = keeps(masking, x, y);
+            made[(size_t)y * masking->width_px + x] = kept ? 255 : 0;
+            kept_count += kept;
+        }
+    }
+    if (kept_count) {
+        *mask = made;
+        return VW_OK;
+    }
+    free(made);
+    return vw_fail(VW_ERROR_INPUT, "%s: the mask hides the whole photo; white keeps: invert it, or leave the photo out", path);
+}
+
+enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale, uint8_t **mask) {
+    struct masking masking = {
+        .photo_width_px = photo_width_px,
+        .photo_height_px = photo_height_px,
+        .width_px = vw_downscaled_px(photo_width_px, downscale),
+        .height_px = vw_downscaled_px(photo_height_px, downscale),
+    };
+    enum vw_status status = vw_mask_probe(path, photo_width_px, photo_height_px);
+    if (!status) status = vw_image_load(path, 1, &masking.file);
+    if (!status) status = make_mask(path, &masking, mask);
+    vw_image_clear(&masking.file);
+    return status;
+}

@@ -1,0 +1,336 @@
+// COLMAP models that are broken or hostile: each is refused in one line that names the file and the field.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "scene/colmap.h"
+#include "support/colmap_files.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static const char *const files[] = {"sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin"};
+
+#define assert_refused(folder, ...)                                                                                                        \
+    tiny_scene_refused(&(struct vw_scene_params){.path = folder, .format = "colmap", .headers_only = true}, VW_ERROR_INPUT, __VA_ARGS__,   \
+                       NULL)
+
+static void *read_whole(const char *path, size_t *size_bytes) {
+    void *data;
+    if (vw_file_read(path, 1 << 20, &data, size_bytes)) fail_msg("%s", vw_error_message());
+    return data;
+}
+
+static void test_truncation_at_every_byte(void **state) {
+    const struct colmap_test_model model = colmap_test_scene(*state);
+    colmap_write_binary(*state, "sparse/0", &model);
+    for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
+        char path[4096];
+        snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
+        size_t size_bytes;
+        void *data = read_whole(path, &size_bytes);
+        assert_true(size_bytes > 100);
+        for (size_t kept = 0; kept < size_bytes; kept++) {
+            assert_int_equal(vw_file_write(path, data, kept), VW_OK);
+            assert_refused(*state, files[f], "field ");
+        }
+        char *longer = vw_allocate(size_bytes + 1, 1);
+        memcpy(longer, data, size_bytes);
+        assert_int_equal(vw_file_write(path, longer, size_bytes + 1), VW_OK);
+        assert_refused(*state, files[f], "1 bytes follow");
+        assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
+        free(longer);
+        free(data);
+    }
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .format = "colmap"}); // the files are whole again
+    vw_scene_close(&scene);
+}
+
+// Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has anything to say.
+static void test_any_byte_changed(void **state) {
+    const struct colmap_test_model model = colmap_test_scene(*state);
+    colmap_write_binary(*state, "sparse/0", &model);
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%s", temporary_path(*state, "sparse/0"));
+    for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
+        char path[4096];
+        snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
+        size_t size_bytes;
+        uint8_t *data = read_whole(path, &size_bytes);
+        for (size_t i = 0; i < size_bytes; i++) {
+            static const uint8_t flips[] = {0x01, 0x80, 0x7f, 0xff};
+            for (size_t k = 0; k < VW_ARRAY_COUNT(flips); k++) {
+                data[i] ^= flips[k];
+                FILE *file = fopen(path, "wb"); // without the sync of vw_file_write, which is slow
+                assert_int_equal(fwrite(data, 1, size_bytes, file), size_bytes);
+                fclose(file);
+                data[i] ^= flips[k];
+                struct vw_colmap_model read = {0};
+                if (vw_colmap_read(folder, *state, &read)) {
+                    assert_non_null(strstr(vw_error_message(), files[f]) ? vw_error_message() : strstr(vw_error_message(), "sparse/0/"));
+                    assert_null(strchr(vw_error_message(), '\n'));
+                }
+                vw_colmap_clear(&read);
+            }
+        }
+        assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
+        free(data);
+    }
+}
+
+static void test_huge_counts(void **state) {
+    const struct colmap_test_model model = colmap_test_scene(*state);
+    colmap_write_binary(*state, "sparse/0", &model);
+    // Where the counts are: at the start of each file; after the first image's name; after the first point's error.
+    static const struct {
+        int file;
+        size_t offset;
+        const char *field;
+    } counts[] = {
+        {0, 0, "num_cameras"},
+        {1, 0, "num_images"},
+        {1, 8 + 4 + 56 + 4 + 6, "num_points2D"},
+        {2, 0, "num_points3D"},
+        {2, 8 + 8 + 24 + 3 + 8, "track_length"},
+    };
+    static const uint64_t lies[] = {1000000000,        (uint64_t)1 << 31, (uint64_t)1 << 32, ((uint64_t)1 << 61) + 1,
+                                    (uint64_t)1 << 63, UINT64_MAX};
+    for (size_t c = 0; c < VW_ARRAY_COUNT(counts); c++) {
+        const char *path = temporary_path(*state, files[counts[c].file]);
+        for (size_t k = 0; k < VW_ARRAY_COUNT(lies); k++) {
+            FILE *file = fopen(path, "r+b");
+            uint64_t truth;
+            assert_int_equal(fseek(file, (long)counts[c].offset, SEEK_SET), 0);
+            assert_int_equal(fread(&truth, sizeof truth, 1, file), 1);
+            assert_true(truth == 2 || truth == 3);
+            assert_int_equal(fseek(file, (long)counts[c].offset, SEEK_SET), 0);
+            assert_int_equal(fwrite(&lies[k], sizeof lies[k], 1, file), 1);
+            fclose(file);
+            assert_refused(*state, files[counts[c].file], counts[c].field);
+            colmap_write_binary(*state, "sparse/0", &model);
+            path = temporary_path(*state, files[counts[c].file]);
+        }
+    }
+}
+
+// A model that is refused once a number is changed, whether it is written as binary or as text.
+static void check_refused(const char *folder, const struct colmap_test_model *model, const char *file, const char *field) {
+    colmap_write_text(folder, "sparse/1", model); // never read
+    for (int text = 0; text < 2; text++) {
+        char scene[4096], name[64];
+        snprintf(scene, sizeof scene, "%s", temporary_path(folder, text ? "text" : "binary"));
+        (text ? colmap_write_text : colmap_write_binary)(scene, "sparse/0", model);
+        snprintf(name, sizeof name, "sparse/0/%s.%s", file, text ? "txt" : "bin");
+        assert_refused(scene, name, field);
+    }
+}
+
+static void test_numbers(void **state) {
+    const struct colmap_test_model good = colmap_test_scene(*state);
+    static const double bad[] = {NAN, INFINITY, -INFINITY};
+    for (size_t k = 0; k < VW_ARRAY_COUNT(bad); k++) {
+        for (int i = 0; i < 8; i++) {
+            struct colmap_test_model model = good;
+            model.cameras[0].params[i] = bad[k];
+            check_refused(*state, &model, "cameras", "camera 7: field ");
+        }
+        for (int i = 0; i < 7; i++) {
+            struct colmap_test_model model = good;
+            *(i < 4 ? &model.images[1].rotation[i] : &model.images[1].translation[i - 4]) = bad[k];
+            check_refused(*state, &model, "images", i < 4 ? "image 4: field quaternion" : "image 4: field translation");
+        }
+        struct colmap_test_model model = good;
+        model.images[1].features[1][0] = bad[k];
+        check_refused(*state, &model, "images", "image 4: field points2D");
+        for (int i = 0; i < 3; i++) {
+            model = good;
+            model.points[1].position[i] = bad[k];
+            check_refused(*state, &model, "points3D", "point 1099511627776: field xyz");
+        }
+        model = good;
+        model.points[0].error = bad[k];
+        check_refused(*state, &model, "points3D", "point 5: field error");
+    }
+}
+
+static void test_meaning(void **state) {
+    const struct colmap_test_model good = colmap_test_scene(*state);
+    struct colmap_test_model model = good;
+    model.cameras[0].params[1] = 0;
+    check_refused(*state, &model, "cameras", "camera 7: field focal_y_px is 0");
+    model = good, model.cameras[1].params[0] = -20;
+    check_refused(*state, &model, "cameras", "camera 3: field focal_x_px is -20");
+    model = good, model.cameras[1].width_px = 0;
+    check_refused(*state, &model, "cameras", "camera 3: fields width and height");
+    model = good, model.cameras[1].height_px = (uint64_t)1 << 33;
+    check_refused(*state, &model, "cameras", "camera 3: fields width and height");
+    model = good, model.cameras[1].id = 7;
+    check_refused(*state, &model, "cameras", "camera 7 appears twice");
+    model = good, model.camera_count = 0;
+    check_refused(*state, &model, "cameras", "no cameras");
+    model = good, model.image_count = 0;
+    check_refused(*state, &model, "images", "no images");
+    model = good, model.images[2].camera_id = 8;
+    check_refused(*state, &model, "images", "image 9: field camera_id is 8");
+    model = good, model.images[2].id = 12;
+    check_refused(*state, &model, "images", "image 12 appears twice");
+    model = good, model.images[2].name = "./b.png";
+    check_refused(*state, &model, "images", "b.png");
+    model = good, model.images[0].rotation[0] *= 1.01;
+    check_refused(*state, &model, "images", "image 12: field quaternion");
+    memset(model.images[0].rotation, 0, sizeof model.images[0].rotation);
+    check_refused(*state, &model, "images", "image 12: field quaternion");
+    model = good, model.points[1].id = 5;
+    check_refused(*state, &model, "points3D", "point 5 appears twice");
+    model = good, model.points[0].tracks[1][0] = 5;
+    check_refused(*state, &model, "points3D", "point 5: field track: image 5 is not");
+    model = good, model.points[0].tracks[1][1] = 2;
+    check_refused(*state, &model, "points3D", "point 5: field track: image 4 has 2");
+}
+
+static void test_other_models_by_name(void **state) {
+    static const struct {
+        int32_t id;
+        const char *name;
+    } models[] = {{7, "FOV"}, {8, "SIMPLE_RADIAL_FISHEYE"}, {9, "RADIAL_FISHEYE"}, {10, "THIN_PRISM_FISHEYE"}};
+    struct colmap_test_model model = colmap_test_scene(*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(models); i++) {
+        model.cameras[1].model = models[i].id;
+        model.cameras[1].model_name = models[i].name;
+        char expected[64];
+        snprintf(expected, sizeof expected, "camera 3: model %s is not supported", models[i].name);
+        check_refused(*state, &model, "cameras", expected);
+    }
+    model.cameras[1].model = 4711;
+    model.cameras[1].model_name = "4711";
+    check_refused(*state, &model, "cameras", "4711 is not supported");
+    model.cameras[1].model = -1;
+    model.cameras[1].model_name = "-1";
+    check_refused(*state, &model, "cameras", "-1 is not supported");
+}
+
+static void test_names(void **state) {
+    static const struct {
+        const char *name, *says;
+    } names[] = {
+        {"../a.png", "leaves the scene folder"},
+        {"/etc/passwd", "leaves the scene folder"},
+        {"sub/../../a.png", "leaves the scene folder"},
+        {"sub/..", "leaves the scene folder"},
+        {"..", "leaves the scene folder"},
+        {"a\033[2J.png", "control characters"},
+        {"a\xff.png", "not UTF-8"},
+        {"a\xc0\xaf.png", "not UTF-8"},
+    };
+    struct colmap_test_model model = colmap_test_scene(*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        model.images[1].name = names[i].name;
+        check_refused(*state, &model, "images", "image 4: field name");
+        check_refused(*state, &model, "images", names[i].says);
+    }
+    model.images[1].name = "";
+    colmap_write_binary(*state, "sparse/0", &model);
+    assert_refused(*state, "images.bin: image 4: field name is empty");
+    model.images[1].name = "a\nb.png"; // a line break can only be in a binary file
+    colmap_write_binary(*state, "sparse/0", &model);
+    assert_refused(*state, "images.bin: image 4: field name", "control characters");
+}
+
+// Photos and model files that are links out of the folder.
+static void test_links(void **state) {
+    const struct colmap_test_model model = colmap_test_scene(*state);
+    char *outside = temporary_folder_create();
+    colmap_write_binary(*state, "sparse/0", &model);
+    tiny_photo_write(temporary_path(outside, "secret.png"), 1);
+    const char *photo = temporary_path(*state, "images/b.png");
+    assert_int_equal(unlink(photo), 0);
+    assert_int_equal(symlink(temporary_path(outside, "secret.png"), photo), 0);
+    assert_refused(*state, "images/b.png", "image 4: field name", "through a link");
+    assert_int_equal(unlink(photo), 0);
+    tiny_photo_write(photo, 1);
+    for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
+        const char *path = temporary_path(*state, files[f]), *moved = temporary_path(outside, "moved");
+        assert_int_equal(rename(path, moved), 0);
+        assert_int_equal(symlink(moved, path), 0);
+        assert_refused(*state, files[f], "through a link");
+        assert_int_equal(unlink(path), 0);
+        assert_int_equal(rename(moved, path), 0);
+    }
+    temporary_folder_remove(outside);
+}
+
+static void test_photos(void **state) {
+    struct colmap_test_model model = colmap_test_scene(*state);
+    model.cameras[1].height_px = 13; // a photo of 8 x 6 has another shape than 16 x 13
+    colmap_write_binary(*state, "sparse/0", &model);
+    assert_refused(*state, "images/b.png", "16 x 13", "8 x 6");
+    model.images[0].name = "x.png", model.images[1].name = "y.png", model.images[2].name = "z.png";
+    colmap_write_binary(*state, "sparse/0", &model);
+    assert_refused(*state, "images", "none of the 3 photos", "x.png");
+    assert_int_equal(unlink(temporary_path(*state, files[2])), 0);
+    assert_refused(*state, "sparse/0", "points3D");
+}
+
+static void test_text_lines(void **state) {
+    static const struct {
+        const char *file, *text, *says;
+    } cases[] = {
+        {"cameras", "1 PINHOLE 8 6 9 9 4", "cameras.txt:1: field params is missing"},
+        {"cameras", "\n1 PINHOLE 8 6 9 9 4 3 2", "cameras.txt:2: \"2\" follows the last field"},
+        {"cameras", "1 PINHOLE 8 6 9 9x 4 3", "cameras.txt:1: field params is \"9x\""},
+        {"cameras", "-1 PINHOLE 8 6 9 9 4 3", "cameras.txt:1: field camera_id is \"-1\""},
+        {"cameras", "1 PINHOLE 8.5 6 9 9 4 3", "cameras.txt:1: field width is \"8.5\""},
+        {"cameras", "1 PINHOLE 8 99999999999999999999999 9 9 4 3", "cameras.txt:1: field height"},
+        {"cameras", "1 PINHOLE 8 6 1e999 9 4 3", "cameras.txt:1: camera 1: field focal_x_px is inf"},
+        {"images", "1 1 0 0 0 0 0 5 7", "images.txt:1: field name is missing"},
+        {"images", "1 1 0 0 0 0 0 5 7 a.png", "images.txt:2: the line of the last image's points2D is missing"},
+        {"images", "1 1 0 0 0 0 0 5 7 a.png\n1 2", "images.txt:2: field point3D_id is missing"},
+        {"images", "4294967296 1 0 0 0 0 0 5 7 a.png\n", "images.txt:1: field image_id"},
+        {"points3D", "1 0 0 0 256 0 0 1", "points3D.txt:1: field rgb is \"256\""},
+        {"points3D", "1 0 0 0 255 0 0 1 12", "points3D.txt:1: field track is missing"},
+    };
+    const struct colmap_test_model model = colmap_test_scene(*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char name[64];
+        colmap_write_text(*state, "sparse/0", &model);
+        snprintf(name, sizeof name, "sparse/0/%s.txt", cases[i].file);
+        temporary_file(*state, name, cases[i].text);
+        assert_refused(*state, cases[i].says);
+    }
+    colmap_write_text(*state, "sparse/0", &model);
+    assert_int_equal(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24), VW_OK);
+    assert_refused(*state, "cameras.txt: has zero bytes");
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
+    const struct CMUnitTest tests[] = {
+        TEST(test_truncation_at_every_byte),
+        TEST(test_any_byte_changed),
+        TEST(test_huge_counts),
+        TEST(test_numbers),
+        TEST(test_meaning),
+        TEST(test_other_models_by_name),
+        TEST(test_names),
+        TEST(test_links),
+        TEST(test_photos),
+        TEST(test_text_lines),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

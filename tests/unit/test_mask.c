@@ -1,0 +1,239 @@
+// Masks: where they are found, what they keep, and that training and the scene's hash heed them.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "scene/mask.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "train/pixels.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// A mask written as text: '#' is black, '+' is dark grey, '-' is light grey, '.' is white.
+static const char *write_mask(const char *folder, const char *name, uint32_t width_px, uint32_t height_px, const char *text) {
+    float *pixels = calloc(width_px * height_px * 3, sizeof *pixels);
+    assert_non_null(pixels);
+    for (uint32_t i = 0; i < width_px * height_px * 3; i++)
+        pixels[i] = text[i / 3] == '#' ? 0 : text[i / 3] == '+' ? 0.45f : text[i / 3] == '-' ? 0.55f : 1;
+    const char *path = temporary_path(folder, name);
+    char *parent = vw_path_folder(path);
+    assert_int_equal(vw_folder_create(parent), VW_OK);
+    if (vw_image_save(path, width_px, height_px, 3, pixels)) fail_msg("%s", vw_error_message());
+    free(parent);
+    free(pixels);
+    return path;
+}
+
+// The mask as text again.
+static void check_mask(const uint8_t *mask, const char *expected) {
+    assert_non_null(mask);
+    char text[256] = "";
+    for (size_t i = 0; i < strlen(expected); i++) text[i] = mask[i] ? '.' : '#';
+    assert_string_equal(text, expected);
+}
+
+static void check_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale, const char *expected) {
+    uint8_t *mask = NULL;
+    if (vw_mask_load(path, photo_width_px, photo_height_px, downscale, &mask)) fail_msg("%s", vw_error_message());
+    check_mask(mask, expected);
+    free(mask);
+}
+
+static void test_white_keeps(void **state) {
+    check_load(write_mask(*state, "m.png", 4, 2, ".#+--..#"), 4, 2, 1, ".##....#");
+    const float rgba[2 * 4] = {1, 1, 1, 1, 1, 1, 1, 0.2f}; // transparent white does not keep
+    const char *path = temporary_path(*state, "alpha.png");
+    assert_int_equal(vw_image_save(path, 2, 1, 4, rgba), VW_OK);
+    check_load(path, 2, 1, 1, ".#");
+}
+
+static void test_other_sizes(void **state) {
+    const char *path = write_mask(*state, "m.png", 2, 2,
+                                  ".#"
+                                  "#.");
+    check_load(path, 4, 4, 1,
+               "..##"
+               "..##"
+               "##.."
+               "##..");
+    check_load(path, 1, 1, 1, "."); // its centre lies in the last mask pixel
+    check_load(write_mask(*state, "large.png", 6, 3,
+                          "##..##"
+                          "#.####"
+                          "......"),
+               2, 1, 1, ".#"); // centres at 1.5 and 4.5: mask pixels 1 and 4 of row 1
+}
+
+static void test_downscale_keeps_whole_footprints(void **state) {
+    const char *path = write_mask(*state, "m.png", 6, 4,
+                                  "......"
+                                  "...#.."
+                                  "......"
+                                  "#.....");
+    check_load(path, 6, 4, 2,
+               ".#."
+               "#..");
+    // 7 photo pixels become 3 of 2 1/3: the third of them belongs to the first and to the second.
+    check_load(write_mask(*state, "odd.png", 7, 1, "..#...."), 7, 1, 2, "##.");
+}
+
+static void test_refusals(void **state) {
+    uint8_t *mask = NULL;
+    const char *path = write_mask(*state, "m.png", 4, 2, ".......#");
+    assert_int_equal(vw_mask_load(path, 4, 3, 1, &mask), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "4 x 2"));
+    assert_non_null(strstr(vw_error_message(), "4 x 3"));
+    assert_int_equal(vw_mask_probe(path, 3, 2), VW_ERROR_INPUT);
+    assert_int_equal(vw_mask_probe(path, 8, 4), VW_OK);
+    path = write_mask(*state, "black.png", 4, 2, "########");
+    assert_int_equal(vw_mask_load(path, 4, 2, 1, &mask), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "hides the whole photo"));
+    assert_int_equal(vw_mask_load(temporary_path(*state, "none.png"), 4, 2, 1, &mask), VW_ERROR_INPUT);
+    assert_null(mask);
+}
+
+// ---- In scenes ---------------------------------------------------------------------------------------------------------------
+
+static const char half[] = "####...." // of a photo of 8 x 6
+                           "####...."
+                           "####...."
+                           "####...."
+                           "####...."
+                           "####....";
+static const char most[] = "......##"
+                           "........"
+                           "........"
+                           "........"
+                           "........"
+                           "........";
+
+static struct vw_scene *open_scene(const char *folder) { return tiny_scene_open(&(struct vw_scene_params){.path = folder}); }
+
+static void test_masks_beside_images(void **state) {
+    static const char *const mask_names[] = {"masks/01.png", "masks/01.png.png"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(mask_names); i++) {
+        tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
+        write_mask(*state, mask_names[i], 8, 6, half);
+        struct vw_scene *scene = open_scene(*state);
+        assert_int_equal(scene->masked_view_count, 1);
+        assert_null(scene->views[0].mask);
+        check_mask(scene->views[1].mask, half);
+        assert_int_equal(scene->note_count, 1);
+        assert_non_null(strstr(scene->notes[0], "1 of 4 photos have a mask"));
+        vw_scene_close(&scene);
+        assert_int_equal(unlink(temporary_path(*state, mask_names[i])), 0);
+    }
+}
+
+// Photos are often JPEG while masks are PNG: the extension may be replaced.
+static void test_masks_of_other_extensions(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".jpg"});
+    for (int i = 0; i < 3; i++) {
+        char name[32], mask[32];
+        snprintf(name, sizeof name, "images/0%d.jpg", i);
+        snprintf(mask, sizeof mask, "masks/0%d.png", i);
+        tiny_photo_write(temporary_path(*state, name), 0);
+        write_mask(*state, mask, 8, 6, half);
+    }
+    struct vw_scene *scene = open_scene(*state);
+    assert_int_equal(scene->masked_view_count, 3);
+    check_mask(scene->views[2].mask, half);
+    assert_int_equal(scene->note_count, 0);
+    vw_scene_close(&scene);
+}
+
+static void test_mask_path(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"mask_path\": \"./shapes/m.png\","});
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path", "does not exist", NULL);
+    write_mask(*state, "shapes/m.png", 8, 6, most);
+    write_mask(*state, "masks/01.png", 8, 6, half); // the frame's word wins
+    struct vw_scene *scene = open_scene(*state);
+    assert_int_equal(scene->masked_view_count, 3);
+    check_mask(scene->views[1].mask, most);
+    vw_scene_close(&scene);
+    write_mask(*state, "shapes/m.png", 8, 5, most);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true}, VW_ERROR_INPUT, "m.png", "8 x 5", NULL);
+    static const char *const outside[] = {"\"mask_path\": \"../m.png\",", "\"mask_path\": \"/m.png\",", "\"mask_path\": 3,"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(outside); i++) {
+        tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = outside[i]});
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path", NULL);
+    }
+}
+
+static void test_masks_stay_in_the_folder(void **state) {
+    char *elsewhere = temporary_folder_create();
+    write_mask(elsewhere, "m.png", 8, 6, half);
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    assert_int_equal(vw_folder_create(temporary_path(*state, "masks")), VW_OK);
+    assert_int_equal(symlink(temporary_path(elsewhere, "m.png"), temporary_path(*state, "masks/02.png")), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "masks/02.png", "through a link", NULL);
+    temporary_folder_remove(elsewhere);
+}
+
+static void test_hidden_pixels_weigh_nothing(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    write_mask(*state, "masks/01.png", 8, 6, half);
+    struct vw_scene *scene = open_scene(*state);
+    for (uint32_t i = 0; i < 48; i++) {
+        assert_true(pixels_at(scene, 1, i % 8, i / 8, false).weight == (i % 8 < 4 ? 0 : 1));
+        assert_true(pixels_at(scene, 1, i % 8, i / 8, true).weight == (i % 8 < 4 ? 0 : 1));
+        assert_true(pixels_at(scene, 0, i % 8, i / 8, false).weight == 1);
+    }
+    vw_scene_close(&scene);
+}
+
+static void test_masks_are_hashed(void **state) {
+    uint8_t hashes[3][VW_HASH_BYTES];
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
+    for (int i = 0; i < 3; i++) {
+        if (i) write_mask(*state, "masks/01.png", 8, 6, i == 1 ? half : most);
+        struct vw_scene *scene = open_scene(*state);
+        memcpy(hashes[i], scene->hash, VW_HASH_BYTES);
+        vw_scene_close(&scene);
+        for (int j = 0; j < i; j++) assert_memory_not_equal(hashes[i], hashes[j], VW_HASH_BYTES);
+    }
+}
+
+static void test_statue_of_liberty(void **state) {
+    (void)state;
+    const char *path = real_scene_path("statue_of_liberty");
+    if (!path) skip();
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    assert_int_equal(scene->masked_view_count, 135);
+    const uint8_t *mask = scene->views[0].mask; // the statue is in the middle, sky in the corners
+    assert_int_equal(mask[0], 0);
+    assert_int_equal(mask[192 * 256 + 128], 255);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_white_keeps, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_other_sizes, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_keeps_whole_footprints, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_masks_beside_images, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_masks_of_other_extensions, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_mask_path, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_masks_stay_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_hidden_pixels_weigh_nothing, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_masks_are_hashed, make_folder, remove_folder),
+        cmocka_unit_test(test_statue_of_liberty),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,132 @@
+// Split files of NeRF-W: any column order, strange ids, every refusal; and the real ones.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene/nerfw_tsv.h"
+#include "support/temporary_folder.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static struct vw_tsv read(const char *path) {
+    struct vw_tsv tsv = {0};
+    if (vw_tsv_read(path, &tsv)) fail_msg("%s", vw_error_message());
+    return tsv;
+}
+
+static void check_row(const struct vw_tsv_row *row, const char *name, bool test, bool has_id, int line) {
+    assert_string_equal(row->name, name);
+    assert_int_equal(row->test, test);
+    assert_int_equal(row->has_id, has_id);
+    assert_int_equal(row->line, line);
+}
+
+static void test_columns_in_any_order(void **state) {
+    static const char *const texts[] = {
+        "filename\tid\tsplit\tdataset\nb.jpg\t1091.0\ttest\tx\na.jpg\t\ttrain\tx\n\nc d.jpg\t7\ttrain\tx\n",
+        "id\tsplit\tfilename\tdataset\r\n24\ttest\tb.jpg\tx\r\n\ttrain\ta.jpg\tx\r\n\r\n9\ttrain\tc d.jpg\tx\r\n",
+        "note\tsplit\tother\tid\tfilename\n\ttest\t\t5\tb.jpg\n\ttrain\t\t\ta.jpg\n\n\ttrain\t\t5\tc d.jpg",
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
+        struct vw_tsv tsv = read(temporary_file(*state, "a.tsv", texts[i]));
+        assert_int_equal(tsv.row_count, 3);
+        assert_int_equal(tsv.test_count, 1);
+        check_row(&tsv.rows[0], "b.jpg", true, true, 2);
+        check_row(&tsv.rows[1], "a.jpg", false, false, 3);
+        check_row(&tsv.rows[2], "c d.jpg", false, true, 5);
+        vw_tsv_clear(&tsv);
+    }
+    struct vw_tsv tsv = read(temporary_file(*state, "a.tsv", "split\tfilename\ntrain\ta.jpg\n")); // ids are not needed
+    check_row(&tsv.rows[0], "a.jpg", false, false, 2);
+    vw_tsv_clear(&tsv);
+    vw_tsv_clear(&tsv); // an empty one is fine
+}
+
+static void test_errors(void **state) {
+    static const struct {
+        const char *text, *line, *said;
+    } cases[] = {
+        {"", "a.tsv:1", "header"},
+        {"filename\tid\n", "a.tsv:1", "filename or split"},
+        {"filename,split\na.jpg,train\n", "a.tsv:1", "header"},
+        {"filename\tsplit\n", "a.tsv", "no photo"},
+        {"filename\tsplit\na.jpg\n", "a.tsv:2", "1 fields under a header of 2"},
+        {"filename\tsplit\na.jpg\ttrain\tx\n", "a.tsv:2", "3 fields"},
+        {"filename\tsplit\n\na.jpg\tval\n", "a.tsv:3", "\"val\" is neither"},
+        {"filename\tsplit\na.jpg\t\n", "a.tsv:2", "field split"},
+        {"filename\tsplit\n\ttrain\n", "a.tsv:2", "field filename"},
+        {"filename\tsplit\n../a.jpg\ttrain\n", "a.tsv:2", "../a.jpg"},
+        {"filename\tsplit\n/etc/passwd\ttest\n", "a.tsv:2", "/etc/passwd"},
+        {"filename\tsplit\na\x01.jpg\ttest\n", "a.tsv:2", "field filename"},
+        {"filename\tsplit\na.jpg\ttrain\nb.jpg\ttrain\na.jpg\ttrain\n", "a.tsv:4", "a.jpg appears twice (first in line 2)"},
+        {"filename\tsplit\na.jpg\ttest\na.jpg\ttrain\n", "a.tsv:3", "a.jpg is in two splits"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_tsv tsv = {0};
+        const char *path = temporary_file(*state, "a.tsv", cases[i].text);
+        assert_int_equal(vw_tsv_read(path, &tsv), VW_ERROR_INPUT);
+        assert_null(tsv.text);
+        assert_null(strchr(vw_error_message(), '\n'));
+        if (!strstr(vw_error_message(), cases[i].line) || !strstr(vw_error_message(), cases[i].said))
+            fail_msg("case %zu: '%s' does not say '%s' and '%s'", i, vw_error_message(), cases[i].line, cases[i].said);
+    }
+    struct vw_tsv tsv = {0};
+    const char zero[] = "filename\tsplit\na.jpg\ttrain\0\n";
+    assert_int_equal(vw_file_write(temporary_path(*state, "a.tsv"), zero, sizeof zero - 1), VW_OK);
+    assert_int_equal(vw_tsv_read(temporary_path(*state, "a.tsv"), &tsv), VW_ERROR_INPUT);
+    assert_int_equal(vw_tsv_read(temporary_path(*state, "none.tsv"), &tsv), VW_ERROR_INPUT);
+}
+
+static void test_header_is_recognised(void **state) {
+    assert_true(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\tfilename\r\n")));
+    assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\n")));
+    assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "")));
+    assert_false(vw_tsv_has_header(temporary_path(*state, "none.tsv")));
+    assert_false(vw_tsv_has_header(*state));
+}
+
+// As counted in the published files: rows = train with id + train without + test.
+static void test_real_files(void **state) {
+    (void)state;
+    static const struct {
+        const char *name;
+        size_t with_id, without_id, test;
+    } files[] = {
+        {"brandenburg.tsv", 763, 96, 10}, {"sacre.tsv", 830, 120, 21}, {"trevi.tsv", 1689, 27, 19},
+        {"taj_mahal.tsv", 899, 0, 27},    {"hagia.tsv", 835, 0, 29},   {"prague.tsv", 2083, 0, 27},
+    };
+    const char *folder = real_scene_path("nerfw_splits");
+    if (!folder) skip();
+    for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
+        struct vw_tsv tsv = read(temporary_path(folder, files[f].name));
+        size_t without_id = 0;
+        for (size_t i = 0; i < tsv.row_count; i++) without_id += !tsv.rows[i].test && !tsv.rows[i].has_id;
+        print_message("%s: %zu rows, %zu test, %zu train without id\n", files[f].name, tsv.row_count, tsv.test_count, without_id);
+        assert_int_equal(tsv.row_count, files[f].with_id + files[f].without_id + files[f].test);
+        assert_int_equal(tsv.test_count, files[f].test);
+        assert_int_equal(without_id, files[f].without_id);
+        vw_tsv_clear(&tsv);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_columns_in_any_order, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_header_is_recognised, make_folder, remove_folder),
+        cmocka_unit_test(test_real_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,308 @@
+// PhotoTourism folders, which format a folder is read as, and points beside another scene file.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "support/colmap_files.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "viewworth/memory.h"
+
+enum { PHOTOS = 8 };
+static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png", "p4.png", "p5.png", "p6.png", "p7.png"};
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// Cameras side by side at (i, 0, 0) that look along -z, and two points that the first three see.
+static struct colmap_test_model make_model(void) {
+    struct colmap_test_model model = {
+        .cameras = {{.id = 1,
+                     .model = 1,
+                     .model_name = "PINHOLE",
+                     .width_px = TINY_WIDTH_PX,
+                     .height_px = TINY_HEIGHT_PX,
+                     .param_count = 4,
+                     .params = {7, 7, 4, 3}}},
+        .camera_count = 1,
+        .image_count = PHOTOS,
+        .points = {{.id = 1, .position = {1, 0, -10}, .track_count = 2, .tracks = {{10, 0}, {11, 0}}},
+                   {.id = 2, .position = {0, 1, -20}, .track_count = 3, .tracks = {{10, 1}, {11, 1}, {12, 0}}}},
+        .point_count = 2,
+    };
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        model.images[i] = (struct colmap_test_image){.id = 10 + i,
+                                                     .camera_id = 1,
+                                                     .name = names[i],
+                                                     .rotation = {0, 1, 0, 0},
+                                                     .translation = {-(double)i, 0, 0},
+                                                     .feature_count = 2,
+                                                     .features = {{4, 3}, {5, 2}}};
+    return model;
+}
+
+static void write_photos(const char *folder, const char *photo_folder) {
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s/%s", photo_folder, names[i]);
+        tiny_photo_write(temporary_path(folder, name), i);
+    }
+}
+
+static void write_dense(const char *folder, const char *tsv) {
+    struct colmap_test_model model = make_model();
+    write_photos(folder, "dense/images");
+    colmap_write_text(folder, "dense/sparse", &model);
+    temporary_file(folder, "splits.tsv", tsv);
+}
+
+// One letter per view: t(rain), v(al), T(est), x(excluded).
+static void check_splits(const struct vw_scene *scene, const char *expected) {
+    char splits[100] = "";
+    for (uint32_t v = 0; v < scene->view_count; v++) splits[v] = "tvTx"[scene->views[v].split];
+    assert_string_equal(splits, expected);
+}
+
+static bool has_note(const struct vw_scene *scene, const char *text) {
+    for (uint32_t i = 0; i < scene->note_count; i++)
+        if (strstr(scene->notes[i], text)) return true;
+    return false;
+}
+
+static const char rows[] = "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
+                           "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
+
+static void test_splits_of_the_tsv(void **state) {
+    write_dense(*state, rows);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_string_equal(scene->format, "phototourism");
+    assert_string_equal(scene->views[1].name, "dense/images/p1.png");
+    check_splits(scene, "tvttTtvt"); // test rows in file order: p6 and p1 validate, p4 tests
+    assert_true(has_note(scene, "2 of 7 TSV rows skipped (1 of them test)"));
+    assert_true(has_note(scene, "gone.png"));
+    assert_true(has_note(scene, "2 TSV rows have no id"));
+    assert_true(has_note(scene, "3 registered photos are not in the TSV and train"));
+    assert_int_equal(scene->point_count, 2);
+    assert_int_equal(scene->track_count, 5);
+    assert_near(scene->views[3].camera_to_world[0][3], 3, 1e-12);
+    vw_scene_close(&scene);
+}
+
+static void test_pool_list(void **state) {
+    write_dense(*state, rows);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
+    check_splits(scene, "tvtxTxvx");
+    assert_true(has_note(scene, "3 registered photos are not in the TSV and are excluded"));
+    vw_scene_close(&scene);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "all"});
+    check_splits(scene, "tvttTtvt");
+    vw_scene_close(&scene);
+    const char *train = temporary_file(*state, "train.txt", "p3.png\np5.png\n"); // lists win, also over the pool
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list", .train_list = train});
+    check_splits(scene, "xvxtTtvx");
+    vw_scene_close(&scene);
+}
+
+static void test_tsv_without_test_rows(void **state) {
+    write_dense(*state, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    check_splits(scene, "vtttTttt");
+    assert_true(has_note(scene, "no test row"));
+    vw_scene_close(&scene);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
+    check_splits(scene, "vxtxxtxt"); // every eighth of those listed
+    vw_scene_close(&scene);
+}
+
+static void test_refusals(void **state) {
+    const struct vw_scene_params params = {.path = *state, .format = "phototourism"};
+    write_dense(*state, "filename\tsplit\np0.png\tval\n");
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test", NULL);
+    temporary_file(*state, "splits.tsv", rows);
+    temporary_file(*state, "other.tsv", "name\tscore\n"); // another kind of TSV is nobody's business
+    struct vw_scene *scene = tiny_scene_open(&params);
+    vw_scene_close(&scene);
+    temporary_file(*state, "other.tsv", "filename\tsplit\n");
+    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "2 TSV files", NULL);
+    unlink(temporary_path(*state, "other.tsv"));
+    unlink(temporary_path(*state, "splits.tsv"));
+    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "no TSV", NULL);
+    temporary_file(*state, "splits.tsv", rows);
+    unlink(temporary_path(*state, "dense/sparse/images.txt"));
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "not a whole COLMAP model", NULL);
+    unlink(temporary_path(*state, "dense/sparse/cameras.txt"));
+    unlink(temporary_path(*state, "dense/sparse/points3D.txt"));
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "no COLMAP model", NULL);
+}
+
+// A TSV that links out of the folder is not read, not even to see what it is.
+static void test_tsv_stays_in_the_folder(void **state) {
+    char *elsewhere = temporary_folder_create();
+    write_dense(*state, rows);
+    assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
+    assert_int_equal(symlink(temporary_path(elsewhere, "a.tsv"), temporary_path(*state, "splits.tsv")), 0);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "phototourism"}, VW_ERROR_INPUT, "no TSV", NULL);
+    temporary_folder_remove(elsewhere);
+}
+
+// ---- Precedence ------------------------------------------------------------------------------------------------------------
+
+// transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
+static void write_transforms(const char *folder, double focal_px, double shift, double turn) {
+    char *json = vw_format_text("{\"fl_x\": %.17g, \"frames\": [", focal_px);
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        char *longer = vw_format_text("%s%s{\"file_path\": \"images/p%u\", \"transform_matrix\": "
+                                      "[[%.17g,%.17g,0,%.17g],[%.17g,%.17g,0,0],[0,0,1,0],[0,0,0,1]]}",
+                                      json, i ? "," : "", i, cos(turn), -sin(turn), i + shift, sin(turn), cos(turn));
+        free(json);
+        json = longer;
+    }
+    char *whole = vw_format_text("%s]}", json);
+    temporary_file(folder, "transforms.json", whole);
+    free(whole);
+    free(json);
+}
+
+static void check_format(const char *folder, const char *asked, const char *got) {
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = asked, .headers_only = true});
+    assert_string_equal(scene->format, got);
+    vw_scene_close(&scene);
+}
+
+static void test_precedence(void **state) {
+    struct colmap_test_model model = make_model();
+    write_dense(*state, rows);
+    write_photos(*state, "images");
+    colmap_write_binary(*state, "sparse/0", &model);
+    write_transforms(*state, 7, 0, 0);
+    check_format(*state, NULL, "transforms");
+    check_format(*state, "phototourism", "phototourism");
+    check_format(*state, "colmap", "colmap");
+    unlink(temporary_path(*state, "transforms.json"));
+    check_format(*state, NULL, "phototourism");
+    unlink(temporary_path(*state, "splits.tsv"));
+    check_format(*state, NULL, "colmap");
+}
+
+// ---- Points beside transforms.json -------------------------------------------------------------------------------------------
+
+static struct vw_scene *open_with_points(const char *folder, double focal_px, double shift, double turn) {
+    struct colmap_test_model model = make_model();
+    write_photos(folder, "images");
+    colmap_write_text(folder, "sparse/0", &model);
+    write_transforms(folder, focal_px, shift, turn);
+    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+}
+
+static void test_points_are_evidence(void **state) {
+    struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
+    assert_string_equal(scene->format, "transforms");
+    assert_int_equal(scene->point_count, 2);
+    assert_near(scene->points[1].position_world[2], -20, 1e-12);
+    assert_int_equal(scene->tracks[scene->points[1].first_track + 2].view, 2);
+    assert_int_equal(scene->note_count, 0);
+    vw_scene_close(&scene);
+}
+
+static void test_points_of_other_cameras_are_not(void **state) {
+    struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
+    assert_int_equal(scene->point_count, 0);
+    assert_true(has_note(scene, "its camera of images/p0 is another one"));
+    vw_scene_close(&scene);
+    scene = open_with_points(*state, 7.1, 0, 0);
+    assert_int_equal(scene->point_count, 0);
+    vw_scene_close(&scene);
+    scene = open_with_points(*state, 7, 0, 0.01);
+    assert_int_equal(scene->point_count, 0);
+    vw_scene_close(&scene);
+}
+
+static void test_points_of_other_photos_are_not(void **state) {
+    struct colmap_test_model model = make_model();
+    for (uint32_t i = 1; i < PHOTOS; i++) model.images[i].name = names[i - 1]; // p7 is in the model no more
+    model.images[0].name = "other.png";
+    for (uint32_t i = 0; i < PHOTOS; i++) model.images[i].translation[0] = i ? -(double)(i - 1) : -100;
+    write_photos(*state, "images");
+    colmap_write_text(*state, "sparse/0", &model);
+    write_transforms(*state, 7, 0, 0);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_int_equal(scene->point_count, 1); // p0 alone sees the first, p0 and p1 the second: image 10 is no photo of the scene
+    vw_scene_close(&scene);
+    for (uint32_t i = 0; i < PHOTOS; i++) model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];
+    colmap_write_text(*state, "sparse/0", &model);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    assert_int_equal(scene->point_count, 0);
+    assert_true(has_note(scene, "other photos"));
+    vw_scene_close(&scene);
+}
+
+// A broken model is refused also where only its points would be used.
+static void test_broken_points_are_refused(void **state) {
+    struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
+    vw_scene_close(&scene);
+    temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "points3D.txt", NULL);
+}
+
+static void test_downscale_moves_tracks(void **state) {
+    struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
+    float x_px = scene->tracks[0].x_px, y_px = scene->tracks[0].y_px;
+    vw_scene_close(&scene);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 4}); // 8 x 6 becomes 2 x 1
+    assert_near(scene->tracks[0].x_px, x_px / 4, 1e-6);
+    assert_near(scene->tracks[0].y_px, y_px / 6, 1e-6);
+    vw_scene_close(&scene);
+}
+
+// ---- Real data -------------------------------------------------------------------------------------------------------------
+
+static void test_sacre_coeur(void **state) {
+    (void)state;
+    const char *path = real_scene_path("sacre_coeur");
+    if (!path) skip();
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path, .format = "phototourism"});
+    assert_int_equal(scene->view_count, 11);
+    assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 9);
+    assert_int_equal(scene->split_count[VW_SPLIT_VAL], 1);
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (strstr(scene->views[v].name, "10265353_3838484249.jpg"))
+            assert_int_equal(scene->views[v].split, VW_SPLIT_VAL); // the first test row
+        if (strstr(scene->views[v].name, "93341989_396310999.jpg")) assert_int_equal(scene->views[v].split, VW_SPLIT_TEST);
+    }
+    assert_true(scene->point_count > 1000);
+    vw_scene_close(&scene);
+    scene = tiny_scene_open(&(struct vw_scene_params){.path = path}); // transforms.json wins; sparse/ has its cameras
+    assert_string_equal(scene->format, "transforms");
+    assert_int_equal(scene->point_count, 1645);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_splits_of_the_tsv, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_pool_list, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_tsv_without_test_rows, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_tsv_stays_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_precedence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_points_are_evidence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_points_of_other_cameras_are_not, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_points_of_other_photos_are_not, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_broken_points_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_downscale_moves_tracks, make_folder, remove_folder),
+        cmocka_unit_test(test_sacre_coeur),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
