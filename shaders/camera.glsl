@@ -19,18 +19,27 @@ vec2 distort(vec2 p, float radial, vec4 distortion) {
     return p * radial + 2.0 * p.x * p.y * distortion.zw + distortion.wz * (dot(p, p) + 2.0 * p * p);
 }
 
-// Newton's method on distort(p) = target, from p = target.
+// Newton's method on distort(p) = target, from p = target, with steps halved until they come closer. Strong lenses need the many rounds;
+// pixels beyond the fold of the model, which have no inverse, are masked by the host (src/scene/lens_mask.c).
+const int UNDISTORT_ROUNDS = 32;
+
 vec2 undistort(vec2 target, vec4 distortion, vec4 higher) {
     vec2 p = target;
-    for (int i = 0; i < 8; i++) {
+    vec2 miss = distort(p, radial_factor(dot(p, p), distortion, higher).x, distortion) - target;
+    float share = 1.0; // of Newton's step
+    for (int i = 0; i < UNDISTORT_ROUNDS; i++) {
         vec2 radial = radial_factor(dot(p, p), distortion, higher);
         float cross_term = radial.y * p.x * p.y + 2.0 * dot(distortion.zw, p);
         float xx = radial.x + radial.y * p.x * p.x + 2.0 * distortion.z * p.y + 6.0 * distortion.w * p.x;
         float yy = radial.x + radial.y * p.y * p.y + 6.0 * distortion.z * p.y + 2.0 * distortion.w * p.x;
-        vec2 miss = distort(p, radial.x, distortion) - target;
         float determinant = xx * yy - cross_term * cross_term;
-        // Beyond the fold of the model there is no inverse: stay where the Jacobian was last regular.
-        if (determinant > 1e-4) p -= vec2(yy * miss.x - cross_term * miss.y, xx * miss.y - cross_term * miss.x) / determinant;
+        vec2 newton = vec2(yy * miss.x - cross_term * miss.y, xx * miss.y - cross_term * miss.x) / max(determinant, 1e-4);
+        vec2 next = p - share * newton;
+        vec2 next_miss = distort(next, radial_factor(dot(next, next), distortion, higher).x, distortion) - target;
+        bool closer = dot(next_miss, next_miss) < dot(miss, miss);
+        p = closer ? next : p;
+        miss = closer ? next_miss : miss;
+        share = closer ? min(1.0, 2.0 * share) : 0.5 * share;
     }
     return p;
 }

@@ -140,8 +140,8 @@ VW_ENUM(VW_SLOT_COUNT, 25)
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
 // `reference` = position + reference_depth * forward, near the box, computed in double on the host: its origin is
-// reference + reference_depth * R (x, y, 0), and the camera itself lies at ray parameter -reference_depth * |(x, y, -1)|. What is `d` deeper
-// than that plane lies at ray parameter d * |(x, y, -1)|.
+// reference + reference_depth * R (x, y, 0), and the camera itself lies at ray parameter -reference_depth * |(x, y, -1)|. What is `d`
+// deeper than that plane lies at ray parameter d * |(x, y, -1)|.
 struct vw_gpu_camera {
     vw_float4 right;     // R's first column in box axes (camera x); w: focal_x_px
     vw_float4 up;        // R's second column (camera y); w: focal_y_px

@@ -16,7 +16,9 @@ struct vw_image {
     enum vw_pixel_format format;
     bool has_alpha;        // the file has an alpha channel and some pixel's alpha is below 1
     uint64_t clamped_count; // float input: channel values above 1 that were clamped
-    uint64_t masked_count; // pixels with a NaN, infinite or negative channel: set to RGBA 0 (alpha 0 = excluded), see design, decision 10
+    uint64_t masked_count; // pixels of the file with a NaN, infinite or negative channel (design, decision 10): RGBA 0, and unusable
+    uint8_t *unusable;     // owned; NULL while masked_count is 0, else width_px * height_px bytes, 1 for those pixels. A downscaled pixel
+                           // is unusable when they make up half of what it covers, or more.
     void *pixels;          // owned; freed by vw_image_clear
 };
 

@@ -41,7 +41,7 @@ struct vw_view {
     struct vw_camera camera;
     double camera_to_world[3][4];        // rotation and position; OpenGL camera axes: x right, y up, looking along -z; world units
     double near_world, far_world;        // depths along the axis between which the points that it sees lie; 0, 0 when unknown
-    struct vw_image image;               // without pixels for excluded views and with headers_only
+    struct vw_image image;
     uint8_t *mask;                       // owned; a byte per pixel of image, rows top to bottom, 0: not to be looked at. NULL: look at all
     uint8_t sha256[VW_HASH_BYTES];       // of the image file's bytes; of the 8-bit pixels for a recipe
 };
@@ -98,6 +98,9 @@ struct vw_scene_params {
 
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
+
+// Whether a pixel is trained and validated on: neither masked out nor unusable (NaN, infinite or negative in the file).
+bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 
 // The direction in camera axes (OpenGL, unnormalised, z = -1) of the ray through image position (x_px, y_px), distortion undone by
 // Newton's method in double. Returns false when the distortion has no inverse there, or a fisheye looks 1.55 radians off its axis or

@@ -23,7 +23,7 @@ struct rendering {
     struct vw_config config;
     struct vw_gpu *gpu;
     struct vw_scene *scene;
-    bool on_background; // transparent pixels show the background rather than being left out
+    bool on_background; // transparent pixels show the background
     struct vw_trainer *trainer;
 };
 
@@ -134,24 +134,25 @@ static char *name_target(const struct rendering *rendering, uint32_t view) {
 
 // ---- Photo and render side by side ------------------------------------------------------------------------------------
 
-// The photo's colour as training sees it; false for a pixel that training leaves out.
-static bool photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px, float rgb[3]) {
+// The photo's colour as training sees it.
+static void photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px, float rgb[3]) {
     float rgba[4];
     vw_image_pixel(photo, x_px, y_px, rgba);
     float alpha = rendering->on_background ? rgba[3] : 1.0f;
     for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * rendering->scene->background[c];
-    return rendering->on_background || rgba[3] > 0;
 }
 
 // Fills `pair`, twice as wide as the view, and takes the PSNR over the whole view.
-static double compare(const struct rendering *rendering, const struct vw_image *photo, const float *render, float *pair) {
+static double compare(const struct rendering *rendering, const struct vw_view *view, const float *render, float *pair) {
+    const struct vw_image *photo = &view->image;
     double squared_error = 0;
     uint64_t value_count = 0;
     for (uint32_t y = 0; y < photo->height_px; y++)
         for (uint32_t x = 0; x < photo->width_px; x++) {
             const float *rendered = render + 3 * ((size_t)y * photo->width_px + x);
             float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x), *right = left + 3 * (size_t)photo->width_px;
-            bool counts = photo_colour(rendering, photo, x, y, left);
+            bool counts = vw_view_keeps(view, x, y);
+            photo_colour(rendering, photo, x, y, left);
             for (int c = 0; c < 3; c++) {
                 right[c] = rendered[c];
                 double error = (double)rendered[c] - left[c];
@@ -179,7 +180,7 @@ static enum vw_status render_view(const struct rendering *rendering, uint32_t vi
     if (!pair) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_render(rendering->trainer, view, &render);
     if (!status) {
-        double psnr_db = compare(rendering, photo, render, pair);
+        double psnr_db = compare(rendering, &rendering->scene->views[view], render, pair);
         status = vw_image_save(target, 2 * photo->width_px, photo->height_px, 3, pair);
         if (!status) status = print_result(rendering, view, target, psnr_db);
     }

@@ -74,8 +74,14 @@ static void take_pixel(const struct vw_oiio_result *file, size_t pixel, struct v
     } else {
         memset(rgba, 0, sizeof rgba);
         image->masked_count++;
+        image->unusable[pixel] = 1;
     }
     for (int c = 0; c < 4; c++) vw_pixel_set(image->format, image->pixels, pixel * 4 + (size_t)c, fminf(rgba[c], 1));
+}
+
+static void drop_unusable(struct vw_image *image) {
+    free(image->unusable);
+    image->unusable = NULL;
 }
 
 static enum vw_status convert(const char *path, const struct vw_oiio_result *file, struct vw_image *image) {
@@ -84,8 +90,10 @@ static enum vw_status convert(const char *path, const struct vw_oiio_result *fil
     image->height_px = file->height_px;
     image->format = file->format;
     image->pixels = vw_allocate(pixel_count * 4, vw_pixel_channel_bytes(file->format));
-    if (!image->pixels) return VW_ERROR_MEMORY;
+    image->unusable = vw_allocate(pixel_count, 1);
+    if (!image->pixels || !image->unusable) return VW_ERROR_MEMORY;
     for (size_t i = 0; i < pixel_count; i++) take_pixel(file, i, image);
+    if (!image->masked_count) drop_unusable(image);
     double masked_share = (double)image->masked_count / (double)pixel_count;
     if (masked_share <= MASKED_SHARE_LIMIT) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s: %.1f %% of the pixels are NaN, infinite or negative (at most %.0f %%); repair or remove the image",
@@ -143,6 +151,7 @@ enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t heigh
 void vw_image_clear(struct vw_image *image) {
     if (!image) return;
     free(image->pixels);
+    free(image->unusable);
     *image = (struct vw_image){0};
 }
 

@@ -101,6 +101,11 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
     return status;
 }
 
+bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
+    size_t pixel = (size_t)y_px * view->image.width_px + x_px;
+    return (!view->mask || view->mask[pixel]) && (!view->image.unusable || !view->image.unusable[pixel]);
+}
+
 void vw_scene_close(struct vw_scene **scene) {
     struct vw_scene *closing = scene ? *scene : NULL;
     if (!closing) return;

@@ -42,29 +42,26 @@ struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_b
     };
 }
 
-struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px, bool alpha_is_background) {
+struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px) {
     float rgba[4];
     const struct vw_image *image = &scene->views[view].image;
-    const uint8_t *mask = scene->views[view].mask;
     vw_image_pixel(image, x_px, y_px, rgba);
-    bool hidden = mask && !mask[(size_t)y_px * image->width_px + x_px];
     return (struct vw_pixel){
         .x_px = (float)x_px + 0.5f,
         .y_px = (float)y_px + 0.5f,
         .view = view,
-        .weight = hidden || (rgba[3] == 0.0f && !alpha_is_background) ? 0.0f : 1.0f,
+        .weight = vw_view_keeps(&scene->views[view], x_px, y_px) ? 1.0f : 0.0f,
         .rgba = {rgba[0], rgba[1], rgba[2], rgba[3]},
     };
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, bool alpha_is_background, uint32_t count,
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t count,
                  struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     for (uint32_t ray = 0; ray < count; ray++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_PIXEL, step, ray, 0, words);
-        pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px), vw_random_below(words[1], image->height_px),
-                                alpha_is_background);
+        pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px), vw_random_below(words[1], image->height_px));
     }
 }
 
@@ -75,11 +72,11 @@ static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
 }
 
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, bool alpha_is_background, uint32_t count, struct vw_pixel *pixels) {
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, uint32_t count, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     uint32_t width = image->width_px, height = image->height_px;
     if ((uint64_t)width * height <= count) {
-        for (uint32_t i = 0; i < width * height; i++) pixels[i] = pixels_at(scene, view, i % width, i / width, alpha_is_background);
+        for (uint32_t i = 0; i < width * height; i++) pixels[i] = pixels_at(scene, view, i % width, i / width);
         return width * height;
     }
     // Bands of rows whose height is near the width of the strata in them; band b takes its share of the count.
@@ -92,7 +89,7 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, bool alpha
             vw_random_words(0, VW_RANDOM_VALIDATION, 0, view, written, words);
             uint32_t x_px = draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
             uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));
-            pixels[written] = pixels_at(scene, view, x_px, y_px, alpha_is_background);
+            pixels[written] = pixels_at(scene, view, x_px, y_px);
         }
     }
     return written;

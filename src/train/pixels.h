@@ -9,15 +9,15 @@
 // The camera of a view in box coordinates, computed in double.
 struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
-// One pixel with its target. A pixel that the view's mask hides or that the loader masked (alpha 0 where alpha has no meaning) weighs 0.
-struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px, bool alpha_is_background);
+// One pixel with its target; one that is to be left out (vw_view_keeps) weighs 0.
+struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step).
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, bool alpha_is_background, uint32_t count,
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t count,
                  struct vw_pixel *pixels);
 
 // `count` fixed pixels of a view, one in each of `count` strata of nearly equal area (all pixels when the view has no more than `count`).
 // Independent of the seed, so that all runs are measured on the same pixels. Returns how many were written.
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, bool alpha_is_background, uint32_t count, struct vw_pixel *pixels);
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, uint32_t count, struct vw_pixel *pixels);
 
 #endif

@@ -21,13 +21,12 @@ static enum vw_status render_tile(struct evaluator *evaluator, const struct vw_p
 static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator, struct vw_pixel *pixels,
                                    vw_float4 *colours, float *rgb) {
     const struct vw_image *image = &trainer->scene->views[view].image;
-    bool background = trainer->model.specialization.effect_background;
     uint64_t total = (uint64_t)image->width_px * image->height_px;
     for (uint64_t first = 0; first < total; first += TILE_RAYS) {
         uint32_t count = total - first < TILE_RAYS ? (uint32_t)(total - first) : TILE_RAYS;
         for (uint32_t i = 0; i < count; i++)
             pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px),
-                                  (uint32_t)((first + i) / image->width_px), background);
+                                  (uint32_t)((first + i) / image->width_px));
         enum vw_status status = render_tile(evaluator, pixels, count, colours);
         if (status != VW_OK) return status;
         for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);

@@ -37,11 +37,10 @@ static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t inde
 
 // The fixed pixels of every validation view, one after another, and each view's range.
 static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pixel *pixels, struct vw_ray_range *ranges) {
-    bool background = trainer->model.specialization.effect_background;
     uint32_t written = 0;
     for (uint32_t i = 0; i < trainer->val_count; i++) {
         uint32_t view = trainer->val_views[i];
-        uint32_t count = pixels_stratify(trainer->scene, view, background, val_rays_of_view(trainer, i), pixels + written);
+        uint32_t count = pixels_stratify(trainer->scene, view, val_rays_of_view(trainer, i), pixels + written);
         ranges[i] = (struct vw_ray_range){.first = written, .count = count};
         for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
         if (!trainer->val_pixel_counts[i])
@@ -204,8 +203,7 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
     uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
     uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, trainer->model.specialization.effect_background,
-                rays, pixels);
+    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, rays, pixels);
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
 }
 

@@ -132,7 +132,8 @@ for threads in 0 1 2; do
 done
 check "another seed leaves other rows" bash -c "'$program' value '$scene' --out '$folder/seeded' ${tiny[*]} --seed 1 --quiet >/dev/null"
 check "the rows depend on the seed" test "$(rows first)" != "$(rows seeded)"
-check "a folder that cannot be made is refused" refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
+check "a folder that cannot be made is refused" \
+    refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
 check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'

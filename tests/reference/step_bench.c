@@ -67,8 +67,8 @@ static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bool background = bench->model.specialization.effect_background;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
-    pixels_draw(bench->scene, 0, bench->config.seed, 1, background, rays / 2, bench->pixels);
-    pixels_draw(bench->scene, 1, bench->config.seed, 2, background, rays - rays / 2, bench->pixels + rays / 2);
+    pixels_draw(bench->scene, 0, bench->config.seed, 1, rays / 2, bench->pixels);
+    pixels_draw(bench->scene, 1, bench->config.seed, 2, rays - rays / 2, bench->pixels + rays / 2);
 }
 
 static struct step_bench *open_benches[4]; // so that a failed test's objects can be destroyed before the device

@@ -485,7 +485,7 @@ static void test_validation_pixels(void **state) {
         vw_trainer_destroy(&trainer);
     }
     struct vw_pixel pixels[100];
-    assert_int_equal(pixels_stratify(scene, 5, false, 100, pixels), 100);
+    assert_int_equal(pixels_stratify(scene, 5, 100, pixels), 100);
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25
