@@ -1,0 +1,51 @@
+// Replays the inputs that are kept in corpus/: made by hand, found by scripts/fuzz as reaching code that others do not, or once crashing.
+// The last name printed is that of the input at fault.
+#include <dirent.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "fuzz/fuzz.h"
+#include "viewworth/file.h"
+
+enum { INPUT_LIMIT_BYTES = 1 << 20 };
+
+static int is_input(const struct dirent *entry) { return entry->d_name[0] != '.'; }
+
+static void replay(const char *name, fuzz_target *target) {
+    char corpus[1024], path[2048];
+    struct dirent **entries = NULL;
+    snprintf(corpus, sizeof corpus, "%s/tests/fuzz/corpus/%s", VW_SOURCE_FOLDER, name);
+    int count = scandir(corpus, &entries, is_input, alphasort);
+    if (count <= 0) fail_msg("%s: no inputs", corpus);
+    for (int i = 0; i < count; i++) {
+        void *data = NULL;
+        size_t size_bytes = 0;
+        snprintf(path, sizeof path, "%s/%s", corpus, entries[i]->d_name);
+        fprintf(stderr, "%s\n", path);
+        if (vw_file_read(path, INPUT_LIMIT_BYTES, &data, &size_bytes)) fail_msg("%s", vw_error_message());
+        target(data, size_bytes);
+        free(data);
+        free(entries[i]);
+    }
+    free(entries);
+    fuzz_remove_folder();
+}
+
+static void test_transforms(void **state) { (void)state, replay("transforms", fuzz_transforms); }
+static void test_colmap_binary(void **state) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
+static void test_colmap_text(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
+static void test_tsv(void **state) { (void)state, replay("tsv", fuzz_tsv); }
+static void test_recipe(void **state) { (void)state, replay("recipe", fuzz_recipe); }
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_transforms), cmocka_unit_test(test_colmap_binary), cmocka_unit_test(test_colmap_text),
+        cmocka_unit_test(test_tsv),        cmocka_unit_test(test_recipe),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
