@@ -11,7 +11,8 @@
 static const struct vw_command commands[] = {
     {"devices", NULL, "List the Vulkan devices, most preferred first", NULL, VW_OPTIONS_JSON, vw_command_devices},
     {"info", "SCENE", "Say what a scene holds and which effects it calls for",
-     "SCENE is a folder with transforms*.json, a COLMAP model or a NeRF-W list (.tsv) beside dense/, a transforms file, or a recipe (.json).",
+     "SCENE is a folder with transforms*.json, a COLMAP model or a NeRF-W list (.tsv) beside dense/, a transforms file, or a recipe "
+     "(.json).",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_JSON, vw_command_info},
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
      "Leaves ledger.db (every step and score), scores.csv and field.vwf in the --out folder. Positive scores help.",

@@ -26,8 +26,8 @@ struct option_row {
     const char *name, *argument, *help;
     unsigned group;
     enum kind kind;
-    size_t offset;             // of its field in struct vw_options
-    uint32_t least, most;      // of a count that is no part of the config, which knows its own ranges
+    size_t offset;        // of its field in struct vw_options
+    uint32_t least, most; // of a count that is no part of the config, which knows its own ranges
     const char *(*choice_name)(uint32_t choice);
     uint32_t choice_count;
 };

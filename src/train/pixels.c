@@ -55,8 +55,7 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
     };
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t count,
-                 struct vw_pixel *pixels) {
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t count, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     for (uint32_t ray = 0; ray < count; ray++) {
         uint32_t words[4];

@@ -235,8 +235,9 @@ static void the_world_may_be_anywhere_and_of_any_size(void **state) {
 // Distortion undone: the direction projects back to the pixel, over the whole photo and for strong lenses.
 static void undistorted_rays_reproject_to_their_pixel(void **state) {
     (void)state;
-    static const double lenses[][4] = {
-        {-0.15, 0.0, 0.0, 0.0}, {-0.3, 0.12, 0.002, -0.003}, {0.25, -0.08, -0.01, 0.008}, {0.0, 0.0, 0.02, 0.02}, {-0.05, 0.01, 0.0, 0.0}};
+    static const double lenses[][4] = {{-0.15, 0.0, 0.0, 0.0}, {-0.3, 0.12, 0.002, -0.003}, {0.25, -0.08, -0.01, 0.008},
+                                       {0.0, 0.0, 0.02, 0.02}, {-0.05, 0.01, 0.0, 0.0},     {0.5, -0.1, 0.0, 0.0},
+                                       {2.0, 2.0, 0.0, 0.0},   {8.0, 20.0, 0.0, 0.0}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
         struct step_bench *bench = step_bench_open(&bent);
         struct vw_view *view = &bench->scene->views[0];

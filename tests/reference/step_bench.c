@@ -65,7 +65,6 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
-    bool background = bench->model.specialization.effect_background;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
     pixels_draw(bench->scene, 0, bench->config.seed, 1, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1, bench->config.seed, 2, rays - rays / 2, bench->pixels + rays / 2);

@@ -485,6 +485,9 @@ static void test_validation_pixels(void **state) {
         vw_trainer_destroy(&trainer);
     }
     struct vw_pixel pixels[100];
+    scene->views[5].image.unusable = vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
+    scene->views[5].image.unusable[3 * 24 + 7] = 1;
+    assert_true(pixels_at(scene, 5, 7, 3).weight == 0.0f && pixels_at(scene, 5, 8, 3).weight == 1.0f);
     assert_int_equal(pixels_stratify(scene, 5, 100, pixels), 100);
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;

@@ -37,8 +37,8 @@ struct tiff {
     enum alpha alpha;
     const void *pixels;
     enum photometric photometric;
-    uint32_t orientation;             // as EXIF counts; 0: not given
-    const uint16_t *palette;          // 256 reds, 256 greens, 256 blues
+    uint32_t orientation;    // as EXIF counts; 0: not given
+    const uint16_t *palette; // 256 reds, 256 greens, 256 blues
 };
 
 struct tiff_field {
@@ -47,22 +47,32 @@ struct tiff_field {
 };
 
 static const char *write_tiff(const char *folder, const char *name, const struct tiff *tiff) {
-    enum { HEADER = 8, FIELDS_MAX = 14, BITS_AT = HEADER + 2 + FIELDS_MAX * 12 + 4, KINDS_AT = BITS_AT + 8, PALETTE_AT = KINDS_AT + 8,
-           PALETTE_COUNT = 3 * 256, PIXELS_AT = PALETTE_AT + 2 * PALETTE_COUNT };
+    enum {
+        HEADER = 8,
+        FIELDS_MAX = 14,
+        BITS_AT = HEADER + 2 + FIELDS_MAX * 12 + 4,
+        KINDS_AT = BITS_AT + 8,
+        PALETTE_AT = KINDS_AT + 8,
+        PALETTE_COUNT = 3 * 256,
+        PIXELS_AT = PALETTE_AT + 2 * PALETTE_COUNT
+    };
     uint32_t pixel_bytes = tiff->width_px * tiff->height_px * tiff->channels * tiff->bits / 8;
     uint32_t channels = tiff->channels, kind = tiff->is_float ? 3 : 1;
     const struct tiff_field fields[] = {
         {256, 4, 1, tiff->width_px},
         {257, 4, 1, tiff->height_px},
         {258, 3, channels, channels < 3 ? tiff->bits * 0x10001 : BITS_AT},
-        {259, 3, 1, 1},                     // uncompressed
-        {262, 3, 1, tiff->photometric ? tiff->photometric : channels < 3 ? 1 : 2}, // grey or RGB
+        {259, 3, 1, 1}, // uncompressed
+        {262, 3, 1,
+         tiff->photometric ? tiff->photometric
+         : channels < 3    ? 1
+                           : 2}, // grey or RGB
         {273, 4, 1, PIXELS_AT},
         {274, 3, tiff->orientation ? 1 : 0, tiff->orientation},
         {277, 3, 1, channels},
         {278, 4, 1, tiff->height_px},
         {279, 4, 1, pixel_bytes},
-        {284, 3, 1, 1},                     // interleaved
+        {284, 3, 1, 1}, // interleaved
         {320, 3, tiff->palette ? PALETTE_COUNT : 0, PALETTE_AT},
         {338, 3, tiff->alpha == ALPHA_NONE ? 0 : 1, (uint32_t)tiff->alpha},
         {339, 3, channels, channels < 3 ? kind * 0x10001 : KINDS_AT},
@@ -205,16 +215,17 @@ static void test_cmyk(void **state) {
     image = load(write_tiff(*state, "cmyk16.tif", &tiff), 1);
     check_pixel(&image, 0, 0, expected, 2.0 / 65535);
     vw_image_clear(&image);
-    static const uint8_t jpeg[] = { // 8 x 8 pixels of 204 153 102 230
-        0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xdb, 0x00, 0x43,
-        0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xff,
-        0xc0, 0x00, 0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4d, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4b, 0x11, 0x00, 0xff,
-        0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x08, 0x0a,
-        0xff, 0xc4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-        0xff, 0xda, 0x00, 0x0e, 0x04, 0x43, 0x00, 0x4d, 0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83,
-        0xff, 0xd9,
+    static const uint8_t jpeg[] = {
+        // 8 x 8 pixels of 204 153 102 230
+        0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xdb,
+        0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xff, 0xc0, 0x00, 0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00,
+        0x4d, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4b, 0x11, 0x00, 0xff, 0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x08, 0x0a, 0xff, 0xc4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xda, 0x00, 0x0e, 0x04, 0x43,
+        0x00, 0x4d, 0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83, 0xff, 0xd9,
     };
     const char *path = temporary_path(*state, "cmyk.jpg");
     assert_int_equal(vw_file_write(path, jpeg, sizeof jpeg), VW_OK);
@@ -256,6 +267,7 @@ static void test_float_is_encoded_masked_and_clamped(void **state) {
     assert_false(image.has_alpha); // masked is not transparent
     check_pixel(&image, 0, 0, (const float[]){(float)srgb(0.5), (float)srgb(0.002), 1, 1}, 1e-6);
     for (uint32_t x = 3; x < 6; x++) check_pixel(&image, x, 0, (const float[]){0, 0, 0, 0}, 0);
+    for (uint32_t i = 0; i < 100; i++) assert_int_equal(image.unusable[i], i >= 3 && i < 6);
     check_pixel(&image, 6, 0, (const float[]){1, 1, 1, 1}, 1e-6);
     vw_image_clear(&image);
 }
@@ -337,7 +349,7 @@ static void test_downscale_has_no_fringe(void **state) {
 static void test_downscale_ignores_masked(void **state) {
     float pixels[64 * 64][3];
     for (int i = 0; i < 64 * 64; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = 0.5f;
-    pixels[64 * 32 + 33][1] = NAN;                                         // one of the 16 of its small pixel
+    pixels[64 * 32 + 33][1] = NAN;                                              // one of the 16 of its small pixel
     for (int i = 0; i < 16; i++) pixels[64 * (8 + i / 4) + 8 + i % 4][0] = NAN; // all 16 of another
     const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
@@ -346,6 +358,7 @@ static void test_downscale_ignores_masked(void **state) {
     float grey = (float)srgb(0.5);
     for (uint32_t i = 0; i < 16 * 16; i++) {
         bool masked = i % 16 == 2 && i / 16 == 2;
+        assert_int_equal(image.unusable[i], masked);
         check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1}, 1e-5);
     }
     vw_image_clear(&image);
@@ -381,10 +394,10 @@ static void test_errors(void **state) {
 
 // A small file that asks for 30 GB.
 static void test_image_bomb(void **state) {
-    static const uint8_t png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n', 0, 0, 0, 13, 'I', 'H', 'D', 'R',
-                                  0, 1, 0x86, 0xa0, 0, 1, 0x86, 0xa0, 8, 2, 0, 0, 0, 0x27, 0x30, 0x9c, 0x9f,
-                                  0, 0, 0, 12, 'I', 'D', 'A', 'T', 0x78, 0x9c, 0x63, 0x60, 0xa0, 0x3d, 0, 0, 0, 0x64,
-                                  0, 1, 0x86, 0x64, 0x3c, 0x35};
+    static const uint8_t png[] = {0x89, 'P',  'N',  'G',  '\r', '\n', 0x1a, '\n', 0,    0,    0,    13,   'I',  'H',  'D',
+                                  'R',  0,    1,    0x86, 0xa0, 0,    1,    0x86, 0xa0, 8,    2,    0,    0,    0,    0x27,
+                                  0x30, 0x9c, 0x9f, 0,    0,    0,    12,   'I',  'D',  'A',  'T',  0x78, 0x9c, 0x63, 0x60,
+                                  0xa0, 0x3d, 0,    0,    0,    0x64, 0,    1,    0x86, 0x64, 0x3c, 0x35};
     const char *path = temporary_path(*state, "bomb.png");
     assert_int_equal(vw_file_write(path, png, sizeof png), VW_OK);
     check_refused(path, VW_ERROR_INPUT, "100000 x 100000");
