@@ -183,7 +183,7 @@ check "the options are kept" test "$(query listed 'SELECT scene_options_json FRO
     '{"downscale":2,"format":"recipe","train":"train.txt","val":"val.txt"}'
 check "without options nothing is kept" test "$(query first 'SELECT scene_options_json FROM run')" = '{}'
 check "render opens the scene as the run did" in_folder prints '^photo left, render right: ' "$program" render listed
-echo view_001 >"$folder/train.txt"
+printf 'view_001\nview_002\n' >"$folder/train.txt"
 check "another scene than the trained one is refused" in_folder refuses 'no longer the scene' render listed --quiet
 
 # ---- Interruption -------------------------------------------------------------------------------------------------------
@@ -205,11 +205,11 @@ check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step'
 
 # ---- A full disk --------------------------------------------------------------------------------------------------------
 
-fill_disk() { # a run whose files may not grow beyond 256 KiB
+fill_disk() { # a run whose files may not grow beyond 1200 KiB: more than what is tried at the start
     local code=0
     (
         trap '' XFSZ
-        ulimit -f 256
+        ulimit -f 1200
         exec "$program" value "$scene" --out "$folder/filled" "${tiny[@]}" --epochs 1000000 --quiet
     ) >"$folder/stdout" 2>"$folder/stderr" || code=$?
     [[ $code -eq 1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -q '^viewworth: .*filled/ledger\.db: ' "$folder/stderr" && return
