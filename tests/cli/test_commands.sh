@@ -79,6 +79,7 @@ check "a value for a flag is refused" refuses '--json takes no value' devices --
 check "a missing operand is refused" refuses 'SCENE is missing' value --out "$folder/none"
 check "a second operand is refused" refuses 'one argument too many' value "$scene" other --out "$folder/none"
 check "value without --out is refused" refuses '--out is missing' value "$scene"
+check "an empty --out is refused" refuses '--out is missing' value "$scene" --out ''
 for bad in '--rays 5x' '--rays -1' '--rays 0' '--rays 65537' '--rays 99999999999999999999' '--epochs 1.5' '--epochs 0' \
     '--seed 9223372036854775808' '--downscale 0' '--lr nan' '--lr 0' '--lr 1e999' '--beta1 1' '--beta1 x' '--growth 5' '--width 33' \
     '--levels 17' '--loss l3' '--optimizer adam'; do
@@ -202,6 +203,18 @@ interrupt() { # starts a long run, and stops it once it has recorded steps
 check "a signal stops a run between batches" interrupt
 check "its ledger says so" test "$(query stopped 'SELECT status FROM run')" = interrupted
 check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step')" = 1
+
+# ---- Outputs that cannot be written ---------------------------------------------------------------------------------------
+
+blocked() { # blocked OUTPUT: a folder stands where the output belongs
+    local code=0
+    mkdir -p "$folder/blocked_$1/$1"
+    value_again "blocked_$1" 2>"$folder/stderr" || code=$?
+    [[ $code -eq 1 && $(query "blocked_$1" 'SELECT status FROM run') == failed ]]
+}
+for output in scores.csv field.vwf; do
+    check "a run without its $output is not called finished" blocked "$output"
+done
 
 # ---- A full disk --------------------------------------------------------------------------------------------------------
 

@@ -321,13 +321,16 @@ static void a_step_beyond_the_floats_is_not_taken(void **state) {
             quanta[k] = llrintf(size / bench->model.specialization.gradient_quantum);
         for (uint64_t k = 0; k < 4 * (uint64_t)bench->model.weight_columns; k++) d_weights[k] = k % 2 ? size : -size;
         for (uint32_t number = 1; number <= 3; number++) {
-            struct vw_push_update push = {.count = bench->model.weight_columns, .step_low = number};
+            struct vw_push_update push = {.count = bench->model.weight_columns, .step_low = number, .scalar_row = 1}; // the grid's is 0
             write_quanta(bench, quanta);
             update_grid(bench, number);
             step_bench_write(bench, bench->step.d_weights, d_weights);
             step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
         }
         check_finite(bench);
+        vw_float4 *rows = step_bench_read(bench, bench->scalars);
+        assert_true(rows[0].z == 1.0f && rows[1].z == 1.0f); // and the row says so
+        free(rows);
         free(quanta);
         free(d_weights);
         step_bench_close(bench);
