@@ -1,10 +1,12 @@
-// The ledger: OUT/ledger.db, an SQLite file with the tables of the contract (run, image, step, view, score). One run per OUT.
+// The ledger: OUT/ledger.db, an SQLite file with the tables of the contract (run, image, step, view, score) and one more:
+// probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1), kind in repeat, still, redraw: vw_step_record.probes. One run per
+// OUT.
 //
 // Rows are hash-chained, each hash over the values in the order named here, rows in the order of their keys:
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows.
-// - step.row_hash: the row_hash before it (step 0: the run's), the step's other columns, and its view rows.
-// - run.final_hash, once the run has ended: the last row_hash, scene_path, config_json, scene_options_json, started_utc,
-//   finished_utc, status, and all score rows.
+// - step.row_hash: the row_hash before it (step 0: the run's), the step's other columns, its view rows and its probe rows.
+// - run.seal_hash: the last row_hash (of the run itself while its status is "running"), scene_path, config_json, scene_options_json,
+//   effects_json, started_utc, finished_utc, status, and all score rows.
 // So the chain of the steps depends only on what the run is: the same command gives it again, and a run that is later extended
 // keeps it. (What config_json says of the run's identity is in run_id.)
 //
@@ -34,6 +36,8 @@ struct vw_ledger_run {
     const char *version;
     const char *started_utc;        // ISO 8601, "2026-11-21T03:04:05Z"
     const char *scene_options_json; // the options the scene was opened with, "{}" without any (appended column)
+    const char *effects_json;       // the verdict on every effect, with its evidence (appended column; decision 7)
+    const char *status;             // "running", "finished", "interrupted", "failed"; ignored by vw_ledger_create: "running"
 };
 
 struct vw_ledger_image {
@@ -50,6 +54,7 @@ struct vw_ledger_score {
     const char *unit;      // "dB", "mean absolute error"
     double standard_error; // NaN becomes NULL
     uint32_t visits;       // steps that count into the value
+    double sampling_error; // standard deviation that sampling alone gives the value, by the probes; NaN becomes NULL (appended column)
 };
 
 // Creates `path`; a file that exists is VW_ERROR_USAGE.
@@ -62,9 +67,23 @@ void vw_ledger_close(struct vw_ledger **ledger);
 // Appends steps and their view rows as one synced transaction. `validation_views` gives the image_id of each entry of record->views.
 enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                 const uint32_t *validation_views);
-// Replaces the run's scores and sets finished_utc, status ("finished", "interrupted", "failed") and final_hash, in one transaction.
+// Replaces the run's scores and sets finished_utc, status ("finished", "interrupted", "failed") and seal_hash, in one transaction.
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);
+
+// The config with which the run goes on: only what is no part of the run's identity (epochs) may differ. Written with the next append or
+// finish.
+enum vw_status vw_ledger_extend(struct vw_ledger *ledger, const char *config_json);
+uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the one that the next append has to begin with
+// The hash that stands for all the ledger holds: seal_hash once the run has ended, else the last row_hash.
+void vw_ledger_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
+// Holds steps that were taken again against the recorded ones, bit for bit: records[0].step + count must not pass vw_ledger_next_step.
+// VW_ERROR_MISMATCH names the first step that differs.
+enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                 const uint32_t *validation_views);
+// Recomputes every hash. VW_ERROR_MISMATCH names the first row that was edited, removed, added or reordered: run, image, step, view, probe
+// or score. Whoever rewrites the whole chain goes unnoticed here: compare the head with one noted elsewhere, or take the steps again.
+enum vw_status vw_ledger_verify(struct vw_ledger *ledger);
 
 // The run row; the strings belong to the ledger and live until it is closed.
 enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run *run);
@@ -72,5 +91,9 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
 enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count);
 // All step rows in order, without view rows (`views` NULL); `*records` is owned by the caller (free). NULL columns come back as NaN.
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count);
+// All probe rows by step and index, and all score rows by method (in the order first written) and image; owned by the caller (free), the
+// strings as above.
+enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
+enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
 
 #endif

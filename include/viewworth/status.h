@@ -20,6 +20,7 @@ enum vw_status {
     VW_ERROR_DEVICE,      // a Vulkan call failed, or a validation layer complained; exit code 1
     VW_ERROR_DEVICE_LOST, // the device stopped answering; exit code 1
     VW_ERROR_INTERRUPTED, // the user asked to stop; what was recorded is kept; exit code 1
+    VW_ERROR_MISMATCH,    // a ledger disagrees with itself, with what was expected or with a replay; exit code 1
 };
 
 // Records a one-line message (file, line or field, and the remedy) for this thread and returns `status`.
@@ -35,6 +36,14 @@ void vw_text_make_line(char *text);
 
 // The message of this thread's last failure, "" when there was none. Valid until the next failure of this thread.
 const char *vw_error_message(void);
+
+// Keeps the recorded message over a clean-up that may itself fail: what failed first is what the user has to know.
+enum { VW_ERROR_MESSAGE_BYTES = 1024 };
+struct vw_kept_error {
+    char message[VW_ERROR_MESSAGE_BYTES];
+};
+struct vw_kept_error vw_error_keep(void);
+void vw_error_put_back(const struct vw_kept_error *kept);
 
 // The program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
 int vw_exit_code(enum vw_status status);

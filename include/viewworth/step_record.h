@@ -12,6 +12,22 @@ struct vw_view_error {
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 
+// A measurement of the measurement (`value --noise-floor`): validation after something other than the step was done to the state before it,
+// which is then put back.
+enum vw_probe_kind {
+    VW_PROBE_REPEAT, // nothing: the same validation once more, which must give the same bits
+    VW_PROBE_STILL,  // the step with learning rate 0, which must give the same bits
+    VW_PROBE_REDRAW, // the step with other pixels of the same photo: what sampling alone does to its delta
+    VW_PROBE_KIND_COUNT
+};
+
+struct vw_probe {
+    uint64_t step;  // the step whose starting state was probed
+    uint32_t index; // 0, 1, ... within the step
+    enum vw_probe_kind kind;
+    double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record; NaN when not finite
+};
+
 struct vw_step_record {
     uint64_t step;                     // 0 is the untrained field
     uint32_t epoch;                    // counts from 0; step 0 has epoch 0
@@ -20,12 +36,14 @@ struct vw_step_record {
     bool validated;                    // false when validation was not asked for: the val_ fields are NaN and `views` is NULL
     bool nonfinite;                    // the step was skipped or a validation value is not finite: values are NaN and become NULL
     uint64_t clamped_count;            // gradient contributions clamped to the fixed-point range in this step
-    uint32_t floored_views; // validation views whose MSE fell below the floor and counts as 100 dB
+    uint32_t floored_views;            // validation views whose MSE fell below the floor and counts as 100 dB
     double val_psnr;                   // dB, mean over validation views of the per-view PSNR, MSE floored at 1e-10 (100 dB)
     double val_psnr_pooled;            // dB, of the MSE over all validation pixels
     double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid for the call that passes it
     uint32_t view_count;
+    const struct vw_probe *probes; // in order of their index; borrowed likewise; NULL and 0 for a step that was not probed
+    uint32_t probe_count;
 };
 
 #endif

@@ -4,9 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MESSAGE_BYTES = 1024 };
-
-static _Thread_local char message[MESSAGE_BYTES];
+static _Thread_local char message[VW_ERROR_MESSAGE_BYTES];
 
 void vw_text_make_line(char *text) {
     for (; *text; text++)
@@ -14,7 +12,7 @@ void vw_text_make_line(char *text) {
 }
 
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
-    char text[MESSAGE_BYTES]; // the arguments may point into `message`
+    char text[VW_ERROR_MESSAGE_BYTES]; // the arguments may point into `message`
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
@@ -25,20 +23,28 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
 }
 
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) {
-    char context[MESSAGE_BYTES];
-    char text[MESSAGE_BYTES];
+    char context[VW_ERROR_MESSAGE_BYTES];
+    char text[VW_ERROR_MESSAGE_BYTES];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(context, sizeof context, format, arguments);
     va_end(arguments);
     vw_text_make_line(context);
-    int used = snprintf(text, sizeof text, "%.*s: ", MESSAGE_BYTES / 2, context);
-    snprintf(text + used, sizeof text - (size_t)used, "%.*s", MESSAGE_BYTES - used - 1, message);
+    int used = snprintf(text, sizeof text, "%.*s: ", VW_ERROR_MESSAGE_BYTES / 2, context);
+    snprintf(text + used, sizeof text - (size_t)used, "%.*s", VW_ERROR_MESSAGE_BYTES - used - 1, message);
     memcpy(message, text, sizeof message);
     return status;
 }
 
 const char *vw_error_message(void) { return message; }
+
+struct vw_kept_error vw_error_keep(void) {
+    struct vw_kept_error kept;
+    memcpy(kept.message, message, sizeof message);
+    return kept;
+}
+
+void vw_error_put_back(const struct vw_kept_error *kept) { memcpy(message, kept->message, sizeof message); }
 
 int vw_exit_code(enum vw_status status) {
     switch (status) {

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "viewworth/memory.h"
 
@@ -15,6 +16,12 @@ enum vw_status vw_database_open(const char *path, bool create, struct vw_databas
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
     if (sqlite3_open_v2(path, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
     if (sqlite3_busy_timeout(database->handle, BUSY_WAIT_MS) != SQLITE_OK) return vw_database_fail(database, "open");
+    // A ledger has tables and nothing that runs: what else a stranger's file brings along (a view without end in place of a table, a
+    // trigger that undoes what is written) stays asleep.
+    if (sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL) != SQLITE_OK ||
+        sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL) != SQLITE_OK ||
+        sqlite3_db_config(database->handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL) != SQLITE_OK)
+        return vw_database_fail(database, "open");
     // EXTRA is FULL plus a sync of the folder once the journal is gone, without which a power cut could bring the journal back
     // and with it undo a batch that was reported as recorded.
     return vw_database_run(database, "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
@@ -69,6 +76,11 @@ enum vw_status vw_database_begin(struct vw_database *database) {
     return vw_database_fail(database, "begin a transaction");
 }
 
+enum vw_status vw_database_begin_reading(struct vw_database *database) {
+    if (sqlite3_exec(database->handle, "BEGIN DEFERRED", NULL, NULL, NULL) == SQLITE_OK) return VW_OK;
+    return vw_database_fail(database, "begin to read");
+}
+
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status) {
     if (!status && sqlite3_exec(database->handle, "COMMIT", NULL, NULL, NULL) != SQLITE_OK)
         status = vw_database_fail(database, "commit a transaction");
@@ -80,7 +92,7 @@ enum vw_status vw_database_end(struct vw_database *database, enum vw_status stat
 
 void vw_row_add_integer(struct vw_row *row, int64_t value) {
     if (row->hasher) vw_hasher_add_integer(row->hasher, value);
-    if (sqlite3_bind_int64(row->statement, ++row->column, value) != SQLITE_OK) row->failed = true;
+    if (row->statement && sqlite3_bind_int64(row->statement, ++row->column, value) != SQLITE_OK) row->failed = true;
 }
 
 void vw_row_add_real(struct vw_row *row, double value) {
@@ -90,20 +102,21 @@ void vw_row_add_real(struct vw_row *row, double value) {
     }
     double stored = value == 0 ? 0.0 : value;
     if (row->hasher) vw_hasher_add_real(row->hasher, stored);
-    if (sqlite3_bind_double(row->statement, ++row->column, stored) != SQLITE_OK) row->failed = true;
+    if (row->statement && sqlite3_bind_double(row->statement, ++row->column, stored) != SQLITE_OK) row->failed = true;
 }
 
 void vw_row_add_text(struct vw_row *row, const char *text) {
     if (row->hasher) vw_hasher_add_text(row->hasher, text);
-    if (sqlite3_bind_text(row->statement, ++row->column, text, -1, SQLITE_STATIC) != SQLITE_OK) row->failed = true;
+    if (row->statement && sqlite3_bind_text(row->statement, ++row->column, text, -1, SQLITE_STATIC) != SQLITE_OK) row->failed = true;
 }
 
 void vw_row_add_null(struct vw_row *row) {
     if (row->hasher) vw_hasher_add_null(row->hasher);
-    if (sqlite3_bind_null(row->statement, ++row->column) != SQLITE_OK) row->failed = true;
+    if (row->statement && sqlite3_bind_null(row->statement, ++row->column) != SQLITE_OK) row->failed = true;
 }
 
 enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing) {
+    if (!row->statement) return VW_OK;
     enum vw_status status = VW_OK;
     if (row->failed || sqlite3_step(row->statement) != SQLITE_DONE) status = vw_database_fail(database, doing);
     sqlite3_reset(row->statement); // repeats the failure of the step, if any
@@ -113,15 +126,29 @@ enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, co
     return status;
 }
 
-void vw_row_hash(sqlite3_stmt *statement, struct vw_hasher *hasher) {
-    int count = sqlite3_column_count(statement);
-    for (int i = 0; i < count; i++) {
+// Text that goes on behind a zero byte was not written by us, and is not the text before that byte.
+static void hash_text(sqlite3_stmt *statement, int column, struct vw_hasher *hasher) {
+    const char *text = (const char *)sqlite3_column_text(statement, column);
+    size_t size_bytes = (size_t)sqlite3_column_bytes(statement, column);
+    if (text && strlen(text) == size_bytes) vw_hasher_add_text(hasher, text);
+    else vw_hasher_add_bytes(hasher, text, text ? size_bytes : 0);
+}
+
+void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher) {
+    for (int i = 0; i < column_count; i++) {
         switch (sqlite3_column_type(statement, i)) {
         case SQLITE_INTEGER: vw_hasher_add_integer(hasher, sqlite3_column_int64(statement, i)); break;
         case SQLITE_FLOAT: vw_hasher_add_real(hasher, sqlite3_column_double(statement, i)); break;
-        case SQLITE_TEXT: vw_hasher_add_text(hasher, (const char *)sqlite3_column_text(statement, i)); break;
+        case SQLITE_TEXT: hash_text(statement, i, hasher); break;
         case SQLITE_BLOB: vw_hasher_add_bytes(hasher, sqlite3_column_blob(statement, i), (size_t)sqlite3_column_bytes(statement, i)); break;
         default: vw_hasher_add_null(hasher);
         }
     }
+}
+
+void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]) {
+    bool is_text = sqlite3_column_type(statement, column) == SQLITE_TEXT;
+    const char *text = is_text ? (const char *)sqlite3_column_text(statement, column) : NULL;
+    bool is_hash = text && sqlite3_column_bytes(statement, column) == VW_HASH_HEX_BYTES - 1;
+    memcpy(hash, is_hash ? text : "", is_hash ? VW_HASH_HEX_BYTES : 1);
 }

@@ -29,11 +29,14 @@ enum vw_status vw_database_prepare(struct vw_database *database, const char *sql
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
 enum vw_status vw_database_begin(struct vw_database *database);
+// Begins to read: all queries up to the end see one state of the file, which nobody else can change meanwhile.
+enum vw_status vw_database_begin_reading(struct vw_database *database);
 // Commits when `status` is VW_OK, else rolls back and returns `status`; a commit that fails is rolled back too.
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status);
 
-// A row on its way into a statement. Each value is bound to the next column and added to `hasher` (unless NULL), so that what is
-// stored and what is hashed cannot differ. A failure to bind is kept and reported by vw_row_write.
+// A row on its way into a statement. Each value is bound to the next column and added to `hasher`, so that what is stored and what is
+// hashed cannot differ. Either may be NULL: a row without a statement is only hashed. A failure to bind is kept and reported by
+// vw_row_write.
 struct vw_row {
     sqlite3_stmt *statement;
     struct vw_hasher *hasher;
@@ -48,7 +51,9 @@ void vw_row_add_null(struct vw_row *row);
 // Runs the statement and makes it ready for the next row.
 enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing);
 
-// Adds all columns of the current row of a query, as the vw_row_add functions would.
-void vw_row_hash(sqlite3_stmt *statement, struct vw_hasher *hasher);
+// Adds the first `column_count` columns of the current row of a query, as the vw_row_add functions would.
+void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
+// Copies a column that holds a hash; anything else gives "", which equals no hash.
+void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]);
 
 #endif

@@ -1,24 +1,67 @@
-// What ledger.c (writing) and ledger_read.c (reading) share.
+// What the files of the ledger share.
 #ifndef VIEWWORTH_LEDGER_PRIVATE_H
 #define VIEWWORTH_LEDGER_PRIVATE_H
 
 #include "ledger/database.h"
 #include "viewworth/ledger.h"
 
+#define VW_LEDGER_RUNNING "running" // the status of a run that has not ended
+
+// Where the rows of a step go; all NULL to hash them only.
+struct vw_step_statements {
+    sqlite3_stmt *step, *view, *probe;
+};
+
+extern const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT]; // as table probe spells them
+
 struct vw_ledger {
     struct vw_database database;
-    sqlite3_stmt *insert_step, *insert_view; // prepared at the first append
-    char head[VW_HASH_HEX_BYTES];            // row_hash of the last step, or of the run before the first
+    struct vw_step_statements inserts; // prepared at the first append
+    char run_hash[VW_HASH_HEX_BYTES];  // row_hash of the run, where the chain begins
+    char head[VW_HASH_HEX_BYTES];      // row_hash of the last step, or of the run before the first
+    char seal[VW_HASH_HEX_BYTES];      // seal_hash of the run
     uint64_t next_step;
-    bool finished; // has a final_hash, which an append would make wrong
     struct vw_ledger_run run;
-    struct vw_ledger_image *images; // NULL until asked for
+    const char *extended_config_json; // what run.config_json becomes with the next write, NULL when it stays
+    struct vw_ledger_image *images;   // NULL until asked for
     uint32_t image_count;
-    char **texts; // the strings that `run` and `images` lend
+    char **texts; // the strings that `run`, `images` and scores lend
     size_t text_count, text_capacity;
 };
 
+// ---- ledger_read.c ----
+
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);
+// A copy that lives as long as the ledger; NULL with a recorded message when memory is short.
+const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
+
+// ---- ledger_hash.c: hashes over what the file holds, as ledger.h describes them ----
+
+void vw_ledger_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
+// run.row_hash
+enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
+// run.seal_hash, given the row_hash of the run and the last one.
+enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run_hash, const char *head, char hash[VW_HASH_HEX_BYTES]);
+// Makes both in the caller's transaction and stores them in the run row.
+enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]);
+enum vw_status vw_ledger_write_seal(struct vw_database *database, const char *run_hash, const char *head, char seal[VW_HASH_HEX_BYTES]);
+
+// ---- ledger_state.c ----
+
+// That a run goes on or has ended, and how.
+struct vw_run_state {
+    const char *status;
+    const char *finished_utc; // NULL while it goes on
+    const struct vw_ledger_score *scores;
+    uint32_t score_count;
+    char seal[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state
+};
+
+bool vw_ledger_has_ended(const struct vw_ledger *ledger);
+// Writes state, scores, the extended config and a new seal, in the caller's transaction.
+enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state);
+// To be called when that transaction is committed: the object knows it as well. `state->status` must live as long as the ledger.
+void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state);
 
 #endif

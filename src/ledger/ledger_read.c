@@ -1,21 +1,47 @@
-#include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "ledger/ledger_private.h"
 #include "viewworth/memory.h"
 
-// A copy of a text column that lives as long as the ledger, NULL for a NULL column. When memory is short `*status` says so.
+const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
+    char *kept = vw_copy_text(text);
+    if (!kept) return NULL;
+    if (vw_grow((void **)&ledger->texts, &ledger->text_capacity, ledger->text_count + 1, sizeof *ledger->texts)) {
+        free(kept);
+        return NULL;
+    }
+    ledger->texts[ledger->text_count++] = kept;
+    return kept;
+}
+
+// A text column that lives as long as the ledger, NULL for a NULL column. When memory is short `*status` says so.
 static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     if (*status || sqlite3_column_type(statement, column) == SQLITE_NULL) return NULL;
     const char *text = (const char *)sqlite3_column_text(statement, column);
-    *status = vw_grow((void **)&ledger->texts, &ledger->text_capacity, ledger->text_count + 1, sizeof *ledger->texts);
-    char *kept = *status || !text ? NULL : vw_copy_text(text);
-    if (kept) ledger->texts[ledger->text_count++] = kept;
-    else if (!*status) *status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory", ledger->database.path);
+    const char *kept = text ? vw_ledger_keep_text(ledger, text) : NULL;
+    if (!kept) *status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory", ledger->database.path);
     return kept;
 }
+
+static enum vw_status fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column) {
+    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s holds what no ledger does; restore it from a copy", ledger->database.path,
+                   sqlite3_column_name(statement, column));
+}
+
+// The same of a column that is never NULL in a ledger of ours.
+static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    const char *text = keep_text(ledger, statement, column, status);
+    if (!text && !*status) *status = fail_damaged(ledger, statement, column);
+    return text;
+}
+
+static double real_or_nan(sqlite3_stmt *statement, int column) {
+    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
+}
+
+// ---- The run and where it stands --------------------------------------------------------------------------------------
 
 // No row, or a second one, means that this is not the ledger of one run.
 static enum vw_status load_run(struct vw_ledger *ledger) {
@@ -24,27 +50,30 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
     enum vw_status status = vw_database_prepare(
         &ledger->database,
         "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, started_utc,"
-        " scene_options_json, row_hash, final_hash IS NOT NULL FROM run",
+        " scene_options_json, effects_json, status, row_hash, seal_hash FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: has no run; check the path", ledger->database.path);
     if (!status) {
         ledger->run = (struct vw_ledger_run){
-            .run_id = keep_text(ledger, statement, 0, &status),
-            .scene_hash = keep_text(ledger, statement, 1, &status),
-            .scene_path = keep_text(ledger, statement, 2, &status),
+            .run_id = keep_some_text(ledger, statement, 0, &status),
+            .scene_hash = keep_some_text(ledger, statement, 1, &status),
+            .scene_path = keep_some_text(ledger, statement, 2, &status),
             .seed = sqlite3_column_int64(statement, 3),
-            .config_json = keep_text(ledger, statement, 4, &status),
-            .subset_hash = keep_text(ledger, statement, 5, &status),
-            .device = keep_text(ledger, statement, 6, &status),
-            .driver = keep_text(ledger, statement, 7, &status),
-            .shader_hash = keep_text(ledger, statement, 8, &status),
-            .version = keep_text(ledger, statement, 9, &status),
-            .started_utc = keep_text(ledger, statement, 10, &status),
-            .scene_options_json = keep_text(ledger, statement, 11, &status),
+            .config_json = keep_some_text(ledger, statement, 4, &status),
+            .subset_hash = keep_some_text(ledger, statement, 5, &status),
+            .device = keep_some_text(ledger, statement, 6, &status),
+            .driver = keep_some_text(ledger, statement, 7, &status),
+            .shader_hash = keep_some_text(ledger, statement, 8, &status),
+            .version = keep_some_text(ledger, statement, 9, &status),
+            .started_utc = keep_some_text(ledger, statement, 10, &status),
+            .scene_options_json = keep_some_text(ledger, statement, 11, &status),
+            .effects_json = keep_some_text(ledger, statement, 12, &status),
+            .status = keep_some_text(ledger, statement, 13, &status),
         };
-        snprintf(ledger->head, sizeof ledger->head, "%s", (const char *)sqlite3_column_text(statement, 12));
-        ledger->finished = sqlite3_column_int(statement, 13);
+        vw_row_copy_hash(statement, 14, ledger->run_hash);
+        vw_row_copy_hash(statement, 15, ledger->seal);
+        memcpy(ledger->head, ledger->run_hash, sizeof ledger->head);
     }
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) status = vw_fail(VW_ERROR_INPUT, "%s: has more than one run; use the ledger of one run", ledger->database.path);
@@ -60,15 +89,19 @@ static enum vw_status load_last_step(struct vw_ledger *ledger) {
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) {
         ledger->next_step = (uint64_t)sqlite3_column_int64(statement, 0) + 1;
-        snprintf(ledger->head, sizeof ledger->head, "%s", (const char *)sqlite3_column_text(statement, 1));
+        vw_row_copy_hash(statement, 1, ledger->head);
     }
     sqlite3_finalize(statement);
     return status;
 }
 
+// Both are read in one state of the file: another process may be appending to it.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger) {
-    enum vw_status status = load_run(ledger);
-    return status ? status : load_last_step(ledger);
+    enum vw_status status = vw_database_begin_reading(&ledger->database);
+    if (status) return status;
+    status = load_run(ledger);
+    if (!status) status = load_last_step(ledger);
+    return vw_database_end(&ledger->database, status);
 }
 
 enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run *run) {
@@ -76,52 +109,69 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
     return VW_OK;
 }
 
-static enum vw_status load_images(struct vw_ledger *ledger, struct vw_ledger_image **images, uint32_t *count) {
+// ---- Tables -----------------------------------------------------------------------------------------------------------
+
+// What reads the current row of a query into an item of an array.
+struct row_reader {
+    const char *sql;
+    size_t item_bytes;
+    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item);
+};
+
+// Reads all rows into an array, to be freed by the caller.
+static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reader *reader, void **items, uint64_t *count) {
     sqlite3_stmt *statement = NULL;
-    size_t capacity = 0;
+    void *read = NULL;
+    size_t capacity = 0, used = 0;
     bool found = false;
-    enum vw_status status = vw_database_prepare(
-        &ledger->database, "SELECT image_id, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id", &statement);
+    enum vw_status status = vw_database_prepare(&ledger->database, reader->sql, &statement);
     while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
-        status = vw_grow((void **)images, &capacity, (size_t)*count + 1, sizeof **images);
-        if (status) break;
-        (*images)[(*count)++] = (struct vw_ledger_image){
-            .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
-            .name = keep_text(ledger, statement, 1, &status),
-            .split = keep_text(ledger, statement, 2, &status),
-            .provider = keep_text(ledger, statement, 3, &status),
-            .sha256 = keep_text(ledger, statement, 4, &status),
-            .truth = keep_text(ledger, statement, 5, &status),
-        };
+        status = vw_grow(&read, &capacity, used + 1, reader->item_bytes);
+        if (!status) status = reader->read(ledger, statement, (char *)read + used++ * reader->item_bytes);
     }
     sqlite3_finalize(statement);
+    if (status) {
+        free(read);
+        return status;
+    }
+    *items = read;
+    *count = used;
+    return VW_OK;
+}
+
+static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+    enum vw_status status = VW_OK;
+    *(struct vw_ledger_image *)item = (struct vw_ledger_image){
+        .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
+        .name = keep_some_text(ledger, statement, 1, &status),
+        .split = keep_some_text(ledger, statement, 2, &status),
+        .provider = keep_text(ledger, statement, 3, &status),
+        .sha256 = keep_text(ledger, statement, 4, &status),
+        .truth = keep_text(ledger, statement, 5, &status),
+    };
     return status;
 }
 
 enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count) {
+    static const struct row_reader reader = {
+        "SELECT image_id, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id", sizeof **images, read_image};
     if (!ledger->images) {
-        struct vw_ledger_image *loaded = NULL;
-        uint32_t loaded_count = 0;
-        enum vw_status status = load_images(ledger, &loaded, &loaded_count);
-        if (status) {
-            free(loaded);
-            return status;
-        }
+        void *loaded = NULL;
+        uint64_t loaded_count = 0;
+        enum vw_status status = read_rows(ledger, &reader, &loaded, &loaded_count);
+        if (status) return status;
         ledger->images = loaded;
-        ledger->image_count = loaded_count;
+        ledger->image_count = (uint32_t)loaded_count;
     }
     *images = ledger->images;
     *count = ledger->image_count;
     return VW_OK;
 }
 
-static double real_or_nan(sqlite3_stmt *statement, int column) {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
-}
-
-static struct vw_step_record read_step(sqlite3_stmt *statement) {
+static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+    (void)ledger;
     bool untrained = sqlite3_column_type(statement, 2) == SQLITE_NULL;
-    return (struct vw_step_record){
+    *(struct vw_step_record *)item = (struct vw_step_record){
         .step = (uint64_t)sqlite3_column_int64(statement, 0),
         .epoch = (uint32_t)sqlite3_column_int64(statement, 1),
         .view = untrained ? (uint32_t)VW_RECORD_UNTRAINED : (uint32_t)sqlite3_column_int64(statement, 2),
@@ -134,28 +184,60 @@ static struct vw_step_record read_step(sqlite3_stmt *statement) {
         .clamped_count = (uint64_t)sqlite3_column_int64(statement, 8),
         .floored_views = (uint32_t)sqlite3_column_int64(statement, 9),
     };
+    return VW_OK;
 }
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {
-    sqlite3_stmt *statement = NULL;
-    struct vw_step_record *read = NULL;
-    size_t capacity = 0, used = 0;
-    bool found = false;
-    enum vw_status status = vw_database_prepare(
-        &ledger->database,
+    static const struct row_reader reader = {
         "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored FROM step"
         " ORDER BY run_id, step",
-        &statement);
-    while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
-        status = vw_grow((void **)&read, &capacity, used + 1, sizeof *read);
-        if (!status) read[used++] = read_step(statement);
-    }
-    sqlite3_finalize(statement);
-    if (status) {
-        free(read);
-        return status;
-    }
-    *records = read;
-    *count = used;
+        sizeof **records, read_step};
+    return read_rows(ledger, &reader, (void **)records, count);
+}
+
+static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+    const char *name = (const char *)sqlite3_column_text(statement, 2);
+    uint32_t kind = 0;
+    while (kind < VW_PROBE_KIND_COUNT && !(name && strcmp(name, vw_probe_kind_names[kind]) == 0)) kind++;
+    if (kind == VW_PROBE_KIND_COUNT) return fail_damaged(ledger, statement, 2);
+    *(struct vw_probe *)item = (struct vw_probe){
+        .step = (uint64_t)sqlite3_column_int64(statement, 0),
+        .index = (uint32_t)sqlite3_column_int64(statement, 1),
+        .kind = (enum vw_probe_kind)kind,
+        .val_psnr = real_or_nan(statement, 3),
+        .val_psnr_pooled = real_or_nan(statement, 4),
+        .val_l1 = real_or_nan(statement, 5),
+    };
     return VW_OK;
+}
+
+enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
+    static const struct row_reader reader = {
+        "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1 FROM probe ORDER BY run_id, step, probe", sizeof **probes, read_probe};
+    return read_rows(ledger, &reader, (void **)probes, count);
+}
+
+static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+    enum vw_status status = VW_OK;
+    *(struct vw_ledger_score *)item = (struct vw_ledger_score){
+        .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
+        .method = keep_some_text(ledger, statement, 1, &status),
+        .value = real_or_nan(statement, 2),
+        .unit = keep_some_text(ledger, statement, 3, &status),
+        .standard_error = real_or_nan(statement, 4),
+        .visits = (uint32_t)sqlite3_column_int64(statement, 5),
+        .sampling_error = real_or_nan(statement, 6),
+    };
+    return status;
+}
+
+enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
+    static const struct row_reader reader = {
+        "SELECT image_id, method, value, unit, stderr, visits, sampling_error FROM score"
+        " JOIN (SELECT method, min(rowid) AS first FROM score GROUP BY method) USING (method) ORDER BY first, image_id",
+        sizeof **scores, read_score};
+    uint64_t read_count = 0;
+    enum vw_status status = read_rows(ledger, &reader, (void **)scores, &read_count);
+    if (!status) *count = (uint32_t)read_count;
+    return status;
 }

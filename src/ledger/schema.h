@@ -4,11 +4,11 @@
 
 #include "ledger/database.h"
 
-enum { VW_SCHEMA_VERSION = 1 }; // kept in PRAGMA user_version; raise it when a table changes
+enum { VW_SCHEMA_VERSION = 2 }; // kept in PRAGMA user_version; raise it when a table changes
 
 // Makes the tables, inside the caller's transaction.
 enum vw_status vw_schema_create(struct vw_database *database);
-// Refuses a file that is no ledger, or one of a newer version.
+// Refuses a file that is no ledger, or one of another version.
 enum vw_status vw_schema_check(struct vw_database *database);
 
 #endif

@@ -71,11 +71,13 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     print_real(stream, row->score->value);
     fprintf(stream, ",%s,", row->score->unit);
     print_real(stream, row->score->standard_error);
-    fprintf(stream, ",%u,%u\n", row->score->visits, rank);
+    fprintf(stream, ",%u,%u,", row->score->visits, rank);
+    print_real(stream, row->score->sampling_error);
+    fputc('\n', stream);
 }
 
 static void print_table(FILE *stream, const struct row *rows, uint32_t count) {
-    fputs("name,provider,method,value,unit,stderr,visits,rank\n", stream);
+    fputs("name,provider,method,value,unit,stderr,visits,rank,sampling_error\n", stream);
     for (uint32_t i = 0; i < count; i++) print_row(stream, &rows[i], i - rows[i].method_order + 1);
 }
 

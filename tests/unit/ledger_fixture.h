@@ -15,6 +15,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "viewworth/file.h"
 #include "viewworth/ledger.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
@@ -70,6 +71,7 @@ static inline struct vw_ledger_run test_run(const char *config_json) {
         .version = "0.1.0",
         .started_utc = "2026-11-21T03:04:05Z",
         .scene_options_json = "{\"downscale\":2}",
+        .effects_json = "[{\"name\":\"distortion\",\"on\":false}]",
     };
 }
 
@@ -93,6 +95,9 @@ struct test_trainer {
     uint32_t epochs;
     uint64_t seed;
 };
+
+static const struct test_trainer test_four_epochs = {
+    .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = 0.05, .first_epoch_factor = 3, .epochs = 4};
 
 static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_step_record *records, struct vw_view_error *errors) {
     uint32_t count = 1 + trainer->epochs * TEST_TRAIN_COUNT;
@@ -127,7 +132,95 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
     return count;
 }
 
+// Probes every third step: repeat and still give the measures before it, the redraws those after it, moved a little. Two values of
+// the redraws are not finite.
+enum { TEST_PROBES_PER_STEP = 4 };
+static inline void test_probe(struct vw_step_record *records, uint32_t count, struct vw_probe *probes) {
+    for (uint32_t step = 3; step < count; step += 3) {
+        struct vw_probe *own = &probes[TEST_PROBES_PER_STEP * step];
+        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEAT, VW_PROBE_STILL, VW_PROBE_REDRAW, VW_PROBE_REDRAW};
+        for (uint32_t i = 0; i < TEST_PROBES_PER_STEP; i++) {
+            bool redrawn = kinds[i] == VW_PROBE_REDRAW;
+            const struct vw_step_record *like = &records[redrawn ? step : step - 1];
+            double moved = redrawn ? 0.01 * i : 0;
+            own[i] = (struct vw_probe){step, i, kinds[i], like->val_psnr + moved, like->val_psnr_pooled + moved, like->val_l1 - moved};
+        }
+        own[2].val_psnr_pooled = NAN;
+        own[3].val_l1 = INFINITY;
+        records[step].probes = own;
+        records[step].probe_count = TEST_PROBES_PER_STEP;
+    }
+}
+
 enum { TEST_EPOCHS_MOST = 40, TEST_RECORDS_MOST = 1 + TEST_EPOCHS_MOST * TEST_TRAIN_COUNT };
+
+// What a fake trainer hands out, probes included.
+struct test_recording {
+    struct vw_step_record records[TEST_RECORDS_MOST];
+    struct vw_view_error errors[2 * TEST_RECORDS_MOST];
+    struct vw_probe probes[TEST_PROBES_PER_STEP * TEST_RECORDS_MOST];
+    uint32_t count;
+};
+
+// To be freed.
+static inline struct test_recording *test_record(const struct test_trainer *trainer) {
+    struct test_recording *recording = vw_allocate(1, sizeof *recording);
+    assert_non_null(recording);
+    recording->count = test_train(trainer, recording->records, recording->errors);
+    test_probe(recording->records, recording->count, recording->probes);
+    return recording;
+}
+
+// Steps that carry no value: 7 and 8 are not finite, 12 was not validated.
+static inline void test_spoil(struct test_recording *recording) {
+    recording->records[7].nonfinite = true;
+    recording->errors[2 * 8].mse = INFINITY;
+    struct vw_step_record *unvalidated = &recording->records[12];
+    unvalidated->validated = false;
+    unvalidated->val_psnr = unvalidated->val_psnr_pooled = unvalidated->val_l1 = NAN;
+    unvalidated->views = NULL;
+}
+
+enum { TEST_SCORE_COUNT = 3 };
+static const struct vw_ledger_score test_scores[TEST_SCORE_COUNT] = {
+    {1, "dv_psnr", 1.5, "dB", 0.25, 3, 0.125},
+    {2, "dv_psnr", -0.0, "dB", NAN, 1, NAN},
+    {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.001},
+};
+
+static inline struct vw_ledger *test_ledger_create(const char *path) {
+    struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1}");
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    return ledger;
+}
+
+static inline void test_ledger_finish(struct vw_ledger *ledger, const char *status) {
+    uint32_t score_count = strcmp(status, "finished") == 0 ? TEST_SCORE_COUNT : 0;
+    ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
+}
+
+// Appends a spoiled run in batches of `batch` steps.
+static inline void test_ledger_append(struct vw_ledger *ledger, const struct test_trainer *trainer, uint32_t batch) {
+    struct test_recording *recording = test_record(trainer);
+    test_spoil(recording);
+    for (uint32_t first = 0; first < recording->count; first += batch) {
+        uint32_t some = recording->count - first < batch ? recording->count - first : batch;
+        ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some, test_validation_views));
+    }
+    free(recording);
+}
+
+// Records a finished run as folder/name; its path is to be freed.
+static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer, uint32_t batch) {
+    char *path = vw_path_join(folder, name);
+    struct vw_ledger *ledger = test_ledger_create(path);
+    test_ledger_append(ledger, trainer, batch);
+    test_ledger_finish(ledger, "finished");
+    vw_ledger_close(&ledger);
+    assert_null(ledger);
+    return path;
+}
 
 static inline const struct vw_ledger_score *test_find_score(const struct vw_ledger_score *scores, uint32_t count, const char *method,
                                                             uint32_t image_id) {

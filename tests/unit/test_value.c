@@ -8,29 +8,32 @@
 
 static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
 
-struct training {
-    struct vw_step_record records[TEST_RECORDS_MOST];
-    struct vw_view_error errors[2 * TEST_RECORDS_MOST];
-    uint32_t count;
-};
-
-static struct training *train(double noise_db, uint32_t epochs, uint64_t seed) {
+static struct test_recording *train(double noise_db, uint32_t epochs, uint64_t seed) {
     struct test_trainer trainer = {.noise_db = noise_db, .first_epoch_factor = 10, .epochs = epochs, .seed = seed};
     memcpy(trainer.worth_db, worth_db, sizeof worth_db);
-    struct training *training = vw_allocate(1, sizeof *training);
-    training->count = test_train(&trainer, training->records, training->errors);
-    return training;
+    return test_record(&trainer);
 }
 
-static void flag(struct training *training, uint32_t step) {
+static void flag(struct test_recording *training, uint32_t step) {
     struct vw_step_record *record = &training->records[step];
     record->nonfinite = true;
     record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
 }
 
-static struct vw_ledger_score *score(const struct training *training, uint32_t burn_in_epochs, uint32_t *count) {
+static struct vw_value_input input_of(const struct test_recording *training, uint32_t burn_in_epochs) {
+    return (struct vw_value_input){
+        .records = training->records,
+        .record_count = training->count,
+        .burn_in_epochs = burn_in_epochs,
+        .images = test_images,
+        .image_count = TEST_IMAGE_COUNT,
+    };
+}
+
+static struct vw_ledger_score *score(const struct test_recording *training, uint32_t burn_in_epochs, uint32_t *count) {
+    struct vw_value_input input = input_of(training, burn_in_epochs);
     struct vw_ledger_score *scores = NULL;
-    ASSERT_OK(vw_value_score(training->records, training->count, burn_in_epochs, test_images, TEST_IMAGE_COUNT, &scores, count));
+    ASSERT_OK(vw_value_score(&input, &scores, count));
     return scores;
 }
 
@@ -40,7 +43,7 @@ static void assert_near(double value, double expected, const char *what) {
 
 static void known_worths_come_back(void **state) {
     (void)state;
-    struct training *training = train(0, 6, 3);
+    struct test_recording *training = train(0, 6, 3);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(training, 1, &count);
     assert_int_equal(count, 3 * TEST_TRAIN_COUNT);
@@ -61,7 +64,7 @@ static void known_worths_come_back(void **state) {
 
 static void burn_in_leaves_epochs_out(void **state) {
     (void)state;
-    struct training *training = train(0, 4, 3);
+    struct test_recording *training = train(0, 4, 3);
     const double expected[] = {13, 3, 2, 1}; // visits' worth of photo 1: the first epoch counts tenfold
     uint32_t count = 0;
     for (uint32_t burn_in = 0; burn_in < 4; burn_in++) {
@@ -80,7 +83,7 @@ static void burn_in_leaves_epochs_out(void **state) {
 // Three visits with deltas 1, 2 and 6: sum 9, standard deviation sqrt(7), standard error sqrt(7) * sqrt(3).
 static void standard_error_is_of_the_sum(void **state) {
     (void)state;
-    struct training training = {.count = 4};
+    struct test_recording training = {.count = 4};
     const double psnr[] = {10, 11, 13, 19};
     for (uint32_t i = 0; i < training.count; i++)
         training.records[i] = (struct vw_step_record){.step = i,
@@ -104,7 +107,7 @@ static void standard_error_is_of_the_sum(void **state) {
 // A flagged step has no delta of its own; the step after it is measured from the last value before it.
 static void flagged_steps_are_bridged(void **state) {
     (void)state;
-    struct training *training = train(0, 3, 3);
+    struct test_recording *training = train(0, 3, 3);
     const uint32_t flagged = 8; // in the second epoch
     uint32_t photo = training->records[flagged].view, next = training->records[flagged + 1].view, count = 0;
     struct vw_ledger_score *whole = score(training, 1, &count);
@@ -124,7 +127,7 @@ static void flagged_steps_are_bridged(void **state) {
 // The delta of the first step after burn-in is taken from the last value within it, and step 0 may lack a value.
 static void a_flagged_start_is_no_delta(void **state) {
     (void)state;
-    struct training *training = train(0, 1, 3);
+    struct test_recording *training = train(0, 1, 3);
     flag(training, 0);
     uint32_t count = 0, visits = 0;
     struct vw_ledger_score *scores = score(training, 0, &count);
@@ -134,22 +137,138 @@ static void a_flagged_start_is_no_delta(void **state) {
     for (uint32_t step = 0; step < training->count; step++) flag(training, step); // as a run without validation
     free(score(training, 0, &count));
     assert_int_equal(count, 0);
-    free(score(&(struct training){.count = 0}, 0, &count));
+    free(score(&(struct test_recording){.count = 0}, 0, &count));
     assert_int_equal(count, 0);
     free(training);
 }
 
 static void an_unknown_image_is_refused(void **state) {
     (void)state;
-    struct training *training = train(0, 3, 3);
+    struct test_recording *training = train(0, 3, 3);
     training->records[9].view = 99;
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
-    enum vw_status status = vw_value_score(training->records, training->count, 1, test_images, TEST_IMAGE_COUNT, &scores, &count);
-    assert_int_equal(status, VW_ERROR_INPUT);
+    struct vw_value_input input = input_of(training, 1);
+    assert_int_equal(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT);
     assert_null(scores);
     assert_non_null(strstr(vw_error_message(), "step 9"));
     free(training);
+}
+
+// ---- Noise ----
+
+// PSNR in dB; the pooled one is twice as much and L1 a hundredth, so that what is worked out for one holds for all.
+struct noisy_step {
+    uint64_t step;
+    uint32_t epoch, view;
+    double psnr;
+};
+// Step 4 is flagged; there is no step 7.
+static const struct noisy_step noisy_steps[] = {
+    {0, 0, VW_RECORD_UNTRAINED, 10},
+    {1, 0, 3, 11},
+    {2, 1, 3, 13},
+    {3, 1, 5, 12},
+    {4, 2, 3, NAN},
+    {5, 2, 5, 15},
+    {6, 2, 6, 15},
+    {8, 3, 3, 16},
+};
+static const struct {
+    uint64_t step;
+    enum vw_probe_kind kind;
+    double psnr;
+} noisy_probes[] = {
+    {1, VW_PROBE_REDRAW, 12},    {1, VW_PROBE_REDRAW, 13},                            // with 11: variance 1, in burn-in
+    {2, VW_PROBE_REPEAT, 11},    {2, VW_PROBE_STILL, 11},   {2, VW_PROBE_REDRAW, 13}, // with 13 and 16: mean 14, variance 6 / 2
+    {2, VW_PROBE_REDRAW, 16},    {2, VW_PROBE_REPEAT, NAN},                           //
+    {4, VW_PROBE_REPEAT, 12.5},  {4, VW_PROBE_REDRAW, 20},  {4, VW_PROBE_REDRAW, 22}, // variance 2; the last value before is 12
+    {5, VW_PROBE_REPEAT, 12.25},                                                      // the last value before is still 12
+    {6, VW_PROBE_REDRAW, NAN},                                                        // with 15: a single value
+    {7, VW_PROBE_REDRAW, 1000},                                                       // of no step
+    {8, VW_PROBE_REPEAT, 14.75}, {8, VW_PROBE_STILL, 15.5},                           // the last value before is 15
+};
+enum { NOISY_STEP_COUNT = VW_ARRAY_COUNT(noisy_steps), NOISY_PROBE_COUNT = VW_ARRAY_COUNT(noisy_probes) };
+
+struct noisy_run {
+    struct vw_step_record records[NOISY_STEP_COUNT];
+    struct vw_probe probes[NOISY_PROBE_COUNT];
+};
+
+static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_run *run) {
+    for (uint32_t i = 0; i < NOISY_STEP_COUNT; i++) {
+        const struct noisy_step *step = &noisy_steps[i];
+        run->records[i] = (struct vw_step_record){.step = step->step,
+                                                  .epoch = step->epoch,
+                                                  .view = step->view,
+                                                  .validated = true,
+                                                  .val_psnr = step->psnr,
+                                                  .val_psnr_pooled = 2 * step->psnr,
+                                                  .val_l1 = step->psnr / 100};
+    }
+    for (uint32_t i = 0; i < NOISY_PROBE_COUNT; i++) {
+        double psnr = noisy_probes[i].psnr;
+        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100};
+    }
+    run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
+    return (struct vw_value_input){run->records,   NOISY_STEP_COUNT, run->probes,     NOISY_PROBE_COUNT,
+                                   burn_in_epochs, test_images,      TEST_IMAGE_COUNT};
+}
+
+// Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each more.
+static void sampling_error_is_the_redraws_spread(void **state) {
+    (void)state;
+    const struct {
+        const char *method;
+        uint32_t burn_in_epochs;
+        double expected;
+    } cases[] = {
+        {"dv_psnr", 1, sqrt(2 * 2.5)},        {"dv_psnr_pooled", 1, 2 * sqrt(2 * 2.5)},
+        {"dv_loss", 1, 0.01 * sqrt(2 * 2.5)}, {"dv_psnr", 0, sqrt(3 * 6.0 / 3)},
+        {"dv_psnr", 2, sqrt(1 * 2.0)},        {"dv_loss", 0, 0.01 * sqrt(3 * 5.5 / 3)},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct noisy_run run;
+        struct vw_value_input input = make_noisy(cases[i].burn_in_epochs, &run);
+        struct vw_ledger_score *scores = NULL;
+        uint32_t count = 0;
+        ASSERT_OK(vw_value_score(&input, &scores, &count));
+        assert_near(test_find_score(scores, count, cases[i].method, 3)->sampling_error, cases[i].expected, cases[i].method);
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 5)->sampling_error)); // not probed
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 6)->sampling_error)); // a single value
+        free(scores);
+        input.probe_count = 0;
+        ASSERT_OK(vw_value_score(&input, &scores, &count));
+        for (uint32_t s = 0; s < count; s++) assert_true(isnan(scores[s].sampling_error));
+        free(scores);
+    }
+}
+
+static void noise_floor_is_of_all_probes(void **state) {
+    (void)state;
+    struct noisy_run run;
+    struct vw_value_input input = make_noisy(3, &run); // burn-in does not matter
+    struct vw_noise_floor floor;
+    vw_value_noise_floor(&input, &floor);
+    assert_int_equal(floor.repeats, 4);
+    assert_int_equal(floor.stills, 2);
+    assert_int_equal(floor.redraws, 6);
+    assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
+    assert_near(floor.still_db, 0.5, "the largest delta of a step with learning rate 0");
+    assert_near(floor.redraw_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
+    assert_near(floor.redraw_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
+
+    run.probes[7].val_psnr = 12.25; // now the largest is the one downwards
+    run.probes[13].val_psnr = 14.5;
+    vw_value_noise_floor(&input, &floor);
+    assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat");
+
+    for (uint32_t i = 0; i < 4; i++) run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEAT, 11, 22, 0.11};
+    input.probe_count = 4;
+    vw_value_noise_floor(&input, &floor);
+    assert_true(floor.repeats == 4 && floor.stills == 0 && floor.redraws == 0);
+    assert_true(floor.repeat_db == 0); // exactly
+    assert_true(isnan(floor.still_db) && isnan(floor.redraw_db) && isnan(floor.redraw_l1));
 }
 
 // ---- The programs that recompute scores ----
@@ -157,7 +276,7 @@ static void an_unknown_image_is_refused(void **state) {
 // Records a noisy run with two flagged steps under `folder`/`name`/ledger.db; the scores are given back.
 static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json, uint32_t burn_in_epochs,
                                           uint64_t seed, uint32_t *count) {
-    struct training *training = train(0.4, TEST_EPOCHS_MOST, seed);
+    struct test_recording *training = train(0.4, TEST_EPOCHS_MOST, seed);
     flag(training, 33);
     flag(training, 34);
     char *out = vw_path_join(folder, name), *path = vw_path_join(out, "ledger.db");
@@ -170,7 +289,10 @@ static struct vw_ledger_score *record_run(const char *folder, const char *name, 
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
     ASSERT_OK(vw_ledger_append(ledger, training->records, training->count, test_validation_views));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &record_count));
-    ASSERT_OK(vw_value_score(records, record_count, burn_in_epochs, test_images, TEST_IMAGE_COUNT, &scores, count));
+    struct vw_value_input input = input_of(training, burn_in_epochs);
+    input.records = records;
+    input.record_count = record_count;
+    ASSERT_OK(vw_value_score(&input, &scores, count));
     ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", scores, *count));
     vw_ledger_close(&ledger);
     free(records);
@@ -298,6 +420,8 @@ int main(void) {
         cmocka_unit_test(flagged_steps_are_bridged),
         cmocka_unit_test(a_flagged_start_is_no_delta),
         cmocka_unit_test(an_unknown_image_is_refused),
+        cmocka_unit_test(sampling_error_is_the_redraws_spread),
+        cmocka_unit_test(noise_floor_is_of_all_probes),
         cmocka_unit_test_setup_teardown(the_query_reproduces_dv_psnr, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(score_quality_tells_auc_and_r, test_set_up, test_tear_down),
     };

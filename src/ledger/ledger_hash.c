@@ -1,0 +1,77 @@
+#include "ledger/ledger_private.h"
+
+void vw_ledger_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
+    uint8_t bytes[32];
+    vw_hasher_end(hasher, bytes);
+    vw_hash_to_hex(bytes, hash);
+}
+
+// Adds all rows of a query.
+static enum vw_status hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher) {
+    sqlite3_stmt *statement = NULL;
+    bool found = false;
+    enum vw_status status = vw_database_prepare(database, sql, &statement);
+    while (!status && !(status = vw_database_next(database, statement, &found)) && found)
+        vw_row_hash(statement, sqlite3_column_count(statement), hasher);
+    sqlite3_finalize(statement);
+    return status;
+}
+
+enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    enum vw_status status =
+        hash_rows(database, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", &hasher);
+    if (!status)
+        status = hash_rows(database,
+                           "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id",
+                           &hasher);
+    vw_ledger_end_hash(&hasher, hash);
+    return status;
+}
+
+static enum vw_status find_running(struct vw_database *database, bool *running) {
+    sqlite3_stmt *statement = NULL;
+    enum vw_status status = vw_database_prepare(database, "SELECT 1 FROM run WHERE status = '" VW_LEDGER_RUNNING "'", &statement);
+    if (!status) status = vw_database_next(database, statement, running);
+    sqlite3_finalize(statement);
+    return status;
+}
+
+enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run_hash, const char *head, char hash[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    bool running = false;
+    enum vw_status status = find_running(database, &running);
+    if (status) return status;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, running ? run_hash : head); // so that a batch of a running run need not touch the seal
+    status = hash_rows(
+        database, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run", &hasher);
+    if (!status)
+        status = hash_rows(database,
+                           "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error FROM score"
+                           " ORDER BY run_id, image_id, method",
+                           &hasher);
+    vw_ledger_end_hash(&hasher, hash);
+    return status;
+}
+
+static enum vw_status store(struct vw_database *database, const char *sql, const char *hash) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(database, sql, &row.statement);
+    if (status) return status;
+    vw_row_add_text(&row, hash);
+    status = vw_row_write(&row, database, "record a hash of the run");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_ledger_hash_run(database, run_hash);
+    return status ? status : store(database, "UPDATE run SET row_hash = ?", run_hash);
+}
+
+enum vw_status vw_ledger_write_seal(struct vw_database *database, const char *run_hash, const char *head, char seal[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_ledger_hash_seal(database, run_hash, head, seal);
+    return status ? status : store(database, "UPDATE run SET seal_hash = ?", seal);
+}

@@ -1,0 +1,74 @@
+#include <string.h>
+
+#include "ledger/ledger_private.h"
+
+bool vw_ledger_has_ended(const struct vw_ledger *ledger) { return strcmp(ledger->run.status, VW_LEDGER_RUNNING) != 0; }
+
+static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_ledger_score *scores, uint32_t score_count) {
+    enum vw_status status = vw_database_run(&ledger->database, "DELETE FROM score");
+    if (status) return status;
+    struct vw_row row = {0};
+    status = vw_database_prepare(&ledger->database,
+                                 "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, sampling_error)"
+                                 " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                                 &row.statement);
+    for (uint32_t i = 0; !status && i < score_count; i++) {
+        const struct vw_ledger_score *score = &scores[i];
+        vw_row_add_text(&row, ledger->run.run_id);
+        vw_row_add_integer(&row, score->image_id);
+        vw_row_add_text(&row, score->method);
+        vw_row_add_real(&row, score->value);
+        vw_row_add_text(&row, score->unit);
+        vw_row_add_real(&row, score->standard_error);
+        vw_row_add_integer(&row, score->visits);
+        vw_row_add_real(&row, score->sampling_error);
+        status = vw_row_write(&row, &ledger->database, "record a score");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_run_state *state) {
+    struct vw_row row = {0};
+    enum vw_status status =
+        vw_database_prepare(&ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?", &row.statement);
+    if (status) return status;
+    vw_row_add_text(&row, ledger->extended_config_json ? ledger->extended_config_json : ledger->run.config_json);
+    vw_row_add_text(&row, state->finished_utc);
+    vw_row_add_text(&row, state->status);
+    status = vw_row_write(&row, &ledger->database, "record the state of the run");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state) {
+    enum vw_status status = replace_scores(ledger, state->scores, state->score_count);
+    if (!status) status = update_run(ledger, state);
+    if (!status) status = vw_ledger_write_seal(&ledger->database, ledger->run_hash, ledger->head, state->seal);
+    return status;
+}
+
+void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state) {
+    ledger->run.status = state->status;
+    if (ledger->extended_config_json) ledger->run.config_json = ledger->extended_config_json;
+    ledger->extended_config_json = NULL;
+    memcpy(ledger->seal, state->seal, sizeof ledger->seal);
+}
+
+enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
+                                const struct vw_ledger_score *scores, uint32_t score_count) {
+    struct vw_run_state state = {vw_ledger_keep_text(ledger, status), finished_utc, scores, score_count, ""};
+    if (!state.status) return VW_ERROR_MEMORY;
+    enum vw_status result = vw_database_begin(&ledger->database);
+    if (result) return result;
+    result = vw_database_end(&ledger->database, vw_ledger_write_state(ledger, &state));
+    if (!result) vw_ledger_take_state(ledger, &state);
+    return result;
+}
+
+enum vw_status vw_ledger_extend(struct vw_ledger *ledger, const char *config_json) {
+    const char *kept = vw_ledger_keep_text(ledger, config_json);
+    if (!kept) return VW_ERROR_MEMORY;
+    ledger->extended_config_json = strcmp(kept, ledger->run.config_json) == 0 ? NULL : kept;
+    return VW_OK;
+}

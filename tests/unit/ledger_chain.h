@@ -1,0 +1,95 @@
+// The hash chain of a ledger, written a second time from its description in viewworth/ledger.h, and without our code.
+#ifndef VIEWWORTH_TESTS_LEDGER_CHAIN_H
+#define VIEWWORTH_TESTS_LEDGER_CHAIN_H
+
+#include <sodium.h>
+
+#include "unit/ledger_sql.h"
+
+static inline void feed(crypto_generichash_state *state, char tag, uint64_t word, const char *text) {
+    unsigned char bytes[9] = {(unsigned char)tag};
+    for (int i = 0; i < 8; i++) bytes[1 + i] = (unsigned char)(word >> 8 * i);
+    crypto_generichash_update(state, bytes, tag == 'n' ? 1 : 9);
+    if (text) crypto_generichash_update(state, (const unsigned char *)text, strlen(text));
+}
+
+static inline void feed_text(crypto_generichash_state *state, const char *text) { feed(state, 't', strlen(text), text); }
+
+static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value) {
+    sqlite3_stmt *statement = sql_query(raw, sql, value);
+    while (sqlite3_step(statement) == SQLITE_ROW)
+        for (int i = 0; i < sqlite3_column_count(statement); i++) {
+            double real = sqlite3_column_double(statement, i);
+            uint64_t bits;
+            memcpy(&bits, &real, sizeof bits);
+            switch (sqlite3_column_type(statement, i)) {
+            case SQLITE_INTEGER: feed(state, 'i', (uint64_t)sqlite3_column_int64(statement, i), NULL); break;
+            case SQLITE_FLOAT: feed(state, 'r', bits, NULL); break;
+            case SQLITE_TEXT: feed_text(state, (const char *)sqlite3_column_text(statement, i)); break;
+            default: feed(state, 'n', 0, NULL);
+            }
+        }
+    sqlite3_finalize(statement);
+}
+
+// Ends a hash into `hex` and tells whether `sql` finds the same.
+static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value, char hex[65]) {
+    unsigned char hash[32];
+    crypto_generichash_final(state, hash, sizeof hash);
+    sodium_bin2hex(hex, 65, hash, sizeof hash);
+    sqlite3_stmt *statement = sql_query(raw, sql, value);
+    bool same = sqlite3_step(statement) == SQLITE_ROW && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0;
+    sqlite3_finalize(statement);
+    return same;
+}
+
+static inline int64_t count_steps(sqlite3 *raw) {
+    sqlite3_stmt *statement = sql_query(raw, "SELECT count(*) FROM step", 0);
+    sqlite3_step(statement);
+    int64_t count = sqlite3_column_int64(statement, 0);
+    sqlite3_finalize(statement);
+    return count;
+}
+
+static inline bool is_running(sqlite3 *raw) {
+    sqlite3_stmt *statement = sql_query(raw, "SELECT 1 FROM run WHERE status = 'running'", 0);
+    bool running = sqlite3_step(statement) == SQLITE_ROW;
+    sqlite3_finalize(statement);
+    return running;
+}
+
+// Whether all hashes of a ledger are what its rows give.
+static inline bool chain_holds(const char *path) {
+    sqlite3 *raw = sql_open(path);
+    crypto_generichash_state state;
+    char head[65];
+    crypto_generichash_init(&state, NULL, 0, 32);
+    feed_rows(&state, raw, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);
+    feed_rows(&state, raw, "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY image_id", 0);
+    bool holds = hash_is(&state, raw, "SELECT row_hash FROM run", 0, head);
+    int64_t count = count_steps(raw);
+    for (int64_t step = 0; step < count; step++) {
+        crypto_generichash_init(&state, NULL, 0, 32);
+        feed_text(&state, head);
+        feed_rows(&state, raw,
+                  "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored"
+                  " FROM step WHERE step = ?",
+                  step);
+        feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id", step);
+        feed_rows(&state, raw,
+                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1 FROM probe WHERE step = ? ORDER BY probe", step);
+        holds = hash_is(&state, raw, "SELECT row_hash FROM step WHERE step = ?", step, head) && holds;
+    }
+    crypto_generichash_init(&state, NULL, 0, 32);
+    if (is_running(raw)) feed_rows(&state, raw, "SELECT row_hash FROM run", 0);
+    else feed_text(&state, head);
+    feed_rows(&state, raw, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run",
+              0);
+    feed_rows(&state, raw,
+              "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error FROM score ORDER BY image_id, method", 0);
+    holds = hash_is(&state, raw, SQL_SEAL, 0, head) && holds;
+    sqlite3_close(raw);
+    return holds;
+}
+
+#endif
