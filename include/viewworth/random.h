@@ -8,7 +8,7 @@
 enum vw_random_purpose {
     VW_RANDOM_INITIALISATION, // a = parameter index
     VW_RANDOM_ORDER,          // step = epoch, a = position
-    VW_RANDOM_PIXEL,          // step = step, a = ray
+    VW_RANDOM_PIXEL,          // step = step, a = ray, b = draw
     VW_RANDOM_JITTER,         // step = step, a = ray, b = sample / 4
     VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0, so that every run sees the same pixels
     VW_RANDOM_RECIPE,         // a = view, b = what for

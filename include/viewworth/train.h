@@ -39,6 +39,7 @@ struct vw_config {
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // of the hidden layers: 16, 32 or 64
     char effects[256];        // as --effects takes it: auto | none | LIST | +a,-b
+    bool noise_floor;         // probe every photo's steps now and then (vw_step_record.probes); needs validation
 };
 
 extern const struct vw_config vw_config_default;
@@ -92,6 +93,17 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
 // Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until the next call.
 // count = 0 when the run is complete.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+// The same without submitting more: hands out what is in flight. count = 0 when nothing is, and the state on the device is that after
+// the last step handed out.
+enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+
+// A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved there. To be called
+// when nothing is in flight (see vw_trainer_collect).
+enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
+// Goes on from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run. VW_ERROR_INPUT,
+// with the trainer untouched, when the file is missing, damaged, of another run, or of a later step than `last_step`. Before the first
+// advance only.
+enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step, uint64_t *step);
 
 // The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
@@ -112,5 +124,15 @@ struct vw_trainer_stats {
     uint32_t val_rays; // actually taken
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
+
+// What a pass has to do in one step with its validation, from the sizes alone, to hold its time (vw_gpu_timers) against the device's
+// ceilings.
+struct vw_pass_cost {
+    const char *name, *role; // as the timer's
+    uint32_t dispatches;
+    double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
+};
+enum { VW_PASS_COSTS_MAX = 16 };
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);
 
 #endif

@@ -137,6 +137,7 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
+    failed = failed || json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
     // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
     char *text = failed ? NULL : json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT);
@@ -178,6 +179,7 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
     if (status == VW_OK) strcpy(parsed.effects, effects);
+    parsed.noise_floor = json_is_true(json_object_get(object, "noise_floor"));
     json_decref(object);
     if (status == VW_OK) status = vw_config_check(&parsed);
     if (status == VW_OK) *config = parsed;

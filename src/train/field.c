@@ -9,6 +9,8 @@
 
 enum { EVALUATOR_CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
+const char evaluator_role[] = "validation";
+
 static enum vw_status create_cameras(struct field *field, const struct vw_scene *scene) {
     uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
@@ -41,7 +43,7 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
     } scratch[] = {
-        {&field->rows, {.name = "rows", .size_bytes = 16 * chunk * model->row_count}},
+        {&field->rows, {.name = "rows", .size_bytes = 16 * (uint64_t)VW_ROW_STRIDE(chunk) * model->row_count}},
         {&field->relu, {.name = "relu", .size_bytes = 16 * chunk}},
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
     };
@@ -126,7 +128,8 @@ static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
                                         .specialization = (const uint32_t *)&specialization,
                                         .specialization_count = VW_SPECIALIZATION_COUNT,
                                         .bindings = bindings,
-                                        .binding_count = count};
+                                        .binding_count = count,
+                                        .role = evaluator_role};
         status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
     }
     return status;

@@ -21,6 +21,8 @@ void field_destroy(struct field *field);
 // Bindings of the field that several passes share: grid (as both views), weights. Writes them behind `*count` and advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
 
+extern const char evaluator_role[]; // of its passes, in the timers
+
 struct evaluator {
     struct field *field; // borrowed
     uint32_t ray_count;  // with padding

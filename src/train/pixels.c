@@ -55,11 +55,12 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
     };
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t count, struct vw_pixel *pixels) {
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw, uint32_t count,
+                 struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     for (uint32_t ray = 0; ray < count; ray++) {
         uint32_t words[4];
-        vw_random_words(seed, VW_RANDOM_PIXEL, step, ray, 0, words);
+        vw_random_words(seed, VW_RANDOM_PIXEL, step, ray, draw, words);
         pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px), vw_random_below(words[1], image->height_px));
     }
 }

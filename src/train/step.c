@@ -1,5 +1,7 @@
 #include "step.h"
 
+#include <string.h>
+
 #include "gpu/shaders.h"
 #include "viewworth/memory.h"
 
@@ -129,6 +131,13 @@ void step_destroy(struct step_passes *step) {
                                     &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
                                     &step->grid_moment1,    &step->grid_moment2, &step->grid_visits};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+}
+
+// The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
+void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]) {
+    struct vw_buffer *const state[TRAINING_STATE_BUFFERS] = {step->field->params, step->weight_moments, step->grid_moment1,
+                                                             step->grid_moment2, step->grid_visits};
+    memcpy(buffers, state, sizeof state);
 }
 
 // Forward and back through the rays of one chunk, whose activations the next chunk overwrites.

@@ -20,6 +20,10 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                            struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
+// Everything a step changes that the next one starts from: params, moments, visits. With it and the step's number, training goes on.
+enum { TRAINING_STATE_BUFFERS = 5 };
+void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]);
+
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
 

@@ -86,21 +86,29 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     return status;
 }
 
-static uint32_t rows_per_step(const struct vw_trainer *trainer) { return 1 + trainer->val_count; }
+// A step is measured once, and by its probes, if any.
+static uint32_t rows_per_measurement(const struct vw_trainer *trainer) { return 1 + trainer->val_count; }
+static uint32_t rows_per_step(const struct vw_trainer *trainer) {
+    return rows_per_measurement(trainer) * (trainer->config.noise_floor ? 1 + PROBES_PER_STEP : 1);
+}
+static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
+    return trainer->config.rays * (trainer->config.noise_floor ? 1 + PROBE_REDRAWS : 1);
+}
 static uint32_t rows_per_slot(const struct vw_trainer *trainer) { return (trainer->steps_capacity + 1) * rows_per_step(trainer); }
 
 static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
-    uint32_t most = PIXELS_PER_BATCH_MAX / trainer->config.rays;
+    uint32_t most = PIXELS_PER_BATCH_MAX / pixels_per_step(trainer);
     trainer->steps_capacity = most < STEPS_PER_BATCH_MAX ? most : STEPS_PER_BATCH_MAX;
     trainer->adapt_batches = steps_per_batch == 0;
     trainer->steps_per_batch = steps_per_batch == 0                        ? 1
                                : steps_per_batch < trainer->steps_capacity ? steps_per_batch
                                                                            : trainer->steps_capacity;
-    uint64_t pixel_bytes = sizeof(struct vw_pixel) * trainer->config.rays * trainer->steps_capacity;
+    uint64_t pixel_bytes = sizeof(struct vw_pixel) * pixels_per_step(trainer) * trainer->steps_capacity;
     uint32_t records = trainer->steps_capacity + 1;
     trainer->records = vw_allocate(records, sizeof *trainer->records);
     trainer->view_errors = vw_allocate((size_t)records * trainer->val_count, sizeof *trainer->view_errors);
-    enum vw_status status = trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
+    trainer->probes = vw_allocate((size_t)records * (trainer->config.noise_floor ? PROBES_PER_STEP : 0), sizeof *trainer->probes);
+    enum vw_status status = trainer->records && trainer->view_errors && trainer->probes ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK)
         status = vw_buffer_create(
             trainer->gpu,
@@ -136,6 +144,8 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->config = *params->config;
     trainer->validate = params->validate;
     enum vw_status status = vw_config_check(&trainer->config);
+    if (status == VW_OK && trainer->config.noise_floor && !trainer->validate)
+        status = vw_fail(VW_ERROR_USAGE, "--noise-floor: needs validation after every step; use viewworth value");
     if (status == VW_OK) status = vw_effects_decide(trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
     if (status == VW_OK) status = choose_views(trainer);
     if (status == VW_OK)
@@ -145,6 +155,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
     if (status == VW_OK && trainer->validate) status = create_validation(trainer);
+    if (status == VW_OK && trainer->config.noise_floor) status = noise_probe_create(trainer, &trainer->noise_probe);
     if (status != VW_OK) {
         vw_trainer_destroy(&trainer);
         return status;
@@ -157,6 +168,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     struct vw_trainer *trainer = *pointer;
     if (!trainer) return;
     for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&trainer->slots[i].batch); // waits
+    noise_probe_destroy(&trainer->noise_probe);
     vw_pass_destroy(&trainer->reduce_views);
     evaluator_destroy(&trainer->validation);
     vw_buffer_destroy(&trainer->val_ranges);
@@ -170,6 +182,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     free(trainer->val_pixel_counts);
     free(trainer->records);
     free(trainer->view_errors);
+    free(trainer->probes);
     free(trainer);
     *pointer = NULL;
 }
@@ -183,15 +196,22 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
 
 // ---- Recording --------------------------------------------------------------------------------------------------------
 
-// The photo of a step (from 1), by the epoch's shuffled order.
-static uint32_t view_of_step(struct vw_trainer *trainer, uint64_t step) {
-    uint64_t epoch = (step - 1) / trainer->train_count;
-    if (epoch != trainer->ordered_epoch) vw_random_order(trainer->config.seed, epoch, trainer->train_count, trainer->order);
-    trainer->ordered_epoch = epoch;
-    return trainer->train_views[trainer->order[(step - 1) % trainer->train_count]];
+uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step) {
+    return step > 0 ? (uint32_t)((step - 1) / trainer->train_count) : 0;
 }
 
-static void record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row) {
+uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step) {
+    uint32_t epoch = trainer_epoch_of_step(trainer, step);
+    if (epoch != trainer->ordered_epoch) vw_random_order(trainer->config.seed, epoch, trainer->train_count, trainer->order);
+    trainer->ordered_epoch = epoch;
+    return trainer->order[(step - 1) % trainer->train_count];
+}
+
+static uint32_t view_of_step(struct vw_trainer *trainer, uint64_t step) {
+    return trainer->train_views[trainer_photo_of_step(trainer, step)];
+}
+
+void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row) {
     if (!trainer->validate) return;
     struct vw_push_reduce push = {.count = trainer->val_count, .scalar_row = scalar_row};
     evaluator_record(&trainer->validation, batch);
@@ -201,10 +221,14 @@ static void record_validation(const struct vw_trainer *trainer, struct vw_batch 
 static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step, uint32_t step_in_batch,
                             uint32_t scalar_row) {
     uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
-    uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * rays;
+    uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * pixels_per_step(trainer);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, rays, pixels);
+    bool probed = noise_probe_due(trainer, step);
+    for (uint32_t draw = 0; draw <= (probed ? PROBE_REDRAWS : 0); draw++)
+        pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, draw, rays, pixels + draw * rays);
+    if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, scalar_row + rows_per_measurement(trainer));
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
+    trainer_record_validation(trainer, slot->batch, scalar_row);
 }
 
 // Records and submits the next steps into a free slot; leaves the slot idle when no step is left.
@@ -216,14 +240,13 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
     slot->row_count = 0;
     vw_batch_begin(slot->batch);
     if (trainer->next_step == 0) { // the untrained field
-        record_validation(trainer, slot->batch, row);
+        trainer_record_validation(trainer, slot->batch, row);
         row += rows_per_step(trainer);
         slot->row_count++;
         trainer->next_step++;
     }
     for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= total; i++, row += rows_per_step(trainer)) {
         record_training(trainer, slot, trainer->next_step++, i, row);
-        record_validation(trainer, slot->batch, row);
         slot->row_count++;
     }
     slot->submitted_s = vw_now_s();
@@ -264,17 +287,40 @@ static void blank_nonfinite(struct vw_step_record *record) {
     if (!isfinite(record->train_loss)) record->train_loss = NAN;
 }
 
-static void read_record(struct vw_trainer *trainer, uint64_t step, const vw_float4 *row, struct vw_view_error *views,
+// `rows` are those of the step's own measurement, behind which the probes' lie.
+static void read_probes(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *scratch, struct vw_probe *probes,
                         struct vw_step_record *record) {
+    for (uint32_t i = 0; i < PROBES_PER_STEP; i++) {
+        struct vw_step_record measured = {0};
+        enum vw_probe_kind kind = noise_probe_kind(i);
+        rows += rows_per_measurement(trainer);
+        measured.nonfinite = kind != VW_PROBE_REPEAT && rows->z != 0.0f; // a repeat takes no step that could fail
+        read_validation(trainer, rows + 1, scratch, &measured);
+        blank_nonfinite(&measured);
+        probes[i] = (struct vw_probe){.step = record->step,
+                                      .index = i,
+                                      .kind = kind,
+                                      .val_psnr = measured.val_psnr,
+                                      .val_psnr_pooled = measured.val_psnr_pooled,
+                                      .val_l1 = measured.val_l1};
+    }
+    record->probes = probes;
+    record->probe_count = PROBES_PER_STEP;
+}
+
+static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t index, const vw_float4 *row) {
+    struct vw_step_record *record = &trainer->records[index];
+    struct vw_view_error *views = trainer->view_errors + (size_t)index * trainer->val_count;
     *record = (struct vw_step_record){
         .step = step, .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
     if (step > 0) {
-        record->epoch = (uint32_t)((step - 1) / trainer->train_count);
+        record->epoch = trainer_epoch_of_step(trainer, step);
         record->view = view_of_step(trainer, step);
         record->train_loss = ((double)row->x + row->y) / trainer->config.rays;
         record->nonfinite = row->z != 0.0f;
         record->clamped_count = (uint64_t)row->w;
     }
+    if (noise_probe_due(trainer, step)) read_probes(trainer, row, views, trainer->probes + (size_t)index * PROBES_PER_STEP, record);
     if (trainer->validate) read_validation(trainer, row + 1, views, record);
     blank_nonfinite(record);
     trainer->stats.nonfinite_steps += record->nonfinite;
@@ -289,25 +335,41 @@ static void adapt_batch_size(struct vw_trainer *trainer, const struct batch_slot
         trainer->steps_per_batch *= 2;
 }
 
-enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
+bool trainer_in_flight(const struct vw_trainer *trainer) {
+    for (int i = 0; i < BATCHES_IN_FLIGHT; i++)
+        if (trainer->slots[i].in_flight) return true;
+    return false;
+}
+
+// Waits for the oldest batch in flight, if any, and lends its records.
+static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     struct batch_slot *slot = &trainer->slots[trainer->next_slot];
-    enum vw_status status = slot->in_flight ? VW_OK : submit_batch(trainer, slot);
-    trainer->next_slot = (trainer->next_slot + 1) % BATCHES_IN_FLIGHT;
-    if (status == VW_OK && slot->in_flight) status = submit_batch(trainer, &trainer->slots[trainer->next_slot]);
-    if (status != VW_OK) return status;
     *records = trainer->records;
     *count = 0;
     if (!slot->in_flight) return VW_OK;
-    status = vw_batch_wait(slot->batch);
+    trainer->next_slot = (trainer->next_slot + 1) % BATCHES_IN_FLIGHT;
+    enum vw_status status = vw_batch_wait(slot->batch);
     slot->in_flight = false;
     if (status != VW_OK) return status;
     adapt_batch_size(trainer, slot);
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
-    for (uint32_t i = 0; i < slot->row_count; i++)
-        read_record(trainer, slot->first_step + i, rows + (size_t)i * rows_per_step(trainer),
-                    trainer->view_errors + (size_t)i * trainer->val_count, &trainer->records[i]);
+    for (uint32_t i = 0; i < slot->row_count; i++) read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
     return VW_OK;
+}
+
+// Fills the slots from the oldest on, so that one batch runs while another's records are read.
+enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) {
+        struct batch_slot *slot = &trainer->slots[(trainer->next_slot + i) % BATCHES_IN_FLIGHT];
+        if (!slot->in_flight) status = submit_batch(trainer, slot);
+    }
+    return status == VW_OK ? hand_out(trainer, records, count) : status;
+}
+
+enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
+    return hand_out(trainer, records, count);
 }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {

@@ -1,7 +1,8 @@
-// The trainer's inside, shared by trainer.c (steps), render.c, field_file.c and identity.c.
+// The trainer's inside, shared by trainer.c (steps), noise_probe.c, render.c, field_file.c, checkpoint.c and identity.c.
 #ifndef VIEWWORTH_TRAIN_TRAINER_H
 #define VIEWWORTH_TRAIN_TRAINER_H
 
+#include "noise_probe.h"
 #include "step.h"
 
 enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and files the last one's records
@@ -26,7 +27,7 @@ struct vw_trainer {
     struct step_passes step;
 
     uint32_t *train_views, train_count;
-    uint32_t *order; // of the epoch `ordered_epoch`
+    uint32_t *order; // of the epoch `ordered_epoch`: indices in train_views
     uint64_t ordered_epoch;
 
     struct evaluator validation;
@@ -36,8 +37,10 @@ struct vw_trainer {
     uint32_t *val_pixel_counts; // pixels with weight, per validation view
     uint32_t val_rays;
 
-    struct vw_buffer *pixels;  // UPLOAD: steps_capacity * rays per batch slot
-    struct vw_buffer *scalars; // READBACK: (steps_capacity + 1) * (1 + val_count) vec4 per batch slot
+    struct noise_probe *noise_probe; // NULL without --noise-floor
+
+    struct vw_buffer *pixels;  // UPLOAD: per batch slot, steps_capacity times one or more draws of the step's rays
+    struct vw_buffer *scalars; // READBACK: per batch slot, (steps_capacity + 1) times one or more measurements of 1 + val_count vec4
     uint32_t steps_capacity, steps_per_batch;
     bool adapt_batches;
     struct batch_slot slots[BATCHES_IN_FLIGHT];
@@ -45,7 +48,18 @@ struct vw_trainer {
     uint64_t next_step;             // the next to record; 0 before the first batch
     struct vw_step_record *records; // of the batch handed out last
     struct vw_view_error *view_errors;
+    struct vw_probe *probes;
     struct vw_trainer_stats stats;
 };
+
+// Whether steps are submitted that were not handed out yet.
+bool trainer_in_flight(const struct vw_trainer *trainer);
+
+// The photo of a step (from 1), by the epoch's shuffled order: its index in train_views.
+uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step);
+uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step);
+
+// Records the validation of the field as it is, into the rows behind scalar_row.
+void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row);
 
 #endif

@@ -11,144 +11,51 @@
 #include <string.h>
 
 #include "support/assert_near.h"
-#include "support/gpu_fixture.h"
-#include "support/synthetic_scene.h"
 #include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
 #include "train/pixels.h"
 #include "train/trainer.h"
 #include "viewworth/memory.h"
 
-enum { VALS = 3, MOST_STEPS = 4096 };
-
-static struct vw_config small_config(void) {
-    struct vw_config config = vw_config_default;
-    config.epochs = 3;
-    config.rays = 60;
-    config.samples = 16;
-    config.val_rays = 120;
-    config.levels = 4;
-    config.log2_table = 10;
-    config.width = 16;
-    return config;
-}
-
-static struct vw_scene *small_scene(void) {
-    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18});
-}
-
-#define assert_ok(call)                                                                                                                    \
-    do {                                                                                                                                   \
-        enum vw_status status_ = (call);                                                                                                   \
-        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                               \
-    } while (0)
-
-struct run {
-    struct vw_step_record records[MOST_STEPS];
-    struct vw_view_error views[MOST_STEPS][VALS];
-    uint32_t count;
-    uint32_t param_words;
-    uint32_t *params;
-    struct vw_trainer_stats stats;
-};
-
-static struct vw_trainer *make_trainer(const struct vw_scene *scene, const struct vw_config *config, bool validate,
-                                       uint32_t steps_per_batch) {
-    struct vw_trainer *trainer = NULL;
-    assert_ok(vw_trainer_create(
-        &(struct vw_trainer_params){
-            .gpu = test_gpu(), .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch},
-        &trainer));
-    return trainer;
-}
-
-static void finish(struct vw_trainer *trainer, struct run *run) {
-    const struct vw_step_record *records;
-    uint32_t count;
-    for (;;) {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
-        if (!count) break;
-        for (uint32_t i = 0; i < count; i++) {
-            assert_true(run->count < MOST_STEPS);
-            run->records[run->count] = records[i];
-            if (records[i].views) memcpy(run->views[run->count], records[i].views, sizeof run->views[0]);
-            run->records[run->count++].views = NULL;
-        }
-    }
-    run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
-    run->params = vw_allocate(run->param_words, 4);
-    assert_ok(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
-    vw_trainer_get_stats(trainer, &run->stats);
-}
-
-// A whole run, owned by the caller (free_run).
-static struct run *train(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
-    struct run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = make_trainer(scene, config, validate, steps_per_batch);
-    finish(trainer, run);
-    vw_trainer_destroy(&trainer);
-    return run;
-}
-
-static void free_run(struct run *run) {
-    free(run->params);
-    free(run);
-}
-
-static bool same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
-
-static void assert_same_run(const struct run *a, const struct run *b) {
-    assert_int_equal(a->count, b->count);
-    for (uint32_t i = 0; i < a->count; i++) {
-        const struct vw_step_record *x = &a->records[i], *y = &b->records[i];
-        if (x->step != y->step || x->epoch != y->epoch || x->view != y->view || !same_bits(x->train_loss, y->train_loss) ||
-            !same_bits(x->val_psnr, y->val_psnr) || !same_bits(x->val_l1, y->val_l1) ||
-            memcmp(a->views[i], b->views[i], sizeof a->views[i]))
-            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step,
-                     x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
-    }
-    assert_int_equal(a->param_words, b->param_words);
-    assert_memory_equal(a->params, b->params, 4 * a->param_words);
-}
-
 // Decision 2: the same bits again, and for any grouping of the steps into submissions.
-static void test_same_bits(void **state) {
+static void test_repeats(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *first = train(scene, &config, true, 1);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *first = test_run(scene, &config, true, 1);
     assert_int_equal(first->count, 1 + 3 * 5);
     const uint32_t sizes[] = {1, 2, 7, 64, 0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
-        struct run *again = train(scene, &config, true, sizes[i]);
-        assert_same_run(first, again);
-        free_run(again);
+        struct test_run *again = test_run(scene, &config, true, sizes[i]);
+        test_run_assert_same(first, again);
+        test_run_free(again);
     }
-    free_run(first);
+    test_run_free(first);
     vw_scene_close(&scene);
 }
 
 static void test_seed_changes_the_run(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *zero = train(scene, &config, true, 4);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *zero = test_run(scene, &config, true, 4);
     config.seed = INT64_MAX; // the largest allowed
-    struct run *other = train(scene, &config, true, 4);
+    struct test_run *other = test_run(scene, &config, true, 4);
     assert_int_not_equal(memcmp(zero->params, other->params, 4 * zero->param_words), 0);
     bool order_differs = false;
     for (uint32_t i = 1; i < zero->count; i++) order_differs |= zero->records[i].view != other->records[i].view;
     assert_true(order_differs);
-    free_run(zero);
-    free_run(other);
+    test_run_free(zero);
+    test_run_free(other);
     vw_scene_close(&scene);
 }
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
 static void test_each_view_once_per_epoch(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *run = train(scene, &config, true, 0);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *run = test_run(scene, &config, true, 0);
     assert_int_equal(run->records[0].view, VW_RECORD_UNTRAINED);
     assert_true(isnan(run->records[0].train_loss) && isfinite(run->records[0].val_psnr));
     for (uint32_t epoch = 0; epoch < config.epochs; epoch++) {
@@ -161,7 +68,7 @@ static void test_each_view_once_per_epoch(void **state) {
         }
         assert_int_equal(seen, 0x1f);
     }
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
@@ -169,17 +76,17 @@ static void test_each_view_once_per_epoch(void **state) {
 // again after rendering a view it gives the same bits.
 static void test_validation_is_pure(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *with = train(scene, &config, true, 4), *without = train(scene, &config, false, 4);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
     assert_memory_equal(with->params, without->params, 4 * with->param_words);
     for (uint32_t i = 0; i < without->count; i++) {
         assert_false(without->records[i].validated);
-        assert_true(i == 0 || same_bits(with->records[i].train_loss, without->records[i].train_loss));
+        assert_true(i == 0 || test_same_bits(with->records[i].train_loss, without->records[i].train_loss));
     }
-    free_run(without);
+    test_run_free(without);
 
-    struct vw_trainer *trainer = make_trainer(scene, &config, true, 4);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
     const struct vw_step_record *records;
     uint32_t count;
     do assert_ok(vw_trainer_advance(trainer, &records, &count));
@@ -188,55 +95,55 @@ static void test_validation_is_pure(void **state) {
         float *rgb = NULL;
         assert_ok(vw_trainer_render(trainer, 0, &rgb));
         free(rgb);
-        struct vw_push_reduce push = {.count = VALS};
+        struct vw_push_reduce push = {.count = TEST_VALS};
         vw_batch_begin(trainer->slots[0].batch);
         evaluator_record(&trainer->validation, trainer->slots[0].batch);
-        vw_batch_dispatch(trainer->slots[0].batch, trainer->reduce_views, &push, sizeof push, 64 * VALS);
+        vw_batch_dispatch(trainer->slots[0].batch, trainer->reduce_views, &push, sizeof push, 64 * TEST_VALS);
         assert_ok(vw_batch_submit(trainer->slots[0].batch));
         assert_ok(vw_batch_wait(trainer->slots[0].batch));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
-        for (uint32_t i = 0; i < VALS; i++)
-            assert_true(same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]),
-                                  with->views[with->count - 1][i].mse));
+        for (uint32_t i = 0; i < TEST_VALS; i++)
+            assert_true(test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]),
+                                       with->views[with->count - 1][i].mse));
     }
     vw_trainer_destroy(&trainer);
-    free_run(with);
+    test_run_free(with);
     vw_scene_close(&scene);
 }
 
 // Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same sums.
 static void test_psnr_means_what_it_says(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
     config.epochs = 40;
-    struct run *run = train(scene, &config, true, 0);
+    struct test_run *run = test_run(scene, &config, true, 0);
     for (uint32_t i = 0; i < run->count; i++) {
         double psnr = 0.0, mse = 0.0, l1 = 0.0;
-        for (uint32_t v = 0; v < VALS; v++) {
-            psnr += -10.0 * log10(fmax(run->views[i][v].mse, 1e-10)) / VALS;
-            mse += run->views[i][v].mse / VALS; // all views have the same number of pixels
-            l1 += run->views[i][v].l1 / VALS;
+        for (uint32_t v = 0; v < TEST_VALS; v++) {
+            psnr += -10.0 * log10(fmax(run->views[i][v].mse, 1e-10)) / TEST_VALS;
+            mse += run->views[i][v].mse / TEST_VALS; // all views have the same number of pixels
+            l1 += run->views[i][v].l1 / TEST_VALS;
         }
         assert_near(run->records[i].val_psnr, psnr, 1e-12);
         assert_near(run->records[i].val_psnr_pooled, -10.0 * log10(mse), 1e-12);
         assert_near(run->records[i].val_l1, l1, 1e-14);
     }
     assert_true(run->records[run->count - 1].val_psnr > run->records[0].val_psnr + 1.0); // it learns
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
 // A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
 static void test_validation_agrees_with_render(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    config.val_rays = VALS * 24 * 18;
-    struct run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
-    finish(trainer, run);
-    for (uint32_t v = 0; v < VALS; v++) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    config.val_rays = TEST_VALS * 24 * 18;
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    test_run_finish(trainer, run);
+    for (uint32_t v = 0; v < TEST_VALS; v++) {
         const struct vw_image *image = &scene->views[5 + v].image;
         float *rgb = NULL, rgba[4];
         double squared = 0.0;
@@ -251,19 +158,19 @@ static void test_validation_agrees_with_render(void **state) {
         assert_near(run->views[run->count - 1][v].mse, mse, 1e-6 * mse);
     }
     vw_trainer_destroy(&trainer);
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
 // Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
 static void test_memory_is_flat_in_pixels(void **state) {
     (void)state;
-    struct vw_config config = small_config();
+    struct vw_config config = test_config();
     uint64_t bytes[2];
     for (int large = 0; large < 2; large++) {
         struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
-            .train_views = 5, .val_views = VALS, .width_px = large ? 640 : 32, .height_px = large ? 480 : 24});
-        struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+            .train_views = 5, .val_views = TEST_VALS, .width_px = large ? 640 : 32, .height_px = large ? 480 : 24});
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         struct vw_trainer_stats stats;
         vw_trainer_get_stats(trainer, &stats);
         bytes[large] = stats.device_bytes;
@@ -276,19 +183,19 @@ static void test_memory_is_flat_in_pixels(void **state) {
 // World coordinates of 1e6 metres train as well as those of 1.
 static void test_world_offset_and_scale(void **state) {
     (void)state;
-    struct vw_config config = small_config();
+    struct vw_config config = test_config();
     config.epochs = 12;
     double psnr[3];
     const struct synthetic_scene_params worlds[] = {
-        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18},
-        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18, .world_offset = 1e6},
-        {.train_views = 5, .val_views = VALS, .width_px = 24, .height_px = 18, .world_offset = -3e5, .world_scale = 1e6},
+        {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18},
+        {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .world_offset = 1e6},
+        {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .world_offset = -3e5, .world_scale = 1e6},
     };
     for (int i = 0; i < 3; i++) {
         struct vw_scene *scene = synthetic_scene(&worlds[i]);
-        struct run *run = train(scene, &config, true, 0);
+        struct test_run *run = test_run(scene, &config, true, 0);
         psnr[i] = run->records[run->count - 1].val_psnr;
-        free_run(run);
+        test_run_free(run);
         vw_scene_close(&scene);
     }
     // Rounding of 1e6 in double moves rays by 1e-10; trainings that start so close end within a tenth of a dB.
@@ -299,18 +206,18 @@ static void test_world_offset_and_scale(void **state) {
 // Decision 8: a step that is not finite is skipped and flagged, has no values, and the run goes on.
 static void test_nonfinite_step_is_flagged(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = make_trainer(scene, &config, true, 1);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const float nan = NAN;
     assert_ok(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
-    finish(trainer, run);
+    test_run_finish(trainer, run);
     assert_int_equal(run->stats.nonfinite_steps, run->count);
     for (uint32_t i = 0; i < run->count; i++)
         assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
     vw_trainer_destroy(&trainer);
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
@@ -318,24 +225,24 @@ static void test_nonfinite_step_is_flagged(void **state) {
 // atomics for a 64-bit one), for narrow and wide gradients.
 static void test_floor_trains_the_same(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
+    struct vw_scene *scene = test_scene();
     for (int wide = 0; wide < 2; wide++) {
-        struct vw_config config = small_config();
+        struct vw_config config = test_config();
         config.rays = wide ? 2100 : 60; // beyond 2^15 samples a step, words are wide
         struct vw_gpu *floor = NULL;
         struct vw_trainer *trainer = NULL;
-        struct run *run = vw_allocate(1, sizeof *run), *ordinary = train(scene, &config, true, 0);
+        struct test_run *run = vw_allocate(1, sizeof *run), *ordinary = test_run(scene, &config, true, 0);
         assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &vw_gpu_floor_limits}, &floor));
         assert_false(vw_gpu_get_limits(floor)->int64_atomics);
         assert_ok(
             vw_trainer_create(&(struct vw_trainer_params){.gpu = floor, .scene = scene, .config = &config, .validate = true}, &trainer));
         assert_int_equal(trainer->model.specialization.wide_gradient, wide);
-        finish(trainer, run);
-        assert_same_run(run, ordinary);
+        test_run_finish(trainer, run);
+        test_run_assert_same(run, ordinary);
         vw_trainer_destroy(&trainer);
         assert_ok(vw_gpu_close(&floor));
-        free_run(run);
-        free_run(ordinary);
+        test_run_free(run);
+        test_run_free(ordinary);
     }
     vw_scene_close(&scene);
 }
@@ -344,52 +251,52 @@ static void test_floor_trains_the_same(void **state) {
 // photos are.
 static void test_perfect_match_is_floored(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
     config.epochs = 1;
     for (uint32_t i = 0; i < scene->view_count; i++) memset(scene->views[i].image.pixels, 0, 4 * 24 * 18);
     for (uint32_t i = 0; i < scene->view_count; i++)
         for (uint32_t p = 0; p < 24 * 18; p++) ((uint8_t *)scene->views[i].image.pixels)[4 * p + 3] = 255;
     scene->box.centre_world[2] = 1e3; // out of sight
-    struct run *run = train(scene, &config, true, 0);
+    struct test_run *run = test_run(scene, &config, true, 0);
     assert_near(run->records[0].val_psnr, 100.0, 1e-12);
     assert_near(run->records[0].val_psnr_pooled, 100.0, 1e-12);
-    assert_int_equal(run->records[0].floored_views, VALS);
+    assert_int_equal(run->records[0].floored_views, TEST_VALS);
     assert_false(run->records[0].nonfinite);
     assert_int_equal(run->stats.floored_steps, run->count);
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
 // A learning rate that makes everything diverge never makes a param that is not finite.
 static void test_params_stay_finite(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
     config.learning_rate = 1e6;
-    struct run *run = train(scene, &config, true, 4);
+    struct test_run *run = test_run(scene, &config, true, 4);
     for (uint32_t i = 0; i < run->param_words; i++) {
         float value;
         memcpy(&value, &run->params[i], sizeof value);
         assert_true(isfinite(value));
     }
-    free_run(run);
+    test_run_free(run);
     vw_scene_close(&scene);
 }
 
 static void test_field_file_round_trip(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
-    struct run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
-    finish(trainer, run);
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    test_run_finish(trainer, run);
     assert_ok(vw_trainer_save_field(trainer, path));
     vw_trainer_destroy(&trainer);
 
-    trainer = make_trainer(scene, &config, true, 0);
+    trainer = test_trainer_create(scene, &config, true, 0);
     assert_ok(vw_trainer_load_field(trainer, path));
     uint32_t *loaded = vw_allocate(run->param_words, 4);
     assert_ok(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
@@ -397,12 +304,12 @@ static void test_field_file_round_trip(void **state) {
     vw_trainer_destroy(&trainer);
 
     config.levels = 8; // another field
-    trainer = make_trainer(scene, &config, true, 0);
+    trainer = test_trainer_create(scene, &config, true, 0);
     assert_int_equal(vw_trainer_load_field(trainer, path), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "field.vwf"));
     vw_trainer_destroy(&trainer);
     free(loaded);
-    free_run(run);
+    test_run_free(run);
     temporary_folder_remove(folder);
     vw_scene_close(&scene);
 }
@@ -410,17 +317,17 @@ static void test_field_file_round_trip(void **state) {
 // What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
 static void test_run_id(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
+    struct vw_scene *scene = test_scene();
     struct vw_config configs[7];
     uint8_t ids[7][32];
-    for (int i = 0; i < 7; i++) configs[i] = small_config();
+    for (int i = 0; i < 7; i++) configs[i] = test_config();
     configs[1].epochs = 99;
     configs[2].seed = 1;
     strcpy(configs[3].effects, "none"); // what `auto` decides for this scene
     strcpy(configs[4].effects, "+distortion");
     configs[5].burn_in_epochs = 7;
     for (int i = 0; i < 7; i++) {
-        struct vw_trainer *trainer = make_trainer(scene, &configs[i], i < 6, 0); // the last as `train` does
+        struct vw_trainer *trainer = test_trainer_create(scene, &configs[i], i < 6, 0); // the last as `train` does
         assert_ok(vw_trainer_run_id(trainer, ids[i]));
         vw_trainer_destroy(&trainer);
     }
@@ -461,26 +368,26 @@ static void test_effects(void **state) {
         assert_int_equal(vw_effects_decide(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
         vw_scene_close(&scene);
     }
-    struct vw_scene *scene = small_scene();
-    struct vw_config config = small_config();
-    struct run *automatic = train(scene, &config, true, 0);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *automatic = test_run(scene, &config, true, 0);
     strcpy(config.effects, "none");
-    struct run *none = train(scene, &config, true, 0);
-    assert_same_run(automatic, none);
-    free_run(automatic);
-    free_run(none);
+    struct test_run *none = test_run(scene, &config, true, 0);
+    test_run_assert_same(automatic, none);
+    test_run_free(automatic);
+    test_run_free(none);
     vw_scene_close(&scene);
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
 static void test_validation_pixels(void **state) {
     (void)state;
-    struct vw_scene *scene = small_scene();
+    struct vw_scene *scene = test_scene();
     const uint32_t asked[] = {1, 96, 200, 100000}, taken[] = {3 * 32, 96, 200, 3 * 24 * 18};
     for (size_t i = 0; i < VW_ARRAY_COUNT(asked); i++) {
-        struct vw_config config = small_config();
+        struct vw_config config = test_config();
         config.val_rays = asked[i];
-        struct vw_trainer *trainer = make_trainer(scene, &config, true, 0);
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         assert_int_equal(trainer->val_rays, taken[i]);
         vw_trainer_destroy(&trainer);
     }
@@ -497,7 +404,7 @@ static void test_validation_pixels(void **state) {
 
 static void test_config_round_trip_and_ranges(void **state) {
     (void)state;
-    struct vw_config config = small_config(), parsed;
+    struct vw_config config = test_config(), parsed;
     config.seed = INT64_MAX;
     config.learning_rate = 0.1 + 0.2;
     config.loss = VW_LOSS_HUBER;
@@ -522,22 +429,22 @@ static void test_config_round_trip_and_ranges(void **state) {
         {offsetof(struct vw_config, log2_table), 23, "--log2-table"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
-        config = small_config();
+        config = test_config();
         memcpy((char *)&config + wrong[i].offset, &wrong[i].value, 4);
         assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
         assert_non_null(strstr(vw_error_message(), wrong[i].option));
     }
-    config = small_config();
+    config = test_config();
     config.seed = UINT64_C(1) << 63;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-    config = small_config();
+    config = test_config();
     config.learning_rate = NAN;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_repeats),
         cmocka_unit_test(test_seed_changes_the_run),
         cmocka_unit_test(test_each_view_once_per_epoch),
         cmocka_unit_test(test_validation_is_pure),

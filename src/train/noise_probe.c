@@ -1,0 +1,86 @@
+#include "noise_probe.h"
+
+#include <stdlib.h>
+
+#include "trainer.h"
+#include "viewworth/memory.h"
+
+enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: a run takes not quite twice the time
+
+// ---- Keeping the state ------------------------------------------------------------------------------------------------
+
+static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe *probe) {
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS];
+    step_training_state(&trainer->step, state);
+    enum vw_status status = VW_OK;
+    for (int i = 0; i < TRAINING_STATE_BUFFERS && status == VW_OK; i++)
+        status = vw_buffer_create(
+            trainer->gpu, &(struct vw_buffer_params){.name = "kept_state", .size_bytes = vw_buffer_size_bytes(state[i])}, &probe->kept[i]);
+    return status;
+}
+
+static void record_keep(const struct vw_trainer *trainer, struct vw_batch *batch) {
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS], *const *kept = trainer->noise_probe->kept;
+    step_training_state(&trainer->step, state);
+    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_batch_copy(batch, state[i], 0, kept[i], 0, vw_buffer_size_bytes(kept[i]));
+}
+
+static void record_put_back(const struct vw_trainer *trainer, struct vw_batch *batch) {
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS], *const *kept = trainer->noise_probe->kept;
+    step_training_state(&trainer->step, state);
+    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_batch_copy(batch, kept[i], 0, state[i], 0, vw_buffer_size_bytes(kept[i]));
+}
+
+// ---- Creation ---------------------------------------------------------------------------------------------------------
+
+enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe **out) {
+    struct noise_probe *probe = vw_allocate(1, sizeof *probe);
+    if (!probe) return VW_ERROR_MEMORY;
+    probe->still_model = trainer->model;
+    probe->still_model.specialization.learning_rate = 0.0f;
+    probe->still_field = trainer->field;
+    probe->still_field.model = &probe->still_model;
+    enum vw_status status = create_kept(trainer, probe);
+    if (status == VW_OK) status = step_create(&probe->still_field, &trainer->config, trainer->pixels, trainer->scalars, &probe->still_step);
+    if (status != VW_OK) noise_probe_destroy(&probe);
+    else *out = probe;
+    return status;
+}
+
+void noise_probe_destroy(struct noise_probe **pointer) {
+    struct noise_probe *probe = *pointer;
+    if (!probe) return;
+    step_destroy(&probe->still_step);
+    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_buffer_destroy(&probe->kept[i]);
+    free(probe);
+    *pointer = NULL;
+}
+
+// ---- Probing ----------------------------------------------------------------------------------------------------------
+
+bool noise_probe_due(struct vw_trainer *trainer, uint64_t step) {
+    uint32_t epoch = trainer_epoch_of_step(trainer, step);
+    return trainer->noise_probe && step > 0 && epoch >= trainer->config.burn_in_epochs &&
+           (epoch + trainer_photo_of_step(trainer, step)) % PROBE_EPOCHS == 0;
+}
+
+enum vw_probe_kind noise_probe_kind(uint32_t index) {
+    if (index == 0) return VW_PROBE_REPEAT;
+    return index == 1 ? VW_PROBE_STILL : VW_PROBE_REDRAW;
+}
+
+void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
+                        uint32_t scalar_row) {
+    uint32_t measurement_rows = 1 + trainer->val_count;
+    record_keep(trainer, batch);
+    for (uint32_t i = 0; i < PROBES_PER_STEP; i++, scalar_row += measurement_rows) {
+        enum vw_probe_kind kind = noise_probe_kind(i);
+        if (kind == VW_PROBE_STILL) step_record(&trainer->noise_probe->still_step, batch, step, first_pixel, scalar_row);
+        if (kind == VW_PROBE_REDRAW) {
+            first_pixel += trainer->config.rays;
+            step_record(&trainer->step, batch, step, first_pixel, scalar_row);
+        }
+        trainer_record_validation(trainer, batch, scalar_row);
+        record_put_back(trainer, batch);
+    }
+}

@@ -1,0 +1,67 @@
+// What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile). A gather counts every
+// time, as if nothing stayed in caches; what is small beside a pass's main traffic is left out.
+#include "trainer.h"
+
+// Per sample, and sizes of the model.
+struct sizes {
+    double samples, rays, encoding4, width4, blocks, gathers, levels, pairs;
+};
+
+static struct sizes sizes_of(const struct model *model, uint32_t rays) {
+    const struct vw_specialization *s = &model->specialization;
+    uint32_t encoding4 = s->levels * s->feature_pairs / 2;
+    return (struct sizes){.samples = (double)rays * s->samples,
+                          .rays = rays,
+                          .encoding4 = encoding4,
+                          .width4 = s->width4,
+                          .blocks = VW_WEIGHT_BLOCKS(encoding4, s->width4),
+                          .gathers = 8.0 * s->levels * s->feature_pairs,
+                          .levels = s->levels,
+                          .pairs = model->pair_count};
+}
+
+static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) { costs[(*count)++] = cost; }
+
+static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct model *model = &trainer->model;
+    const struct sizes n = sizes_of(model, trainer->step.padded_rays);
+    uint32_t chunks = (trainer->step.padded_rays + trainer->step.chunk_rays - 1) / trainer->step.chunk_rays, windows = model->window_count;
+    double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
+    double forward_rows = 1 + n.encoding4 + n.width4 + COLOUR4 + n.width4, backward_rows = 1 + n.width4 + GEO4 + n.width4 + n.encoding4;
+    double partials = n.samples / VW_SLICE_SAMPLES * columns, moments = model->specialization.momentum ? 2 : 1;
+    add(costs, count, (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
+    add(costs, count,
+        (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
+                              n.samples * (8 * n.gathers + 16 * (forward_rows + 2))});
+    add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 16 * 3});
+    add(costs, count,
+        (struct vw_pass_cost){"backward_field", NULL, chunks, n.samples * 16 * n.width4 * (1 + 2 * GEO4 + n.encoding4),
+                              n.samples * 16 * (3 + backward_rows)});
+    add(costs, count,
+        (struct vw_pass_cost){"gradient_weights", NULL, chunks, n.samples * 16 * n.blocks,
+                              n.samples * 16 * 4 * model->weight_tiles + 16 * partials});
+    add(costs, count, (struct vw_pass_cost){"reduce_weights", NULL, chunks, 0, 16 * partials});
+    add(costs, count,
+        (struct vw_pass_cost){"scatter_grid", NULL, chunks * windows, n.samples * 2 * n.gathers,
+                              n.samples * (32 * n.levels + 2 * word_bytes * n.gathers)});
+    add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
+    add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16 * columns * 7});
+    add(costs, count, (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 16 + 16 * moments + 8)});
+}
+
+static void add_validation(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct evaluator *evaluator = &trainer->validation;
+    const struct sizes n = sizes_of(&trainer->model, evaluator->ray_count);
+    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
+    add(costs, count,
+        (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
+                              n.samples * (8 * n.gathers + 16)});
+    add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
+    add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
+}
+
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count) {
+    *count = 0;
+    add_training(trainer, costs, count);
+    if (trainer->validate) add_validation(trainer, costs, count);
+}

@@ -1,0 +1,106 @@
+#include "support/trainer_fixture.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "viewworth/memory.h"
+
+struct vw_config test_config(void) {
+    struct vw_config config = vw_config_default;
+    config.epochs = 3;
+    config.rays = 60;
+    config.samples = 16;
+    config.val_rays = 120;
+    config.levels = 4;
+    config.log2_table = 10;
+    config.width = 16;
+    return config;
+}
+
+struct vw_scene *test_scene(void) {
+    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
+}
+
+struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                                       uint32_t steps_per_batch) {
+    struct vw_trainer *trainer = NULL;
+    assert_ok(vw_trainer_create(
+        &(struct vw_trainer_params){
+            .gpu = test_gpu(), .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch},
+        &trainer));
+    return trainer;
+}
+
+void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count) {
+    assert_true(run->count + count <= TEST_STEPS_MAX);
+    for (uint32_t i = 0; i < count; i++) {
+        struct vw_step_record *kept = &run->records[run->count];
+        *kept = records[i];
+        if (kept->views) memcpy(run->views[run->count], kept->views, sizeof run->views[0]);
+        assert_true(run->probe_count + kept->probe_count <= TEST_STEPS_MAX);
+        if (kept->probe_count) memcpy(run->probes + run->probe_count, kept->probes, kept->probe_count * sizeof *kept->probes);
+        run->probe_count += kept->probe_count;
+        kept->views = NULL;
+        kept->probes = NULL;
+        run->count++;
+    }
+}
+
+void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
+    const struct vw_step_record *records;
+    uint32_t count;
+    do {
+        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        test_run_keep(run, records, count);
+    } while (count);
+    run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
+    run->params = vw_allocate(run->param_words, 4);
+    assert_ok(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
+    vw_trainer_get_stats(trainer, &run->stats);
+}
+
+struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, config, validate, steps_per_batch);
+    test_run_finish(trainer, run);
+    vw_trainer_destroy(&trainer);
+    return run;
+}
+
+void test_run_free(struct test_run *run) {
+    free(run->params);
+    free(run);
+}
+
+bool test_same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
+
+static void assert_same_probes(const struct test_run *a, const struct test_run *b) {
+    assert_int_equal(a->probe_count, b->probe_count);
+    for (uint32_t i = 0; i < a->probe_count; i++) {
+        const struct vw_probe *x = &a->probes[i], *y = &b->probes[i];
+        if (x->step != y->step || x->index != y->index || x->kind != y->kind || !test_same_bits(x->val_psnr, y->val_psnr) ||
+            !test_same_bits(x->val_psnr_pooled, y->val_psnr_pooled) || !test_same_bits(x->val_l1, y->val_l1))
+            fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step, x->val_psnr, y->val_psnr);
+    }
+}
+
+void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
+    assert_int_equal(a->count, b->count);
+    for (uint32_t i = 0; i < a->count; i++) {
+        const struct vw_step_record *x = &a->records[i], *y = &b->records[i];
+        if (x->step != y->step || x->epoch != y->epoch || x->view != y->view || !test_same_bits(x->train_loss, y->train_loss) ||
+            !test_same_bits(x->val_psnr, y->val_psnr) || !test_same_bits(x->val_l1, y->val_l1) ||
+            memcmp(a->views[i], b->views[i], sizeof a->views[i]))
+            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step,
+                     x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
+    }
+    assert_same_probes(a, b);
+    assert_int_equal(a->param_words, b->param_words);
+    assert_memory_equal(a->params, b->params, 4 * a->param_words);
+}

@@ -1,0 +1,48 @@
+// Whole trainings on a small scene, kept row by row. Every function stops the test, with the reason, when it cannot do its work. For
+// programs that use test_gpu().
+#ifndef TESTS_SUPPORT_TRAINER_FIXTURE_H
+#define TESTS_SUPPORT_TRAINER_FIXTURE_H
+
+#include "support/gpu_fixture.h"
+#include "support/synthetic_scene.h"
+#include "train/trainer.h"
+
+enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
+
+#define assert_ok(call)                                                                                                                    \
+    do {                                                                                                                                   \
+        enum vw_status status_ = (call);                                                                                                   \
+        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                               \
+    } while (0)
+
+// 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
+struct vw_config test_config(void);
+struct vw_scene *test_scene(void);
+
+struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                                       uint32_t steps_per_batch);
+
+struct test_run {
+    struct vw_step_record records[TEST_STEPS_MAX]; // without views and probes
+    struct vw_view_error views[TEST_STEPS_MAX][TEST_VALS];
+    uint32_t count;
+    struct vw_probe probes[TEST_STEPS_MAX];
+    uint32_t probe_count;
+    uint32_t param_words;
+    uint32_t *params; // as the run left them
+    struct vw_trainer_stats stats;
+};
+
+// A whole run, to be ended with test_run_free().
+struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch);
+void test_run_free(struct test_run *run);
+// Adds records as the trainer lends them.
+void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);
+// Takes the steps that are left and reads the params.
+void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
+
+bool test_same_bits(double a, double b);
+// Rows, probes and params, bit for bit.
+void test_run_assert_same(const struct test_run *a, const struct test_run *b);
+
+#endif

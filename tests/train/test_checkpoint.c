@@ -1,0 +1,171 @@
+// Decision 11: a run that goes on from a checkpoint, once or after every batch, leaves the rows and params of one that never stopped; files
+// that do not fit are refused and change nothing.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+static struct vw_config configs[] = {{.beta1 = 0.0}, {.beta1 = 0.9}, {.noise_floor = true}, {.optimizer = VW_OPTIMIZER_DENSE_ADAM}};
+
+static struct vw_config config_of(size_t index) {
+    struct vw_config config = test_config();
+    config.beta1 = configs[index].beta1;
+    config.noise_floor = configs[index].noise_floor;
+    config.optimizer = configs[index].optimizer;
+    config.burn_in_epochs = 0; // so that probes come early
+    return config;
+}
+
+// Takes batches until step `until` is handed out, then collects what is in flight.
+static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_run *run) {
+    const struct vw_step_record *records;
+    uint32_t count;
+    while (!run->count || run->records[run->count - 1].step < until) {
+        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        assert_true(count > 0);
+        test_run_keep(run, records, count);
+    }
+    do {
+        assert_ok(vw_trainer_collect(trainer, &records, &count));
+        test_run_keep(run, records, count);
+    } while (count);
+}
+
+static void a_run_in_parts_is_the_run(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
+        struct vw_config config = config_of(i);
+        struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
+        for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
+            struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
+            uint64_t step = 0;
+            if (part > 0) assert_ok(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
+            if (part > 0) assert_int_equal(step, parts->records[parts->count - 1].step);
+            if (part < 3) take_some(trainer, 3 * part, parts);
+            else test_run_finish(trainer, parts);
+            if (part < 3) assert_ok(vw_trainer_save_checkpoint(trainer, path));
+            vw_trainer_destroy(&trainer);
+        }
+        test_run_assert_same(whole, parts);
+        test_run_free(whole);
+        test_run_free(parts);
+    }
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+// Collecting breaks the rhythm of two batches in flight at every step: no bit changes.
+static void collecting_after_every_batch_changes_nothing(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *whole = test_run(scene, &config, true, 2), *halting = vw_allocate(1, sizeof *halting);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 2);
+    for (uint64_t step = 1; step < vw_trainer_total_steps(trainer); step += 2) take_some(trainer, step, halting);
+    test_run_finish(trainer, halting);
+    test_run_assert_same(whole, halting);
+    vw_trainer_destroy(&trainer);
+    test_run_free(whole);
+    test_run_free(halting);
+    vw_scene_close(&scene);
+}
+
+// A finished run goes on when more epochs are asked for.
+static void a_finished_run_can_be_extended(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config(), longer = config;
+    longer.epochs = 2 * config.epochs;
+    struct test_run *whole = test_run(scene, &longer, true, 0), *parts = vw_allocate(1, sizeof *parts);
+    struct vw_trainer *first = test_trainer_create(scene, &config, true, 0), *second = test_trainer_create(scene, &longer, true, 0);
+    uint64_t step = 0;
+    test_run_finish(first, parts);
+    free(parts->params);
+    assert_ok(vw_trainer_save_checkpoint(first, path));
+    assert_ok(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    test_run_finish(second, parts);
+    test_run_assert_same(whole, parts);
+    vw_trainer_destroy(&first);
+    vw_trainer_destroy(&second);
+    test_run_free(whole);
+    test_run_free(parts);
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+static void assert_refused(struct vw_trainer *trainer, const char *path, uint64_t last_step, const char *words) {
+    uint64_t step = 7;
+    assert_int_equal(vw_trainer_load_checkpoint(trainer, path, last_step, &step), VW_ERROR_INPUT);
+    assert_int_equal(step, 7);
+    if (!strstr(vw_error_message(), words)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), words);
+}
+
+static void what_does_not_fit_is_refused(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint"), *spoiled = temporary_path(folder, "spoiled");
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config(), other = config;
+    other.seed = 1;
+    struct test_run *whole = test_run(scene, &config, true, 0), *taken = vw_allocate(1, sizeof *taken);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
+    assert_int_equal(vw_trainer_save_checkpoint(trainer, path), VW_ERROR_USAGE); // nothing to keep yet
+    take_some(trainer, 5, taken);
+    assert_ok(vw_trainer_save_checkpoint(trainer, path));
+    vw_trainer_destroy(&trainer);
+
+    struct vw_trainer *stranger = test_trainer_create(scene, &other, true, 1);
+    assert_refused(stranger, path, UINT64_MAX, "another run");
+    vw_trainer_destroy(&stranger);
+
+    trainer = test_trainer_create(scene, &config, true, 1);
+    assert_refused(trainer, temporary_path(folder, "none"), UINT64_MAX, "cannot open");
+    assert_refused(trainer, path, 4, "beyond the ledger");
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    assert_ok(vw_file_read(path, 1 << 30, &bytes, &size_bytes));
+    for (size_t cut = 0; cut < size_bytes; cut += 1 + size_bytes / 60) { // cut short
+        assert_ok(vw_file_write(spoiled, bytes, cut));
+        assert_refused(trainer, spoiled, UINT64_MAX, cut < 64 ? "remove the file" : "damaged");
+    }
+    for (size_t at = 30; at < size_bytes; at += 1 + size_bytes / 60) { // one bit flipped
+        ((uint8_t *)bytes)[at] ^= 1;
+        assert_ok(vw_file_write(spoiled, bytes, size_bytes));
+        assert_refused(trainer, spoiled, UINT64_MAX, "damaged");
+        ((uint8_t *)bytes)[at] ^= 1;
+    }
+    struct test_run *after = vw_allocate(1, sizeof *after);
+    test_run_finish(trainer, after); // untouched by what was refused
+    test_run_assert_same(whole, after);
+    free(bytes);
+    vw_trainer_destroy(&trainer);
+    test_run_free(whole);
+    test_run_free(taken);
+    test_run_free(after);
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_run_in_parts_is_the_run),
+        cmocka_unit_test(collecting_after_every_batch_changes_nothing),
+        cmocka_unit_test(a_finished_run_can_be_extended),
+        cmocka_unit_test(what_does_not_fit_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}

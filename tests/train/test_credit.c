@@ -1,0 +1,84 @@
+// That errors are credited to the right photo. The box is out of every camera's sight, so that whatever the field is, it renders black: the
+// error of a photo is its own brightness, which differs from photo to photo.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "support/trainer_fixture.h"
+#include "train/pixels.h"
+#include "viewworth/memory.h"
+
+static const double FLOAT_TOLERANCE = 1e-6; // brightness and its error are floats
+
+static uint8_t byte_of(uint32_t view) { return (uint8_t)(20 + 25 * view); }
+static double brightness(uint32_t view) { return byte_of(view) / 255.0; }
+
+static struct vw_scene *grey_scene(void) {
+    struct vw_scene *scene = test_scene();
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_image *image = &scene->views[v].image;
+        uint8_t *pixels = image->pixels;
+        for (uint32_t i = 0; i < 4 * image->width_px * image->height_px; i++) pixels[i] = i % 4 == 3 ? 255 : byte_of(v);
+    }
+    scene->box.centre_world[2] = 1e3;
+    return scene;
+}
+
+static void a_step_counts_for_the_photo_it_trained_on(void **state) {
+    (void)state;
+    struct vw_scene *scene = grey_scene();
+    struct vw_config config = test_config();
+    struct test_run *run = test_run(scene, &config, true, 0);
+    assert_true(run->count > 1);
+    for (uint32_t i = 1; i < run->count; i++) assert_near(run->records[i].train_loss, brightness(run->records[i].view), FLOAT_TOLERANCE);
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+// Also where views have different numbers of usable pixels.
+static void an_error_counts_for_the_view_it_is_of(void **state) {
+    (void)state;
+    struct vw_scene *scene = grey_scene();
+    struct vw_config config = test_config();
+    uint32_t count, pixel_count = scene->views[0].image.width_px * scene->views[0].image.height_px;
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    const uint32_t *views = vw_trainer_validation_views(trainer, &count);
+    assert_int_equal(count, TEST_VALS);
+    scene->views[views[1]].image.unusable = vw_allocate(pixel_count, 1);
+    for (uint32_t i = 0; i < pixel_count; i += 3) scene->views[views[1]].image.unusable[i] = 1;
+    struct test_run *run = test_run(scene, &config, true, 0);
+    for (uint32_t i = 0; i < run->count; i++) {
+        for (uint32_t v = 0; v < count; v++) {
+            assert_near(run->views[i][v].l1, brightness(views[v]), FLOAT_TOLERANCE);
+            assert_near(run->views[i][v].mse, brightness(views[v]) * brightness(views[v]), FLOAT_TOLERANCE);
+        }
+    }
+    vw_trainer_destroy(&trainer);
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+static void pixels_are_taken_at_their_centres(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    float rgba[4];
+    vw_image_pixel(&scene->views[1].image, 7, 3, rgba);
+    struct vw_pixel pixel = pixels_at(scene, 1, 7, 3);
+    assert_true(pixel.x_px == 7.5f && pixel.y_px == 3.5f && pixel.view == 1 && pixel.weight == 1.0f);
+    assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] && pixel.rgba.w == rgba[3]);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_step_counts_for_the_photo_it_trained_on),
+        cmocka_unit_test(an_error_counts_for_the_view_it_is_of),
+        cmocka_unit_test(pixels_are_taken_at_their_centres),
+    };
+    return cmocka_run_group_tests_name("credit", tests, NULL, test_gpu_close);
+}
