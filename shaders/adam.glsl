@@ -12,7 +12,7 @@ float bias_correction(float beta, uint visits) {
     return 1.0 - exp2(float(visits) * log2(beta));
 }
 
-// gradient: of the mean loss. Updates the moments and returns what to subtract from the parameters.
+// gradient: of the mean loss. Updates the moments and returns what to subtract from the parameters; not finite where its square is not.
 vec4 adam_step(vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
     if (OPTIMIZER == OPTIMIZER_SGD) return LEARNING_RATE * gradient;
     moment2 = BETA2 * moment2 + (1.0 - BETA2) * gradient * gradient;
@@ -21,7 +21,9 @@ vec4 adam_step(vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment
         moment1 = BETA1 * moment1 + (1.0 - BETA1) * gradient;
         direction = moment1 / bias_correction(BETA1, visits);
     }
-    return LEARNING_RATE * direction / (sqrt(moment2 / bias_correction(BETA2, visits)) + adam_epsilon());
+    vec4 square = moment2 / bias_correction(BETA2, visits);
+    vec4 by = LEARNING_RATE * direction / (sqrt(square) + adam_epsilon());
+    return finite(square) ? by : square; // an infinite square would silently hold its parameter in place for ever
 }
 
 #endif

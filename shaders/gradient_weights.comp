@@ -50,14 +50,20 @@ void main() {
     mat4 sum00 = mat4(0.0), sum01 = mat4(0.0), sum10 = mat4(0.0), sum11 = mat4(0.0);
     uint first = slice * VW_SLICE_SAMPLES;
     for (uint i = 0u; i < VW_SLICE_SAMPLES; i += 4u) {
+        vec4 d_out0[4], d_out1[4], value0[4], value1[4];
         [[unroll]] for (uint s = 0u; s < 4u; s++) {
             uint slot = first + i + s;
-            vec4 d_out0 = row_value(out0, slot), d_out1 = row_value(out1, slot);
-            vec4 value0 = row_value(in0, slot), value1 = row_value(in1, slot);
-            sum00 += outerProduct(d_out0, value0);
-            sum01 += outerProduct(d_out0, value1);
-            sum10 += outerProduct(d_out1, value0);
-            sum11 += outerProduct(d_out1, value1);
+            d_out0[s] = row_value(out0, slot), d_out1[s] = row_value(out1, slot);
+            value0[s] = row_value(in0, slot), value1[s] = row_value(in1, slot);
+        }
+        // Weight by weight, each over the four samples, so that a sum is loaded and stored once where registers do not hold all of them.
+        [[unroll]] for (uint column = 0u; column < 4u; column++) {
+            [[unroll]] for (uint row = 0u; row < 4u; row++) {
+                [[unroll]] for (uint s = 0u; s < 4u; s++) sum00[column][row] += d_out0[s][row] * value0[s][column];
+                [[unroll]] for (uint s = 0u; s < 4u; s++) sum01[column][row] += d_out0[s][row] * value1[s][column];
+                [[unroll]] for (uint s = 0u; s < 4u; s++) sum10[column][row] += d_out1[s][row] * value0[s][column];
+                [[unroll]] for (uint s = 0u; s < 4u; s++) sum11[column][row] += d_out1[s][row] * value1[s][column];
+            }
         }
     }
     write_block(m, slice, out_block, in_block, sum00);

@@ -117,7 +117,7 @@ VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F texels
 VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl: a range of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
-VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk: [row * CHUNK_SAMPLES + sample]
+VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk: [row * VW_ROW_STRIDE(CHUNK_SAMPLES) + sample]
 VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_RELU, 10)            // uvec4 per sample of one chunk: which hidden units are above 0 (two words per layer)
 VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
@@ -135,7 +135,9 @@ VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation view
                                      // high and low, not finite (0 or 1), clamped count; the others: see reduce_views
 VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
-VW_ENUM(VW_SLOT_COUNT, 25)
+VW_ENUM(VW_SLOT_CEILING_FROM, 25)   // vec4: copy_memory
+VW_ENUM(VW_SLOT_CEILING_TO, 26)     // vec4: copy_memory, multiply_registers
+VW_ENUM(VW_SLOT_COUNT, 27)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -237,11 +239,20 @@ struct vw_push_update {      // update_grid, update_weights
     vw_uint scalar_row;      // first vec4 of this step in the scalars
 };
 
+struct vw_push_ceiling {     // multiply_registers
+    float start, factor;
+};
+
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
 VW_ENUM(VW_SLICE_SAMPLES, 128)   // samples per partial sum of the weight gradient
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
+VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers
+VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
+
+// Rows lie a little more than a power of two apart, or a sample's values in all rows would compete for the same few lines of a cache.
+#define VW_ROW_STRIDE(chunk_samples) ((chunk_samples) + 4u)
 
 // Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
 // tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.

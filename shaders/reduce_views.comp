@@ -12,28 +12,30 @@ BUFFER(VW_SLOT_VAL_VIEWS) readonly buffer Views { vw_ray_range views[]; };
 BUFFER(VW_SLOT_SCALARS) writeonly buffer Scalars { vec4 scalars[]; };
 PUSH uniform Push { vw_push_reduce push; };
 
-shared vec4 sums[64]; // squared error high, low; absolute error high, low
+shared vec3 squared_sums[64], absolute_sums[64];
 
 void main() {
     uint view = workgroup_index();
     uint lane = gl_LocalInvocationID.x;
     vw_ray_range range = views[min(view, push.count - 1u)];
-    vec2 squared = vec2(0.0), absolute = vec2(0.0);
+    vec3 squared = vec3(0.0), absolute = vec3(0.0);
     for (uint i = lane; i < range.count; i += 64u) {
         vec4 target_weight = rays[range.first + i].target_weight;
         vec3 error = colours[range.first + i].rgb - target_weight.rgb;
         if (target_weight.w == 0.0) error = vec3(0.0);
-        for (int channel = 0; channel < 3; channel++) {
-            squared = two_add(squared, two_square(error[channel]));
-            absolute = two_add(absolute, vec2(abs(error[channel]), 0.0));
+        // Unrolled: some drivers allow an invocation 65,535 trips, which a view of 4 million rays takes as it is.
+        [[unroll]] for (int channel = 0; channel < 3; channel++) {
+            squared = three_add(squared, vec3(two_square(error[channel]), 0.0));
+            absolute = three_add(absolute, vec3(abs(error[channel]), 0.0, 0.0));
         }
     }
-    sums[lane] = vec4(squared, absolute);
+    squared_sums[lane] = squared;
+    absolute_sums[lane] = absolute;
     barrier();
     if (lane != 0u || view >= push.count) return;
     for (uint i = 1u; i < 64u; i++) {
-        squared = two_add(squared, sums[i].xy);
-        absolute = two_add(absolute, sums[i].zw);
+        squared = three_add(squared, squared_sums[i]);
+        absolute = three_add(absolute, absolute_sums[i]);
     }
-    scalars[push.scalar_row + 1u + view] = vec4(squared, absolute);
+    scalars[push.scalar_row + 1u + view] = vec4(squared.xy, absolute.xy);
 }

@@ -28,21 +28,27 @@ BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
 void add_word(uint word, uvec2 value) { atomicAdd(d_grid[word], packUint2x32(value)); }
 #endif
 
-// In units of the quantum, within the clamp; what is not finite marks the step and adds nothing.
-float to_quanta(float gradient) {
-    if (!finite(gradient)) {
-        atomicOr(state.nonfinite, 1u);
-        return 0.0;
-    }
-    if (abs(gradient) > GRADIENT_CLAMP) atomicAdd(state.clamped, 1u);
-    return clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM;
+// What is not finite marks the step; what leaves the clamp is counted. One branch, hardly ever taken.
+void note_extremes(vec2 gradient) {
+    bvec2 known = bvec2(finite(gradient.x), finite(gradient.y));
+    bvec2 beyond = bvec2(known.x && abs(gradient.x) > GRADIENT_CLAMP, known.y && abs(gradient.y) > GRADIENT_CLAMP);
+    if (all(known) && !any(beyond)) return;
+    if (!all(known)) atomicOr(state.nonfinite, 1u);
+    atomicAdd(state.clamped, uint(beyond.x) + uint(beyond.y));
 }
 
+// In units of the quantum, within the clamp; what is not finite adds nothing.
+float to_quanta(float gradient) {
+    return finite(gradient) ? clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM : 0.0;
+}
+
+// No branch around the atomics: adding 0 costs less than asking, and invocations behind the last one add 0 to the last one's place.
 void main() {
     uint index = invocation_index();
+    bool inside = index < push.sample_count * push.level_count;
+    index = min(index, push.sample_count * push.level_count - 1u);
     uint level_in_window = index / push.sample_count;
     uint slot = index - level_in_window * push.sample_count;
-    if (level_in_window >= push.level_count) return;
     uint level = push.first_level + level_in_window;
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(row_value(ROW_POSITION, slot).xyz, level_resolution(level), dense);
@@ -50,19 +56,17 @@ void main() {
     [[unroll]] for (uint pair = 0u; pair < FEATURE_PAIRS; pair++) {
         uint part = level * FEATURE_PAIRS + pair;
         vec4 gradient4 = row_value(ROW_D_ENCODING + part / 2u, slot);
-        vec2 gradient = (part & 1u) == 0u ? gradient4.xy : gradient4.zw;
+        vec2 gradient = inside ? (part & 1u) == 0u ? gradient4.xy : gradient4.zw : vec2(0.0);
+        note_extremes(gradient);
         vec2 quanta = vec2(to_quanta(gradient.x), to_quanta(gradient.y));
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
             float weight = grid_weight(cell, corner);
             uvec2 first = to_fixed(weight * quanta.x), second = to_fixed(weight * quanta.y);
             uint word = (first_pair + grid_corner(cell, corner, dense) * FEATURE_PAIRS + pair) * WORDS_PER_PAIR;
             if (WIDE_GRADIENT != 0u) {
-                if (first != uvec2(0u)) add_word(word, first);
-                if (second != uvec2(0u)) add_word(word + 1u, second);
-            } else {
-                uvec2 both = pack_pair(first, second);
-                if (both != uvec2(0u)) add_word(word, both);
-            }
+                add_word(word, first);
+                add_word(word + 1u, second);
+            } else add_word(word, pack_pair(first, second));
         }
     }
 }

@@ -31,4 +31,16 @@ vec2 two_add(vec2 sum, vec2 value) {
     return vec2(high, rest);
 }
 
+// The same with a third float for what two cannot hold, so that the error stays near n * 2^-70: equal values round the same way every time,
+// and of millions the errors would add up.
+vec3 three_add(vec3 sum, vec3 value) {
+    vec2 first = two_sum(sum.x, value.x);
+    vec2 second = two_sum(sum.y, value.y);
+    vec2 carried = two_sum(second.x, first.y);
+    precise float rest = (sum.z + value.z) + (second.y + carried.y);
+    vec2 high = two_sum(first.x, carried.x);
+    vec2 low = two_sum(high.y, rest);
+    return vec3(high.x, low);
+}
+
 #endif

@@ -28,7 +28,8 @@ void main() {
 
     vec2 quanta = WIDE_GRADIENT != 0u ? vec2(from_fixed(word), from_fixed(word_high)) : unpack_pair(word);
     vec4 gradient = vec4(quanta * (GRADIENT_QUANTUM * INVERSE_RAYS), 0.0, 0.0);
-    uint visits = OPTIMIZER == OPTIMIZER_DENSE_ADAM ? push.step_low : grid_visits[pair] + 1u;
+    // Saturated as push.step_low is: a count that wrapped to 0 would divide by 0 in the bias correction.
+    uint visits = OPTIMIZER == OPTIMIZER_DENSE_ADAM ? push.step_low : min(grid_visits[pair], 0x7FFFFFFEu) + 1u;
     vec4 moment1 = MOMENTUM != 0u ? vec4(grid_moment1[pair], 0.0, 0.0) : vec4(0.0);
     vec4 moment2 = vec4(grid_moment2[pair], 0.0, 0.0);
     vec2 moved = grid[pair] - adam_step(gradient, visits, moment1, moment2).xy;

@@ -35,9 +35,9 @@ struct vw_gpu_limits {
     uint32_t texel_buffers;   // sampled, per stage
     uint32_t storage_offset_alignment_bytes;
     uint32_t texel_offset_alignment_bytes;
-    bool int64;            // 64-bit integers in shaders
-    bool int64_atomics;    // 64-bit integer atomics on storage buffers (implies int64)
-    bool timestamps;       // the compute queue can write timestamps
+    bool int64;         // 64-bit integers in shaders
+    bool int64_atomics; // 64-bit integer atomics on storage buffers (implies int64)
+    bool timestamps;    // the compute queue can write timestamps
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.
@@ -125,6 +125,7 @@ struct vw_pass_params {
     uint32_t specialization_count;
     const struct vw_binding *bindings; // every slot the shader declares, each once; slots it does not declare are ignored
     uint32_t binding_count;
+    const char *role; // NULL, or a static text that tells this use of the shader from others in the timers: "validation"
 };
 
 // Builds the pipeline and binds the buffers, which must outlive the pass. Refuses, naming the pass and the slot, a declared slot
@@ -153,11 +154,20 @@ enum vw_status vw_batch_wait(struct vw_batch *batch);
 // ---- Timers --------------------------------------------------------------------------------------------------------
 
 struct vw_gpu_timer {
-    const char *name; // pass name
+    const char *name, *role; // of the pass
     uint64_t dispatches;
     double total_ms; // device time of finished batches; timers may drop a dispatch, never block
 };
 // Timers so far, in order of first use; the array belongs to `gpu` and is valid until the next wait. Empty without timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
+
+// ---- Ceilings ------------------------------------------------------------------------------------------------------
+
+// What the device reaches when it does nothing else, measured in about half a second: what times can be compared with.
+struct vw_gpu_ceilings {
+    double multiply_adds_per_s; // of floats in registers
+    double copy_bytes_per_s;    // read plus written, of buffers larger than caches
+};
+enum vw_status vw_gpu_measure_ceilings(struct vw_gpu *gpu, struct vw_gpu_ceilings *ceilings);
 
 #endif

@@ -107,7 +107,7 @@ static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, 
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
     if (pass->slot_count) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
     if (pass->push_bytes) vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
-    bool timed = vw_batch_timer_start(&batch->timer, commands, pass->name);
+    bool timed = vw_batch_timer_start(&batch->timer, commands, pass);
     vkCmdDispatch(commands, groups.x, groups.y, 1);
     if (timed) vw_batch_timer_stop(&batch->timer, commands);
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "gpu/internal.h"
+#include "gpu/shader_cache.h"
 #include "viewworth/memory.h"
 
 // ---- Listing and choosing ----------------------------------------------------------------------------------------------
@@ -138,11 +139,13 @@ static enum vw_status create_transfer(struct vw_gpu *gpu) {
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu) {
     struct vw_gpu *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
+    vw_shader_cache_separate_widths();
     enum vw_status status = vw_instance_open(&made->instance, params->validation);
     if (!status) status = choose(made, params->device);
     if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
     if (!status) status = create_device(made);
     if (!status) status = create_transfer(made);
+    if (!status) status = vw_shader_cache_open(made);
     if (status) {
         vw_gpu_close(&made);
         return status;
@@ -158,6 +161,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     if (closing->device) {
         vkDeviceWaitIdle(closing->device); // a lost device is closed all the same
         vw_buffer_destroy(&closing->staging);
+        vw_shader_cache_close(closing);
         vkDestroyCommandPool(closing->device, closing->transfer_pool, NULL);
         vkDestroyDevice(closing->device, NULL);
     }

@@ -47,6 +47,9 @@ struct vw_gpu {
     struct vw_candidate chosen; // with the limits clamped
     VkPhysicalDeviceMemoryProperties memory;
     bool timers_wanted;
+    VkPipelineCache pipeline_cache;
+    char *pipeline_cache_path;       // owned; NULL: not kept
+    uint8_t pipeline_cache_hash[32]; // of the file as it was read
     VkCommandPool transfer_pool;
     VkCommandBuffer transfer;   // for copies that the host waits for
     struct vw_buffer *staging;  // made at the first such copy
@@ -86,7 +89,7 @@ struct vw_pass_slot {
 
 struct vw_pass {
     struct vw_gpu *gpu;
-    const char *name;
+    const char *name, *role;
     VkDescriptorSetLayout set_layout;
     VkDescriptorPool pool;
     VkDescriptorSet set;
@@ -98,10 +101,15 @@ struct vw_pass {
     uint32_t slot_count;
 };
 
+// By its static texts, since the pass may be gone when its times are collected.
+struct vw_timed_pass {
+    const char *name, *role;
+};
+
 // Timestamps of one batch: two queries around each dispatch, as many as fit.
 struct vw_batch_timer {
-    VkQueryPool queries; // VK_NULL_HANDLE: not timed
-    const char **names;  // of the timed dispatches
+    VkQueryPool queries;              // VK_NULL_HANDLE: not timed
+    struct vw_timed_pass *dispatches; // those that are timed
     uint32_t count;
 };
 
@@ -122,7 +130,7 @@ enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *
 void vw_batch_timer_destroy(struct vw_gpu *gpu, struct vw_batch_timer *timer);
 void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer);
 // Returns whether the dispatch is timed, that is, whether _stop must follow.
-bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const char *name);
+bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass);
 void vw_batch_timer_stop(struct vw_batch_timer *timer, VkCommandBuffer commands);
 // Adds the times of a finished batch to the device's timers.
 enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer *timer);

@@ -24,8 +24,10 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
 // Limits where more is better, alignments where less is better, and optional features.
 #define FOR_EACH_MAXIMUM(DO)                                                                                                               \
     DO(storage_binding_bytes)                                                                                                              \
-    DO(buffer_bytes) DO(texel_elements) DO(shared_memory_bytes) DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x)     \
-        DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
+    DO(buffer_bytes)                                                                                                                       \
+    DO(texel_elements)                                                                                                                     \
+    DO(shared_memory_bytes) DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x)                   \
+        DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
 #define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps)
 

@@ -197,7 +197,7 @@ static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass
                                                             .pName = "main",
                                                             .pSpecializationInfo = &specialization},
                                                   .layout = pass->layout};
-        result = vkCreateComputePipelines(pass->gpu->device, VK_NULL_HANDLE, 1, &info, NULL, &pass->pipeline);
+        result = vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
         vkDestroyShaderModule(pass->gpu->device, module, NULL);
     }
     free(entries);
@@ -215,6 +215,7 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
     made->name = params->shader->name;
+    made->role = params->role;
     made->push_bytes = spirv.push_bytes;
     made->workgroup_invocations = spirv.workgroup_size[0] * spirv.workgroup_size[1] * spirv.workgroup_size[2];
     status = create_set(made, &spirv);

@@ -8,8 +8,8 @@ enum { TIMED_DISPATCHES = 2048 }; // of one batch; later ones are dropped
 
 enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
     if (!gpu->timers_wanted) return VW_OK;
-    timer->names = vw_allocate(TIMED_DISPATCHES, sizeof *timer->names);
-    if (!timer->names) return VW_ERROR_MEMORY;
+    timer->dispatches = vw_allocate(TIMED_DISPATCHES, sizeof *timer->dispatches);
+    if (!timer->dispatches) return VW_ERROR_MEMORY;
     const VkQueryPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2 * TIMED_DISPATCHES};
     VkResult result = vkCreateQueryPool(gpu->device, &info, NULL, &timer->queries);
@@ -18,7 +18,7 @@ enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *
 
 void vw_batch_timer_destroy(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
     vkDestroyQueryPool(gpu->device, timer->queries, NULL);
-    free(timer->names);
+    free(timer->dispatches);
 }
 
 void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
@@ -26,9 +26,9 @@ void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
     if (timer->queries) vkResetQueryPool(gpu->device, timer->queries, 0, 2 * TIMED_DISPATCHES);
 }
 
-bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const char *name) {
+bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass) {
     if (!timer->queries || timer->count == TIMED_DISPATCHES) return false;
-    timer->names[timer->count] = name;
+    timer->dispatches[timer->count] = (struct vw_timed_pass){pass->name, pass->role};
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timer->queries, 2 * timer->count);
     return true;
 }
@@ -38,14 +38,17 @@ void vw_batch_timer_stop(struct vw_batch_timer *timer, VkCommandBuffer commands)
     timer->count++;
 }
 
-// The device's timer of that name, made at first use; NULL when memory is short.
-static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const char *name) {
+static bool same_text(const char *a, const char *b) { return a && b ? !strcmp(a, b) : a == b; }
+
+// The device's timer of that pass, made at first use; NULL when memory is short.
+static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const struct vw_timed_pass *pass) {
     for (size_t i = 0; i < gpu->timer_count; i++)
-        if (!strcmp(gpu->timers[i].name, name)) return &gpu->timers[i];
+        if (!strcmp(gpu->timers[i].name, pass->name) && same_text(gpu->timers[i].role, pass->role)) return &gpu->timers[i];
     void *timers = gpu->timers;
     if (vw_grow(&timers, &gpu->timer_capacity, gpu->timer_count + 1, sizeof *gpu->timers)) return NULL;
     gpu->timers = timers;
-    gpu->timers[gpu->timer_count].name = name;
+    gpu->timers[gpu->timer_count].name = pass->name;
+    gpu->timers[gpu->timer_count].role = pass->role;
     return &gpu->timers[gpu->timer_count++];
 }
 
@@ -56,8 +59,8 @@ enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer 
         VkResult result =
             vkGetQueryPoolResults(gpu->device, timer->queries, 2 * i, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
         if (result == VK_NOT_READY) continue;
-        if (result) return vw_gpu_fail(result, "vkGetQueryPoolResults", timer->names[i]);
-        struct vw_gpu_timer *total = find_timer(gpu, timer->names[i]);
+        if (result) return vw_gpu_fail(result, "vkGetQueryPoolResults", timer->dispatches[i].name);
+        struct vw_gpu_timer *total = find_timer(gpu, &timer->dispatches[i]);
         if (!total) return VW_ERROR_MEMORY;
         total->dispatches++;
         total->total_ms += (double)((ticks[1] - ticks[0]) & mask) * gpu->chosen.timestamp_ns * 1e-6;

@@ -1,0 +1,94 @@
+// What is kept of compiled shaders from run to run: by device, driver and vector width, never trusted when damaged.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "viewworth/file.h"
+#include "viewworth/gpu.h"
+
+const char *__asan_default_options(void);
+const char *__asan_default_options(void) { return "detect_leaks=0"; } // Vulkan drivers leak by design
+
+static void open_and_close(void) {
+    struct vw_gpu *gpu = NULL;
+    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &gpu) || vw_gpu_close(&gpu)) fail_msg("%s", vw_error_message());
+}
+
+// How many pipeline caches the folder holds; the last one's name.
+static int list_caches(const char *folder, char name[256]) {
+    int count = 0;
+    DIR *stream = opendir(folder);
+    for (struct dirent *entry; stream && (entry = readdir(stream));)
+        if (!strncmp(entry->d_name, "pipelines-", 10)) count++, snprintf(name, 256, "%s", entry->d_name);
+    if (stream) closedir(stream);
+    return count;
+}
+
+static void a_damaged_cache_is_made_anew(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create(), name[256] = "";
+    setenv("XDG_CACHE_HOME", folder, 1);
+    const char *caches = temporary_path(folder, "viewworth");
+    open_and_close();
+    assert_int_equal(list_caches(caches, name), 1);
+    char *path = vw_path_join(caches, name);
+    void *whole = NULL, *again = NULL;
+    size_t whole_bytes = 0, again_bytes = 0;
+    assert_int_equal(vw_file_read(path, 1 << 28, &whole, &whole_bytes), VW_OK);
+    for (size_t damage = 0; damage < 3; damage++) { // cut short, a bit flipped, empty
+        ((uint8_t *)whole)[40] ^= damage == 1;
+        assert_int_equal(vw_file_write(path, whole, damage == 0 ? whole_bytes - 1 : damage == 1 ? whole_bytes : 0), VW_OK);
+        ((uint8_t *)whole)[40] ^= damage == 1;
+        open_and_close();
+        assert_int_equal(vw_file_read(path, 1 << 28, &again, &again_bytes), VW_OK);
+        assert_int_equal(again_bytes, whole_bytes);
+        assert_memory_equal(again, whole, whole_bytes);
+        free(again);
+    }
+    free(whole);
+    free(path);
+    temporary_folder_remove(folder);
+}
+
+static void every_vector_width_has_its_own(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create(), name[256];
+    setenv("XDG_CACHE_HOME", folder, 1);
+    unsetenv("MESA_SHADER_CACHE_DIR");
+    open_and_close();
+    assert_null(getenv("MESA_SHADER_CACHE_DIR")); // Mesa's own choice will do
+    setenv("LP_NATIVE_VECTOR_WIDTH", "256", 1);
+    open_and_close();
+    assert_int_equal(list_caches(temporary_path(folder, "viewworth"), name), 2);
+    assert_string_equal(getenv("MESA_SHADER_CACHE_DIR"), temporary_path(folder, "viewworth/mesa-256"));
+    assert_true(vw_folder_exists(getenv("MESA_SHADER_CACHE_DIR")));
+    unsetenv("LP_NATIVE_VECTOR_WIDTH");
+    unsetenv("MESA_SHADER_CACHE_DIR");
+    temporary_folder_remove(folder);
+}
+
+static void without_a_folder_nothing_is_kept(void **state) {
+    (void)state;
+    setenv("XDG_CACHE_HOME", "/dev/null", 1);
+    open_and_close();
+    unsetenv("XDG_CACHE_HOME");
+    unsetenv("HOME");
+    open_and_close();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_damaged_cache_is_made_anew),
+        cmocka_unit_test(every_vector_width_has_its_own),
+        cmocka_unit_test(without_a_folder_nothing_is_kept),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
