@@ -15,14 +15,18 @@ static const struct vw_command commands[] = {
      "(.json).",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_JSON, vw_command_info},
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
-     "Leaves ledger.db (every step and score), scores.csv and field.vwf in the --out folder. Positive scores help.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
+     "Leaves ledger.db (every step and score), scores.csv, field.vwf and checkpoints in the --out folder. Positive scores help.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
-     "Leaves ledger.db and field.vwf in the --out folder.",
+     "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
     {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
      "Opens the scene as the training did: run it from the same folder when paths were relative.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
+    {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",
+     "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
+     "the scene as the training did.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
 };
 
 static void print_help(void) {

@@ -53,7 +53,7 @@ static enum vw_status take_first_steps(const struct vw_options *options, const s
 enum vw_status vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu **gpu,
                                struct vw_estimate *estimate) {
     *estimate = (struct vw_estimate){.host_bytes = count_host_bytes(scene)};
-    enum vw_status status = *gpu ? VW_OK : vw_open_gpu(options, gpu);
+    enum vw_status status = *gpu ? VW_OK : vw_open_gpu(options->device, false, gpu);
     if (status && options->device) return status;
     if (!status) {
         snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(*gpu)->name);

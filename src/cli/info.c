@@ -177,7 +177,7 @@ static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu
     enum vw_status status = vw_open_scene(options, options->operand, NULL, true, scene);
     bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
     vw_scene_close(scene);
-    if (recipe) status = vw_open_gpu(options, gpu);
+    if (recipe) status = vw_open_gpu(options->device, false, gpu);
     return status ? status : vw_open_scene(options, options->operand, *gpu, false, scene);
 }
 

@@ -4,8 +4,8 @@
 
 #include "viewworth/log.h"
 
-enum vw_status vw_open_gpu(const struct vw_options *options, struct vw_gpu **gpu) {
-    enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = options->device}, gpu);
+enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu) {
+    enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = device, .timers = timers}, gpu);
     if (status) return status;
     const struct vw_gpu_info *info = vw_gpu_get_info(*gpu);
     vw_log_info("device   %u: %s (%s)", info->index, info->name, info->driver);

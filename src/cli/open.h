@@ -9,8 +9,8 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// The device of --device, or the most preferred fit one; says which.
-enum vw_status vw_open_gpu(const struct vw_options *options, struct vw_gpu **gpu);
+// The device by number or part of its name, or (NULL) the most preferred fit one; says which. `timers`: time every pass.
+enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu);
 // The scene at `path` as the scene options say. `gpu` is needed for recipes, unless only headers are read.
 enum vw_status vw_open_scene(const struct vw_options *options, const char *path, struct vw_gpu *gpu, bool headers_only,
                              struct vw_scene **scene);

@@ -19,6 +19,9 @@ struct vw_options {
     uint32_t downscale;
     struct vw_config config;
     const char *out;
+    bool resume, profile;
+    const char *expect;
+    uint32_t replay_steps;
     const char *view;
     const char *to;
     bool json, quiet, help;
@@ -29,10 +32,12 @@ enum {
     VW_OPTIONS_DEVICE = 1,
     VW_OPTIONS_SCENE = 2,
     VW_OPTIONS_TRAINING = 4,
-    VW_OPTIONS_OUT = 8, // --out, which must be given
+    VW_OPTIONS_OUT = 8, // --out, which must be given, and --resume
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
-    VW_OPTIONS_ALWAYS = 64,
+    VW_OPTIONS_VALUE = 64,
+    VW_OPTIONS_VERIFY = 128,
+    VW_OPTIONS_ALWAYS = 256,
 };
 
 struct vw_command {

@@ -7,22 +7,16 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
-#include "cli/open.h"
+#include "cli/recorded_run.h"
 #include "viewworth/file.h"
 #include "viewworth/image.h"
-#include "viewworth/ledger.h"
-#include "viewworth/log.h"
 #include "viewworth/memory.h"
 #include "viewworth/psnr.h"
 #include "viewworth/train.h"
 
-// A finished run, reopened for rendering.
 struct rendering {
     const struct vw_options *options;
-    struct vw_ledger *ledger;
-    struct vw_config config;
-    struct vw_gpu *gpu;
-    struct vw_scene *scene;
+    struct vw_recorded_run run;
     bool on_background; // transparent pixels show the background
     struct vw_trainer *trainer;
 };
@@ -35,40 +29,17 @@ static enum vw_status check_target(const char *to) {
     return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
 }
 
-static enum vw_status open_ledger(struct rendering *rendering, struct vw_ledger_run *run) {
-    char *path = vw_path_join(rendering->options->operand, "ledger.db");
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_ledger_open(path, &rendering->ledger);
-    if (!status) status = vw_ledger_get_run(rendering->ledger, run);
-    if (!status) {
-        status = vw_config_from_json(run->config_json, &rendering->config);
-        if (status) vw_fail_context(status, "%s", path);
-    }
-    free(path);
-    return status;
-}
-
-static enum vw_status open_same_scene(struct rendering *rendering, const struct vw_ledger_run *run) {
-    enum vw_status status = vw_reopen_scene(run->scene_path, run->scene_options_json, rendering->gpu, &rendering->scene);
-    if (status) return status;
-    char hash[VW_HASH_HEX_BYTES];
-    vw_hash_to_hex(rendering->scene->hash, hash);
-    if (strcmp(hash, run->scene_hash) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: no longer the scene that %s was trained on; restore it and the files of its lists", run->scene_path,
-                   rendering->options->operand);
-}
-
 static enum vw_status decide_background(struct rendering *rendering) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0;
-    enum vw_status status = vw_effects_decide(rendering->scene, rendering->config.effects, verdicts, &count);
+    enum vw_status status = vw_effects_decide(rendering->run.scene, rendering->run.config.effects, verdicts, &count);
     for (uint32_t i = 0; !status && i < count; i++)
         if (strcmp(verdicts[i].name, "background") == 0) rendering->on_background = verdicts[i].on;
     return status;
 }
 
 static enum vw_status load_field(struct rendering *rendering) {
-    const struct vw_trainer_params params = {.gpu = rendering->gpu, .scene = rendering->scene, .config = &rendering->config};
+    const struct vw_trainer_params params = {.gpu = rendering->run.gpu, .scene = rendering->run.scene, .config = &rendering->run.config};
     char *path = vw_path_join(rendering->options->operand, "field.vwf");
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_create(&params, &rendering->trainer);
@@ -79,11 +50,9 @@ static enum vw_status load_field(struct rendering *rendering) {
 
 static enum vw_status open_rendering(const struct vw_options *options, struct rendering *rendering) {
     *rendering = (struct rendering){.options = options};
-    struct vw_ledger_run run = {0};
     enum vw_status status = check_target(options->to);
-    if (!status) status = open_ledger(rendering, &run);
-    if (!status) status = vw_open_gpu(options, &rendering->gpu);
-    if (!status) status = open_same_scene(rendering, &run);
+    if (!status) status = vw_recorded_open(options->operand, &rendering->run);
+    if (!status) status = vw_recorded_open_scene(&rendering->run, options->device);
     if (!status) status = decide_background(rendering);
     if (!status) status = load_field(rendering);
     return status;
@@ -91,9 +60,7 @@ static enum vw_status open_rendering(const struct vw_options *options, struct re
 
 static void close_rendering(struct rendering *rendering) {
     vw_trainer_destroy(&rendering->trainer);
-    vw_scene_close(&rendering->scene);
-    (void)vw_gpu_close(&rendering->gpu);
-    vw_ledger_close(&rendering->ledger);
+    vw_recorded_close(&rendering->run);
 }
 
 // ---- Choosing the view and naming the image ---------------------------------------------------------------------------
@@ -111,7 +78,7 @@ static bool find_by_place(const struct vw_scene *scene, unsigned long long place
 }
 
 static enum vw_status choose_view(const struct rendering *rendering, uint32_t *view) {
-    const struct vw_scene *scene = rendering->scene;
+    const struct vw_scene *scene = rendering->run.scene;
     const char *wanted = rendering->options->view ? rendering->options->view : "0";
     if (find_by_name(scene, wanted, view)) return VW_OK;
     char *end = NULL;
@@ -124,7 +91,7 @@ static enum vw_status choose_view(const struct rendering *rendering, uint32_t *v
 // --to, or OUT/render_<view>.png with the slashes of the view's name made harmless; owned by the caller.
 static char *name_target(const struct rendering *rendering, uint32_t view) {
     if (rendering->options->to) return vw_copy_text(rendering->options->to);
-    char *name = vw_format_text("render_%s.png", rendering->scene->views[view].name);
+    char *name = vw_format_text("render_%s.png", rendering->run.scene->views[view].name);
     for (char *next = name; next && *next; next++)
         if (*next == '/') *next = '_';
     char *path = name ? vw_path_join(rendering->options->operand, name) : NULL;
@@ -139,7 +106,7 @@ static void photo_colour(const struct rendering *rendering, const struct vw_imag
     float rgba[4];
     vw_image_pixel(photo, x_px, y_px, rgba);
     float alpha = rendering->on_background ? rgba[3] : 1.0f;
-    for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * rendering->scene->background[c];
+    for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * rendering->run.scene->background[c];
 }
 
 // Fills `pair`, twice as wide as the view, and takes the PSNR over the whole view.
@@ -165,22 +132,23 @@ static double compare(const struct rendering *rendering, const struct vw_view *v
 }
 
 static enum vw_status print_result(const struct rendering *rendering, uint32_t view, const char *target, double psnr_db) {
-    const char *name = rendering->scene->views[view].name;
+    const char *name = rendering->run.scene->views[view].name;
     if (rendering->options->json)
-        return vw_json_print(json_pack("{s:s, s:s, s:o, s:s}", "view", name, "split", vw_split_name(rendering->scene->views[view].split),
-                                       "psnr_db", vw_json_real(psnr_db), "image", target));
+        return vw_json_print(json_pack("{s:s, s:s, s:o, s:s}", "view", name, "split",
+                                       vw_split_name(rendering->run.scene->views[view].split), "psnr_db", vw_json_real(psnr_db), "image",
+                                       target));
     printf("%s  PSNR %.2f dB over the whole view\nphoto left, render right: %s\n", name, psnr_db, target);
     return VW_OK;
 }
 
 static enum vw_status render_view(const struct rendering *rendering, uint32_t view, const char *target) {
-    const struct vw_image *photo = &rendering->scene->views[view].image;
+    const struct vw_image *photo = &rendering->run.scene->views[view].image;
     float *render = NULL;
     float *pair = vw_allocate(2 * (size_t)photo->width_px * photo->height_px, 3 * sizeof *pair);
     if (!pair) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_render(rendering->trainer, view, &render);
     if (!status) {
-        double psnr_db = compare(rendering, &rendering->scene->views[view], render, pair);
+        double psnr_db = compare(rendering, &rendering->run.scene->views[view], render, pair);
         status = vw_image_save(target, 2 * photo->width_px, photo->height_px, 3, pair);
         if (!status) status = print_result(rendering, view, target, psnr_db);
     }

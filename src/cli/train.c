@@ -7,7 +7,8 @@
 
 static enum vw_status print_result(const struct vw_training_run *run) {
     if (run->options->json) return vw_json_print(vw_training_to_json(run));
-    printf("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", run->done_steps, run->ledger_path, run->field_path);
+    printf("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", run->tally.steps, run->ledger_path, run->field_path);
+    vw_profile_print(&run->profile);
     return VW_OK;
 }
 

@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -11,6 +12,8 @@
 #include "cli/json_output.h"
 #include "cli/open.h"
 #include "cli/out_folder.h"
+#include "cli/resume.h"
+#include "cli/run_row.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -34,8 +37,10 @@ static enum vw_status name_outputs(struct vw_training_run *run) {
     run->field_path = vw_path_join(out, "field.vwf");
     if (!run->ledger_path || !run->scores_path || !run->field_path) return VW_ERROR_MEMORY;
     if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
-    if (vw_file_exists(run->ledger_path)) return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
-    return vw_out_check(out);
+    if (vw_file_exists(run->ledger_path) && !run->options->resume)
+        return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; go on with it by --resume, or name another folder", out);
+    enum vw_status status = vw_checkpoints_open(out, &run->checkpoints);
+    return status ? status : vw_out_check(out);
 }
 
 static void say_scene(const struct vw_scene *scene) {
@@ -62,9 +67,9 @@ static void say_field(const struct vw_trainer *trainer) {
 }
 
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run) {
-    *run = (struct vw_training_run){.options = options, .first_val_psnr_db = NAN, .last_val_psnr_db = NAN};
+    *run = (struct vw_training_run){.options = options, .tally = vw_tally_begin()};
     enum vw_status status = name_outputs(run);
-    if (!status) status = vw_open_gpu(options, &run->gpu);
+    if (!status) status = vw_open_gpu(options->device, options->profile, &run->gpu);
     if (!status) status = vw_open_scene(options, options->operand, run->gpu, false, &run->scene);
     if (status) return status;
     say_scene(run->scene);
@@ -73,12 +78,14 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
     say_effects(run);
     const struct vw_trainer_params params = {.gpu = run->gpu, .scene = run->scene, .config = &options->config, .validate = validate};
     status = vw_trainer_create(&params, &run->trainer);
-    if (!status) say_field(run->trainer);
-    return status;
+    if (status) return status;
+    say_field(run->trainer);
+    return vw_file_exists(run->ledger_path) ? vw_training_resume(run) : VW_OK;
 }
 
 void vw_training_close(struct vw_training_run *run) {
     vw_ledger_close(&run->ledger);
+    vw_checkpoints_close(&run->checkpoints);
     vw_trainer_destroy(&run->trainer);
     vw_scene_close(&run->scene);
     (void)vw_gpu_close(&run->gpu); // reports only what validation layers said, which are off here
@@ -109,39 +116,17 @@ static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger
 }
 
 static enum vw_status write_first_rows(struct vw_training_run *run, const struct vw_ledger_image *images) {
-    const struct vw_gpu_info *device = vw_gpu_get_info(run->gpu);
-    uint8_t run_id[32], subset[32], shaders[32];
-    char run_id_hex[VW_HASH_HEX_BYTES], subset_hex[VW_HASH_HEX_BYTES], shaders_hex[VW_HASH_HEX_BYTES], scene_hex[VW_HASH_HEX_BYTES];
+    struct vw_run_row first;
     char started_utc[UTC_BYTES];
-    enum vw_status status = vw_trainer_run_id(run->trainer, run_id);
-    if (status) return status;
-    vw_trainer_subset_hash(run->trainer, subset);
-    vw_shader_hash(shaders);
-    vw_hash_to_hex(run_id, run_id_hex);
-    vw_hash_to_hex(subset, subset_hex);
-    vw_hash_to_hex(shaders, shaders_hex);
-    vw_hash_to_hex(run->scene->hash, scene_hex);
-    format_utc_now(started_utc);
-    char *config_json = vw_config_to_json(&run->options->config, false);
     char *scene_options_json = vw_scene_options_to_json(run->options);
-    const struct vw_ledger_run row = {
-        .run_id = run_id_hex,
-        .scene_hash = scene_hex,
-        .scene_path = run->scene->path,
-        .seed = (int64_t)run->options->config.seed,
-        .config_json = config_json,
-        .subset_hash = subset_hex,
-        .device = device->name,
-        .driver = device->driver,
-        .shader_hash = shaders_hex,
-        .version = vw_version(),
-        .started_utc = started_utc,
-        .scene_options_json = scene_options_json,
-    };
-    if (!config_json || !scene_options_json) status = VW_ERROR_MEMORY;
-    else status = vw_ledger_create(run->ledger_path, &row, images, run->scene->view_count, &run->ledger);
+    enum vw_status status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->options->config, &first);
+    if (!status && !scene_options_json) status = VW_ERROR_MEMORY;
+    format_utc_now(started_utc);
+    first.row.started_utc = started_utc;
+    first.row.scene_options_json = scene_options_json;
+    if (!status) status = vw_ledger_create(run->ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
+    vw_run_row_free(&first);
     free(scene_options_json);
-    free(config_json);
     return status;
 }
 
@@ -158,97 +143,125 @@ static enum vw_status create_ledger(struct vw_training_run *run) {
     return status;
 }
 
-// Closes the books on a run that stops early; the message of what stopped it stays.
+// Closes the books on a run that stops early; the message of what stopped it stays. A run that had ended before and to which nothing
+// was added is left as it was.
 static void finish_early(struct vw_training_run *run, enum vw_status status) {
-    char finished_utc[UTC_BYTES];
-    format_utc_now(finished_utc);
-    char *message = vw_copy_text(vw_error_message());
-    const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
-    if (vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
-    if (message) vw_fail(status, "%s", message);
-    free(message);
+    struct vw_ledger_run row;
+    struct vw_kept_error why = vw_error_keep();
+    if (!vw_ledger_get_run(run->ledger, &row) && strcmp(row.status, "running") == 0 && status != VW_ERROR_MISMATCH) {
+        char finished_utc[UTC_BYTES];
+        format_utc_now(finished_utc);
+        const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
+        if (vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
+    }
+    vw_error_put_back(&why);
 }
 
 // ---- The steps --------------------------------------------------------------------------------------------------------
 
-// Notes what a recorded batch says of the run so far, for the progress display and the end.
-static void follow(struct vw_training_run *run, const struct vw_step_record *records, uint32_t count, struct vw_progress *progress) {
-    if (records[0].step == 0) run->first_val_psnr_db = records[0].val_psnr;
-    const struct vw_step_record *last = &records[count - 1];
-    run->done_steps = last->step;
-    for (uint32_t i = 0; i < count; i++)
-        if (isfinite(records[i].val_psnr)) run->last_val_psnr_db = records[i].val_psnr;
+static enum vw_status check_nonfinite(const struct vw_training_run *run) {
+    if (!vw_tally_is_hopeless(&run->tally)) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE,
+                   "stopped at step %" PRIu64 ": %" PRIu64 " steps were not finite, more than %.0f %%; %s keeps them; try a lower --lr",
+                   run->tally.steps, run->tally.nonfinite, 100 * vw_tally_nonfinite_share, run->ledger_path);
+}
+
+// Compares the steps that the ledger knows and appends the others, up to the one with which too many are not finite.
+static enum vw_status record(struct vw_training_run *run, const struct vw_step_record *records, uint32_t count) {
+    uint32_t validation_count = 0, known = 0, added = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
+    uint64_t next_step = vw_ledger_next_step(run->ledger);
+    while (known < count && records[known].step < next_step) known++;
+    enum vw_status status = known ? vw_ledger_compare(run->ledger, records, known, validation_views) : VW_OK;
+    while (!status && known + added < count && !vw_tally_is_hopeless(&run->tally)) vw_tally_add(&run->tally, &records[known + added++]);
+    if (!status && added) status = vw_ledger_append(run->ledger, records + known, added, validation_views);
+    return status ? status : check_nonfinite(run);
+}
+
+static void show(const struct vw_training_run *run, const struct vw_step_record *last, struct vw_progress *progress) {
     progress->done_steps = last->step;
     progress->epoch = last->epoch;
-    progress->val_psnr_db = run->last_val_psnr_db;
+    progress->val_psnr_db = run->tally.last_val_psnr_db;
     vw_progress_update(progress);
 }
 
 static enum vw_status check_interrupt(const struct vw_training_run *run) {
     if (!vw_interrupt_requested()) return VW_OK;
-    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64 "; %s keeps the steps so far", run->done_steps,
-                   run->ledger_path);
+    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64 "; %s keeps the steps so far; go on by --resume",
+                   run->tally.steps, run->ledger_path);
+}
+
+// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first.
+static enum vw_status take_batches(struct vw_training_run *run, struct vw_progress *progress) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0;
+    for (enum vw_status status = VW_OK;;) {
+        bool settle = run->ledger && (vw_interrupt_requested() || vw_checkpoints_due(&run->checkpoints));
+        status = settle ? vw_trainer_collect(run->trainer, &records, &count) : vw_trainer_advance(run->trainer, &records, &count);
+        if (!status && count > 0 && !run->ledger) status = create_ledger(run);
+        if (!status && count > 0) status = record(run, records, count);
+        if (!status && count > 0) show(run, &records[count - 1], progress);
+        if (!status && count == 0) vw_checkpoints_save(&run->checkpoints, run->trainer);
+        if (!status && count == 0 && settle) status = check_interrupt(run);
+        if (status || (count == 0 && !settle)) return status;
+    }
 }
 
 enum vw_status vw_training_take_steps(struct vw_training_run *run) {
-    uint32_t validation_count = 0, count = 0;
-    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
-    const struct vw_step_record *records = NULL;
+    if (run->complete) return VW_OK;
     struct vw_progress progress = {
         .total_steps = vw_trainer_total_steps(run->trainer),
+        .done_steps = run->started_after,
         .epochs = run->options->config.epochs,
         .val_psnr_db = NAN,
     };
     vw_interrupt_watch();
-    vw_progress_begin(&progress);
-    enum vw_status status = vw_trainer_advance(run->trainer, &records, &count);
-    if (!status) status = create_ledger(run);
+    enum vw_status status = check_nonfinite(run);
     if (status) return status;
-    while (!status && count > 0) {
-        status = vw_ledger_append(run->ledger, records, count, validation_views);
-        if (!status) follow(run, records, count, &progress);
-        if (!status) status = check_interrupt(run);
-        if (!status) status = vw_trainer_advance(run->trainer, &records, &count);
-    }
-    vw_progress_end(&progress);
-    if (status) finish_early(run, status);
+    vw_progress_begin(&progress);
+    status = take_batches(run, &progress);
+    if (run->ledger) vw_progress_end(&progress);
+    if (!status && run->options->profile) status = vw_profile_make(run->trainer, run->gpu, &run->profile);
+    if (status && run->ledger) finish_early(run, status);
     return status;
 }
 
-static void say_oddities(const struct vw_trainer *trainer) {
-    struct vw_trainer_stats stats;
-    vw_trainer_get_stats(trainer, &stats);
-    if (stats.nonfinite_steps > 0)
+static void say_oddities(const struct vw_tally *tally) {
+    if (tally->nonfinite > 0)
         vw_log_warning("%" PRIu64 " steps were not finite and carry no value (step.nonfinite in the ledger); a lower --lr may help",
-                       stats.nonfinite_steps);
-    if (stats.floored_steps > 0)
+                       tally->nonfinite);
+    if (tally->floored > 0)
         vw_log_info("%" PRIu64 " steps have validation photos matched beyond 100 dB, where PSNR is cut (step.floored in the ledger)",
-                    stats.floored_steps);
-    if (stats.clamped_count > 0)
+                    tally->floored);
+    if (tally->clamped > 0)
         vw_log_info("%" PRIu64 " gradient contributions were clamped to the fixed-point range (step.clamped in the ledger)",
-                    stats.clamped_count);
+                    tally->clamped);
 }
 
 // The outputs come first: a run that the ledger calls finished has them.
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count) {
+    if (run->complete) return VW_OK;
     char finished_utc[UTC_BYTES];
     format_utc_now(finished_utc);
     enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
     if (!status && images) status = vw_report_write_csv(run->scores_path, scores, score_count, images, image_count);
     if (!status) status = vw_ledger_finish(run->ledger, "finished", finished_utc, scores, score_count);
     if (status) finish_early(run, status);
-    else say_oddities(run->trainer);
+    else say_oddities(&run->tally);
     return status;
 }
 
 json_t *vw_training_to_json(const struct vw_training_run *run) {
     uint8_t run_id[32];
-    char run_id_hex[VW_HASH_HEX_BYTES];
+    char run_id_hex[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
     if (vw_trainer_run_id(run->trainer, run_id)) return NULL; // short of memory
     vw_hash_to_hex(run_id, run_id_hex);
     const struct vw_gpu_info *device = vw_gpu_get_info(run->gpu);
-    return json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s}", "run_id", run_id_hex, "scene", run->scene->path, "device", device->name,
-                     "driver", device->driver, "steps", (json_int_t)run->done_steps, "effects",
-                     vw_effects_to_json(run->effects, run->effect_count), "ledger", run->ledger_path, "field", run->field_path);
+    vw_ledger_head(run->ledger, head);
+    json_t *profile = run->profile.row_count ? vw_profile_to_json(&run->profile) : NULL;
+    return json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s, s:s, s:o*}", "run_id", run_id_hex, "scene", run->scene->path, "device",
+                     device->name, "driver", device->driver, "steps", (json_int_t)run->tally.steps, "effects",
+                     vw_effects_to_json(run->effects, run->effect_count), "ledger", run->ledger_path, "field", run->field_path, "head",
+                     head, "profile", profile);
 }

@@ -6,7 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "cli/checkpoints.h"
 #include "cli/options.h"
+#include "cli/profile.h"
+#include "cli/tally.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
@@ -21,24 +24,28 @@ struct vw_training_run {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
-    struct vw_ledger *ledger;
-    uint64_t done_steps;
-    double first_val_psnr_db, last_val_psnr_db; // of the untrained and the trained field; NaN without validation
+    struct vw_checkpoints checkpoints;
+    struct vw_ledger *ledger;  // NULL until the first steps are recorded, unless resumed
+    bool complete;             // resumed, and nothing is left to do
+    struct vw_profile profile; // of the steps taken, once they are; without rows unless asked for
+    uint64_t started_after;    // the step of the checkpoint that the run went on from; 0: from the start
+    struct vw_tally tally;     // of the steps in the ledger
 };
 
-// Opens device, scene and trainer, and says what was found. Refuses, before any work, an --out folder that holds a run.
-// Close it also after a failure.
+// Opens device, scene and trainer, and says what was found. An --out folder that holds a run is refused before any work, or, with --resume,
+// opened where its ledger and newest checkpoint are. Close it also after a failure.
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run);
-// Takes all steps and records them. --out and its ledger appear with the first recorded steps. A failure or an interruption later
-// keeps what is recorded and leaves the ledger marked "failed" or "interrupted".
+// Takes the steps that are left and records them; steps between the checkpoint and the ledger's end are compared instead. --out and its
+// ledger appear with the first recorded steps. A failure or an interruption later keeps what is recorded and leaves the ledger marked
+// "failed" or "interrupted".
 enum vw_status vw_training_take_steps(struct vw_training_run *run);
 // Writes the trained field, and scores.csv unless `images` is NULL; then marks the ledger "finished" with these scores, or "failed" when an
-// output could not be written.
+// output could not be written. Does nothing on a complete run.
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count);
 void vw_training_close(struct vw_training_run *run);
 
-// What the run was and where its results are; NULL when memory is short.
+// What the run was and where its results are, with the profile when that was asked for; NULL when memory is short.
 json_t *vw_training_to_json(const struct vw_training_run *run);
 
 #endif

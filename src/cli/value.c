@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
+#include "cli/scoring.h"
 #include "cli/training_run.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -60,11 +61,27 @@ static void print_ranking(const struct vw_scene *scene, const struct ranking *ra
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, ranking->scores[ranking->count - 1 - i]);
 }
 
-static void print_text(const struct vw_training_run *run, const struct ranking *ranking) {
+static void print_noise_floor(const struct vw_noise_floor *floor) {
+    printf("noise floor  validating once more moves PSNR by %g dB (%" PRIu64 " times), a step with learning rate 0 by %g dB (%" PRIu64
+           " times)\n             other pixels of the same photo move a step's delta by %.2g dB, %.2g of mean absolute error (%" PRIu64
+           " redraws)\n",
+           floor->repeat_db, floor->repeats, floor->still_db, floor->stills, floor->redraw_db, floor->redraw_l1, floor->redraws);
+}
+
+static void print_head(const struct vw_ledger *ledger) {
+    char head[VW_HASH_HEX_BYTES];
+    vw_ledger_head(ledger, head);
+    printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
+}
+
+static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
     print_ranking(run->scene, ranking);
-    printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->first_val_psnr_db, run->last_val_psnr_db,
-           run->done_steps);
+    if (run->options->config.noise_floor) print_noise_floor(floor);
+    printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
+           run->tally.last_val_psnr_db, run->tally.steps);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);
+    print_head(run->ledger);
+    vw_profile_print(&run->profile);
 }
 
 static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score) {
@@ -86,12 +103,19 @@ static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking
     return array;
 }
 
-static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking) {
+static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
+    return json_pack("{s:I, s:o, s:I, s:o, s:I, s:o, s:o}", "repeats", (json_int_t)floor->repeats, "repeat_db",
+                     vw_json_real(floor->repeat_db), "stills", (json_int_t)floor->stills, "still_db", vw_json_real(floor->still_db),
+                     "redraws", (json_int_t)floor->redraws, "redraw_db", vw_json_real(floor->redraw_db), "redraw_l1",
+                     vw_json_real(floor->redraw_l1));
+}
+
+static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
     json_t *root = vw_training_to_json(run);
-    json_t *values =
-        json_pack("{s:s, s:o, s:o, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db", vw_json_real(run->first_val_psnr_db),
-                  "val_psnr_end_db", vw_json_real(run->last_val_psnr_db), "most_valuable", photos_to_json(run->scene, ranking, true),
-                  "least_valuable", photos_to_json(run->scene, ranking, false));
+    json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+                               vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
+                               "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "most_valuable",
+                               photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values);
     json_decref(values);
     if (!failed) return vw_json_print(root);
@@ -99,31 +123,17 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
     return vw_json_print(NULL);
 }
 
-static enum vw_status score_ledger(struct vw_training_run *run, const struct vw_ledger_image **images, uint32_t *image_count,
-                                   struct vw_ledger_score **scores, uint32_t *score_count) {
-    struct vw_step_record *records = NULL;
-    uint64_t record_count = 0;
-    enum vw_status status = vw_ledger_get_images(run->ledger, images, image_count);
-    if (!status) status = vw_ledger_get_steps(run->ledger, &records, &record_count);
-    if (!status)
-        status = vw_value_score(records, record_count, run->options->config.burn_in_epochs, *images, *image_count, scores, score_count);
-    free(records);
-    return status;
-}
-
 // Scores what the ledger holds, keeps the scores in it, and writes and prints the outputs.
 static enum vw_status conclude(struct vw_training_run *run) {
-    const struct vw_ledger_image *images = NULL;
-    struct vw_ledger_score *scores = NULL;
+    struct vw_scoring scoring;
     struct ranking ranking = {0};
-    uint32_t image_count = 0, score_count = 0;
-    enum vw_status status = score_ledger(run, &images, &image_count, &scores, &score_count);
-    if (!status) status = vw_training_finish(run, scores, score_count, images, image_count);
-    if (!status) status = rank(scores, score_count, &ranking);
-    if (!status && run->options->json) status = print_json(run, &ranking);
-    else if (!status) print_text(run, &ranking);
+    enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
+    if (!status) status = vw_training_finish(run, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
+    if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
+    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);
+    else if (!status) print_text(run, &ranking, &scoring.noise_floor);
     free(ranking.scores);
-    free(scores);
+    vw_scoring_free(&scoring);
     return status;
 }
 

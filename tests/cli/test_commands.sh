@@ -7,6 +7,7 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
 scene=$root/scenes/clean.json
 tiny=(--epochs 3 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe)
 
@@ -38,16 +39,6 @@ answers() {
     return 1
 }
 
-query() { sqlite3 "$folder/$1/ledger.db" "$2"; }
-rows() { # whole, with the chain's hashes
-    query "$1" "SELECT * FROM step ORDER BY step; SELECT * FROM view ORDER BY step, image_id;
-                SELECT * FROM score ORDER BY image_id, method"
-}
-same_rows() {
-    diff <(rows "$1") <(rows "$2") >"$folder/diff" && [[ $(query "$2" 'SELECT count(*) FROM step') -gt 1 ]] && return
-    head -n 5 "$folder/diff"
-    return 1
-}
 begins_as() { # begins_as RUN LONGER: all steps of the run, with their hashes, are the first ones of the longer run
     local steps
     steps=$(query "$1" 'SELECT count(*) FROM step')
@@ -127,7 +118,7 @@ check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledge
     done | sort | uniq -c | tr -s ' ')" = ' 12 1'
 check "value again gives a run" value_again second
 check "the same command leaves the same rows" same_rows first second
-for threads in 0 1 2; do
+for threads in 0 1 2 4; do
     check "value with $threads driver threads gives a run" value_again "threads$threads" LP_NUM_THREADS=$threads
     check "the rows do not depend on threads ($threads)" same_rows first "threads$threads"
 done
@@ -186,6 +177,20 @@ check "without options nothing is kept" test "$(query first 'SELECT scene_option
 check "render opens the scene as the run did" in_folder prints '^photo left, render right: ' "$program" render listed
 printf 'view_001\nview_002\n' >"$folder/train.txt"
 check "another scene than the trained one is refused" in_folder refuses 'no longer the scene' render listed --quiet
+
+# ---- Under the validation layer -----------------------------------------------------------------------------------------
+
+# validated COMMAND...: the command succeeds, and the layer, synchronization validation included, was there and had nothing to say.
+validated() {
+    VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation VK_LOADER_DEBUG=layer \
+        VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT "$@" >"$folder/stdout" 2>"$folder/stderr" &&
+        grep -q 'Insert.*VK_LAYER_KHRONOS_validation' "$folder/stderr" || return 1
+    grep -hE 'Validation (Error|Warning)|VUID-|SYNC-HAZARD' "$folder/stdout" "$folder/stderr" >"$folder/messages" || return 0
+    head -n 5 "$folder/messages"
+    return 1
+}
+check "value gives the validation layer nothing to say" validated "$program" value "$scene" --out "$folder/validated" "${tiny[@]}" --quiet
+check "render gives it nothing to say" validated "$program" render "$folder/validated"
 
 # ---- Interruption -------------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,20 @@
+// A ledger's rows on their way to scores.
+#ifndef VIEWWORTH_CLI_SCORING_H
+#define VIEWWORTH_CLI_SCORING_H
+
+#include "viewworth/ledger.h"
+#include "viewworth/status.h"
+#include "viewworth/value.h"
+
+struct vw_scoring {
+    struct vw_value_input input; // its steps and probes are owned here, its images by the ledger
+    struct vw_ledger_score *scores;
+    uint32_t score_count;
+    struct vw_noise_floor noise_floor;
+};
+
+// Computes all scores anew from the ledger's steps and probes. Free it also after a failure.
+enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_scoring *scoring);
+void vw_scoring_free(struct vw_scoring *scoring);
+
+#endif

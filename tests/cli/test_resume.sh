@@ -1,0 +1,140 @@
+#!/usr/bin/env bash
+# Stopping, going on, extending and auditing runs from outside (decision 11). Takes the program's path. SEED=N draws other moments to kill.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
+scene=$root/scenes/clean.json
+tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --quiet)
+seed=${SEED:-1}
+RANDOM=$seed
+echo "seed $seed"
+
+value() { # value OUT EPOCHS [OPTION]...
+    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${tiny[@]}" "${@:3}" >"$folder/stdout" 2>"$folder/stderr"
+}
+
+# fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches.
+fails() {
+    local code=0
+    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+verify() { "$program" verify "$folder/$1" "${@:2}"; }
+verifies() { verify "$@" >"$folder/stdout" 2>"$folder/stderr" || { cat "$folder/stderr"; return 1; }; }
+copy() { rm -rf "${folder:?}/$2" && cp -r "$folder/$1" "$folder/$2"; }
+unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as before
+    local before after
+    before=$(cd "$folder/$1" && sha256sum -- *)
+    "${@:2}"
+    after=$(cd "$folder/$1" && sha256sum -- *)
+    [[ $before == "$after" ]]
+}
+
+# stop_run SIGNAL OUT EPOCHS: starts or goes on, and signals at a random moment once steps are recorded.
+stop_run() {
+    "$program" value "$scene" --out "$folder/$2" --epochs "$3" "${tiny[@]}" --resume >"$folder/stdout" 2>"$folder/stderr" &
+    local process=$! code=0
+    until [[ -s $folder/$2/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
+    sleep "0.$((RANDOM % 25 + 10))"
+    kill "-$1" "$process" 2>/dev/null
+    wait "$process" 2>/dev/null || code=$?
+    case $1 in
+    KILL) [[ $code -eq 137 || $code -eq 0 ]] ;;
+    *) [[ $code -eq 1 ]] && grep -q 'go on by --resume' "$folder/stderr" && [[ $(query "$2" 'SELECT status FROM run') == interrupted ]] ;;
+    esac
+}
+
+epochs=120
+check "a run without interruption" value whole "$epochs"
+for signal in TERM INT; do
+    check "SIG$signal stops a run between batches" stop_run "$signal" "$signal" "$epochs"
+    check "what it leaves is intact" verifies "$signal"
+    check "it goes on" value "$signal" "$epochs" --resume
+    check "and is the run without interruption" same_run whole "$signal"
+done
+for kill in 1 2 3; do check "kill $kill" stop_run KILL killed "$epochs"; done
+check "what the kills leave is intact" verifies killed
+check "it goes on" value killed "$epochs" --resume
+check "and is the run without interruption" same_run whole killed
+
+check "--resume starts where there is nothing" value short 3 --resume
+check "a finished run is left alone" unchanged short value short 3 --resume
+check "also when fewer epochs are asked for" unchanged short value short 2 --resume
+check "without --resume it is refused" fails 2 'holds a run already; go on with it by --resume' value short 3
+check "a finished run is extended" value short 5 --resume
+check "a longer run" value longer 5
+check "is the extended one" same_run longer short
+
+copy short spoiled
+check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.01' value spoiled 6 --resume --lr 0.01
+check "so is another choice of photos" fails 2 'other photos to train on' value spoiled 6 --resume \
+    --train <(printf 'view_%03d\n' 1 2 3) --val <(printf 'view_%03d\n' 0)
+check "and other effects" fails 2 'other --effects' value spoiled 6 --resume --effects +background
+check "and the same by train" fails 2 'value and train' "$program" train "$scene" --out "$folder/spoiled" --epochs 6 "${tiny[@]}" --resume
+check "refusals leave the run alone" same_run short spoiled
+
+longer_from() { # longer_from OUT: extends it and compares
+    value "$1" 6 --resume && same_run longest "$1"
+}
+check "the longest run" value longest 6
+copy short damaged
+truncate -s -1 "$folder"/damaged/checkpoint_*.vwc
+check "damaged checkpoints are passed over" longer_from damaged
+copy short missing
+rm "$folder"/missing/checkpoint_*.vwc
+check "and missing ones" longer_from missing
+
+forge() { # an edit of step 2, with which no replay agrees
+    copy short forged
+    rm "$folder"/forged/checkpoint_*.vwc
+    query forged "UPDATE step SET val_psnr = val_psnr + 1e-9 WHERE step = 2"
+}
+check "an edited ledger is not gone on with" eval 'forge; unchanged forged fails 1 "step 2" value forged 6 --resume'
+check "and is found by verify" fails 1 'step 2 ' verify forged
+check "an untouched run is intact" verifies short
+head=$(verify short | awk '$1 == "head" {print $2}')
+check "its head is the one expected" verifies short --expect "$head"
+check "another head is not" fails 1 "head is $head" verify short --expect "${head/[0-8]/9}"
+check "its steps can be taken again" verifies short --replay 7
+check "all of them" verifies short --replay 4000000000
+check "a replay says how many" grep -q 'replay   [1-9][0-9]* steps taken again gave the same bits' "$folder/stdout"
+copy short burned
+query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epochs\":1', '\"burn_in_epochs\":2')"
+check "a changed burn-in is found" fails 1 'run row' verify burned
+check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
+
+check "the noise floor is measured" value noisy 10 --noise-floor --json
+check "repeats and still steps move nothing, redraws do" test "$(sqlite3 :memory: "
+    WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
+    SELECT j ->> 'repeat_db' = 0 AND j ->> 'still_db' = 0 AND j ->> 'redraw_db' > 0 FROM answer")" = 1
+check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(sampling_error > 0) FROM score')" = 1
+check "and changes none" test "$(query noisy 'SELECT value FROM score ORDER BY 1' | sha256sum)" = \
+    "$(value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
+check "train has nothing to probe" fails 2 'unknown option "--noise-floor"' "$program" train "$scene" --out "$folder/none" --noise-floor
+
+# Not-a-number into the newest checkpoint's params, and its hash made to fit again.
+poison() { # poison OUT
+    local file start
+    file=$(ls -t "$folder/$1"/checkpoint_*.vwc | head -n 1)
+    start=$((23 + 9 + 10#$(sed -n 2p "$file" | head -c 8) + 1)) # behind the magic line, the length, and the description
+    head -c 16384 /dev/zero | tr '\0' '\377' | dd of="$file" bs=1 seek=$start conv=notrunc status=none
+    truncate -s -32 "$file"
+    printf "$(sha256sum "$file" | head -c 64 | sed 's/../\\x&/g')" >>"$file"
+}
+check "a run to be poisoned" value poisoned 3
+poison poisoned
+check "a run that is no longer finite stops" fails 1 'stopped at step 57: 21 steps were not finite, more than 10 %.* try a lower --lr' \
+    value poisoned 60 --resume
+check "its ledger is kept" test "$(query poisoned 'SELECT status, max(step), sum(nonfinite), count(val_psnr) FROM run, step')" = \
+    'failed|57|21|37'
+check "and intact" verifies poisoned
+check "going on with it stops at once" unchanged poisoned fails 1 'stopped at step 57' value poisoned 60 --resume
+conclude "$@"
