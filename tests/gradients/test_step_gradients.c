@@ -21,6 +21,9 @@ static const double FLIPPED_QUANTA = 8.0;    // contributions near half a quantu
 static const double LOSS_TOLERANCE = 1e-5;   // relative
 static const double COLOUR_TOLERANCE = 5e-5;
 static const double GATE_TOLERANCE = 1e-3; // values before a ReLU that are nearer to 0 may fall to either side
+static const double SLOPE_STEP = 1e-6;
+// Kinks within the step, the third derivative, and the rounding of the grid's gradient to quanta.
+static const double SLOPE_TOLERANCE = 2e-3;
 static const uint64_t STEP = 3;
 
 static bool ordinary(const struct step_case *setup) { return setup->weight_scale <= 1.0f; } // others amplify rounding beyond use here
@@ -116,6 +119,74 @@ static void gradients_match_the_twin(void **state) {
     }
 }
 
+// ---- The slope of the loss -------------------------------------------------------------------------------------------------
+
+// The twin's loss of the step when `count` values have moved by `distance` times their direction.
+static double moved_loss(struct reference_step *twin, const struct reference_params *params, double *values, const double *direction,
+                         size_t count, double distance) {
+    for (size_t i = 0; i < count; i++) values[i] += distance * direction[i];
+    reference_step_forward(twin, params, true, STEP);
+    for (size_t i = 0; i < count; i++) values[i] -= distance * direction[i];
+    return twin->loss;
+}
+
+// Moving each value of a range up where the device says that the loss rises, and down where it says that it falls, raises the twin's loss
+// by the sum of all magnitudes.
+static void check_slope(const struct step_bench *bench, struct reference_step *twin, const struct reference_params *params,
+                        const char *range, double *values, const double *gradient, size_t count) {
+    double *direction = vw_allocate(count, sizeof *direction), magnitudes = 0.0;
+    for (size_t i = 0; i < count; i++) direction[i] = gradient[i] > 0.0 ? 1.0 : gradient[i] < 0.0 ? -1.0 : 0.0;
+    for (size_t i = 0; i < count; i++) magnitudes += fabs(gradient[i]);
+    double higher = moved_loss(twin, params, values, direction, count, SLOPE_STEP),
+           lower = moved_loss(twin, params, values, direction, count, -SLOPE_STEP);
+    assert_true(magnitudes > 0.0);
+    check_value(bench->where, range, 0, magnitudes, (higher - lower) / (2.0 * SLOPE_STEP), SLOPE_TOLERANCE * magnitudes);
+    free(direction);
+}
+
+static void check_slopes(struct step_bench *bench, struct reference_step *twin, struct reference_params *params) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    size_t features = 2 * (size_t)bench->model.pair_count;
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    int64_t *quanta = vw_allocate(features, sizeof *quanta);
+    double *gradient = vw_allocate(features + REFERENCE_WIDTH_MAX * REFERENCE_ENCODING_MAX, sizeof *gradient);
+    struct reference_matrix values[REFERENCE_MATRICES];
+    reference_matrices(s, &params->weights, values);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+        for (uint32_t i = 0; i < values[m].out * values[m].in; i++)
+            gradient[i] = d_weights[reference_block_index(s, m, i / values[m].in, i % values[m].in)];
+        check_slope(bench, twin, params, values[m].name, values[m].values, gradient, values[m].out * values[m].in);
+    }
+    reference_unpack_grid(&bench->model, words, quanta);
+    for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
+    check_slope(bench, twin, params, "grid", params->grid, gradient, features);
+    free(d_weights);
+    free(words);
+    free(quanta);
+    free(gradient);
+}
+
+// From the device's gradients to the differences of the twin's loss, without the twin's own gradient between them.
+static void the_loss_changes_as_the_gradients_say(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        if (!ordinary(&step_cases[i])) continue;
+        struct step_bench *bench = step_bench_open(&step_cases[i]);
+        step_bench_gradients(bench, STEP);
+        struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+        struct reference_params *params = reference_params_create(&bench->model, bench->params);
+        struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+        check_slopes(bench, twin, params);
+        free(rays);
+        reference_step_destroy(twin);
+        reference_params_destroy(params);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Descent and rendering -------------------------------------------------------------------------------------------------
+
 // Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the twin's mean gradient.
 static void gradient_descent_follows_the_twin(void **state) {
     (void)state;
@@ -194,6 +265,7 @@ static void rendering_matches_the_twin(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradients_match_the_twin),
+        cmocka_unit_test(the_loss_changes_as_the_gradients_say),
         cmocka_unit_test(gradient_descent_follows_the_twin),
         cmocka_unit_test(rendering_matches_the_twin),
     };

@@ -6,6 +6,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,22 +21,22 @@ static const double STEP = 1e-5;
 static const double TOLERANCE = 1e-6;
 enum { RAYS = 6, PER_RANGE = 12 };
 
+// Each of these fields is taken with every loss, without effects, with each effect alone and with all of them.
 static const struct twin_case {
     const char *name;
     uint64_t seed;
     uint32_t samples, levels, features, log2_table, width;
-    enum vw_loss loss;
-    bool background;
     double weight_scale;
 } cases[] = {
-    {"default field", 1, 16, 8, 2, 14, 32, VW_LOSS_L2, false, 1.0},
-    {"L1, background, four features", 2, 7, 2, 4, 8, 16, VW_LOSS_L1, true, 1.5},
-    {"Huber, wide network, one entry", 3, 9, 16, 2, 0, 64, VW_LOSS_HUBER, true, 1.0},
-    {"saturated densities", 4, 12, 4, 2, 10, 32, VW_LOSS_L2, true, 4.0},
+    {"default field", 1, 16, 8, 2, 14, 32, 1.0},
+    {"four features", 2, 7, 2, 4, 8, 16, 1.5},
+    {"wide network, one entry", 3, 9, 16, 2, 0, 64, 1.0},
+    {"saturated densities", 4, 12, 4, 2, 10, 32, 4.0},
 };
+static const enum vw_loss all_losses[] = {VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER};
 
 struct fixture {
-    const struct twin_case *setup;
+    char where[192]; // case, seed, loss and effects, for messages
     struct model model;
     struct reference_params *params;
     struct reference_step *step, *moved;
@@ -47,10 +48,11 @@ static double draw(uint64_t seed, uint32_t index) {
     return 2.0 * vw_random_unit(words[0]) - 1.0;
 }
 
-static void make_model(const struct twin_case *setup, struct model *model) {
+static const struct vw_scene empty_scene = {.background = {0.9f, 0.4f, 0.1f}};
+
+static void make_model(const struct twin_case *setup, enum vw_loss loss, const char *choice, struct model *model) {
     struct vw_config config = vw_config_default;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
-    struct vw_scene scene = {.background = {0.9f, 0.4f, 0.1f}};
     struct vw_gpu_limits limits = vw_gpu_floor_limits;
     uint32_t count;
     limits.shared_memory_bytes = 1 << 16;
@@ -60,10 +62,10 @@ static void make_model(const struct twin_case *setup, struct model *model) {
     config.features = setup->features;
     config.log2_table = setup->log2_table;
     config.width = setup->width;
-    config.loss = setup->loss;
+    config.loss = loss;
     assert_int_equal(vw_config_check(&config), VW_OK);
-    assert_int_equal(vw_effects_decide(&scene, setup->background ? "background" : "none", effects, &count), VW_OK);
-    assert_int_equal(model_create(&config, &scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
+    assert_int_equal(vw_effects_decide(&empty_scene, choice, effects, &count), VW_OK);
+    assert_int_equal(model_create(&config, &empty_scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
 }
 
 static void make_rays(uint64_t seed, uint32_t samples, struct vw_ray rays[RAYS]) {
@@ -81,10 +83,11 @@ static void make_rays(uint64_t seed, uint32_t samples, struct vw_ray rays[RAYS])
     }
 }
 
-static void open_fixture(const struct twin_case *setup, struct fixture *f) {
+static void open_fixture(const struct twin_case *setup, enum vw_loss loss, const char *choice, struct fixture *f) {
     struct vw_ray rays[RAYS];
-    f->setup = setup;
-    make_model(setup, &f->model);
+    snprintf(f->where, sizeof f->where, "case \"%s\", seed %llu, loss %s, effects %s", setup->name, (unsigned long long)setup->seed,
+             vw_loss_name(loss), choice);
+    make_model(setup, loss, choice, &f->model);
     make_rays(setup->seed, setup->samples, rays);
     float *params = vw_allocate(f->model.param_bytes, 1);
     model_initialise(&f->model, setup->seed, params);
@@ -138,8 +141,7 @@ static void compare(struct fixture *f, const char *range, uint64_t index, double
     double slope = central_difference(f, param);
     *skipped += isnan(slope);
     if (!isnan(slope) && !(fabs(slope - analytic) <= TOLERANCE * scale))
-        fail_msg("case \"%s\", seed %llu: %s[%llu]: analytic %.10g, difference %.10g", f->setup->name, (unsigned long long)f->setup->seed,
-                 range, (unsigned long long)index, analytic, slope);
+        fail_msg("%s: %s[%llu]: analytic %.10g, difference %.10g", f->where, range, (unsigned long long)index, analytic, slope);
 }
 
 static double largest_of(const double *values, size_t count) {
@@ -148,38 +150,64 @@ static double largest_of(const double *values, size_t count) {
     return most;
 }
 
+static uint32_t index_in(uint32_t count, uint64_t seed, uint32_t draw_index) { return (uint32_t)(fabs(draw(seed, draw_index)) * count); }
+
+static void compare_weights(struct fixture *f, int *skipped) {
+    const struct vw_specialization *s = &f->model.specialization;
+    struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
+    reference_matrices(s, &f->params->weights, values);
+    reference_matrices(s, &f->step->d_weights, gradients);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+        uint32_t count = values[m].out * values[m].in;
+        double scale = largest_of(gradients[m].values, count);
+        assert_true(scale > 0.0);
+        for (uint32_t k = 0; k < PER_RANGE; k++) {
+            // The first PER_RANGE / 2 in output 0 (of the second matrix: the density), the others anywhere.
+            uint32_t index = index_in(k < PER_RANGE / 2 ? values[m].in : count, s->seed_low, 1000 + 100 * m + k);
+            compare(f, values[m].name, index, &values[m].values[index], gradients[m].values[index], scale, skipped);
+        }
+    }
+}
+
+static void compare_grid(struct fixture *f, int *skipped) {
+    const struct vw_specialization *s = &f->model.specialization;
+    double scale = largest_of(f->step->d_grid, 2 * (size_t)f->model.pair_count);
+    for (uint32_t level = 0; level < s->levels; level++) {
+        for (uint32_t k = 0; k < PER_RANGE; k++) { // entries that some sample touches
+            const struct reference_sample *sample = &f->step->samples[(k * 31 + level) % (RAYS * s->samples)];
+            struct reference_corner corners[8];
+            reference_grid_corners(s, sample->position, level, corners);
+            uint64_t index = corners[k % 8].first_feature + k % (2 * s->feature_pairs);
+            compare(f, "grid", index, &f->params->grid[index], f->step->d_grid[index], scale, skipped);
+        }
+    }
+}
+
+static void compare_ranges(const struct twin_case *setup, enum vw_loss loss, const char *choice) {
+    struct fixture f;
+    int skipped = 0;
+    open_fixture(setup, loss, choice, &f);
+    assert_int_equal(f.model.grid.size_bytes + f.model.weights.size_bytes, f.model.param_bytes); // there is no other range
+    compare_weights(&f, &skipped);
+    compare_grid(&f, &skipped);
+    int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels);
+    if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
+    close_fixture(&f);
+}
+
 static void the_gradient_is_the_slope_of_the_loss(void **state) {
     (void)state;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    char all[192] = "";
+    uint32_t count;
+    assert_int_equal(vw_effects_decide(&empty_scene, "none", effects, &count), VW_OK);
+    for (uint32_t i = 0; i < count; i++) snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? "," : "", effects[i].name);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct fixture f;
-        open_fixture(&cases[i], &f);
-        const struct vw_specialization *s = &f.model.specialization;
-        struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
-        int skipped = 0, taken = 0;
-        reference_matrices(s, &f.params->weights, values);
-        reference_matrices(s, &f.step->d_weights, gradients);
-        for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
-            uint32_t count = values[m].out * values[m].in;
-            double scale = largest_of(gradients[m].values, count);
-            assert_true(scale > 0.0);
-            for (uint32_t k = 0; k < PER_RANGE; k++, taken++) {
-                // The first PER_RANGE / 2 in output 0 (of the second matrix: the density), the others anywhere.
-                uint32_t index = (uint32_t)(fabs(draw(s->seed_low, 1000 + 100 * m + k)) * (k < PER_RANGE / 2 ? values[m].in : count));
-                compare(&f, values[m].name, index, &values[m].values[index], gradients[m].values[index], scale, &skipped);
-            }
+        for (size_t k = 0; k < VW_ARRAY_COUNT(all_losses); k++) {
+            compare_ranges(&cases[i], all_losses[k], "none");
+            compare_ranges(&cases[i], all_losses[k], all);
+            for (uint32_t e = 0; e < count; e++) compare_ranges(&cases[i], all_losses[k], effects[e].name);
         }
-        for (uint32_t level = 0; level < s->levels; level++) {
-            for (uint32_t k = 0; k < PER_RANGE; k++, taken++) { // entries that some sample touches
-                const struct reference_sample *sample = &f.step->samples[(k * 31 + level) % (RAYS * s->samples)];
-                struct reference_corner corners[8];
-                reference_grid_corners(s, sample->position, level, corners);
-                uint64_t index = corners[k % 8].first_feature + k % (2 * s->feature_pairs);
-                compare(&f, "grid", index, &f.params->grid[index], f.step->d_grid[index],
-                        largest_of(f.step->d_grid, 2 * f.model.pair_count), &skipped);
-            }
-        }
-        if (skipped * 10 > taken) fail_msg("case \"%s\": %d of %d parameters stand at kinks", cases[i].name, skipped, taken);
-        close_fixture(&f);
     }
 }
 

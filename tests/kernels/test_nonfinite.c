@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "reference/reference.h"
-#include "reference/step_bench.h"
+#include "kernels/check.h"
+#include "support/gpu_fixture.h"
 #include "viewworth/memory.h"
 
 static const struct step_case setup = {
@@ -143,10 +143,113 @@ static void validation_shows_a_poisoned_field(void **state) {
     }
 }
 
+// ---- Single passes ---------------------------------------------------------------------------------------------------------
+
+static bool is_marked(struct step_bench *bench) {
+    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    bool marked = flags->nonfinite != 0;
+    free(flags);
+    return marked;
+}
+
+// One NaN in the last sample's rows, of the gradients and of the activations, marks the step by itself.
+static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    struct step_bench *bench = step_bench_open(&step_cases[0]);
+    struct test_random random = {.seed = bench->config.seed};
+    size_t count = vw_buffer_size_bytes(bench->field.rows) / sizeof(float);
+    struct step_rows row = step_bench_rows(bench);
+    const uint32_t poisoned[] = {row.encoding, row.hidden2 + 1, row.d_geo, row.d_logit};
+    float *rows = vw_allocate(count, sizeof *rows);
+    input_fill(INPUT_ORDINARY, &random, rows, count);
+    weight_gradients_run(bench, rows);
+    assert_false(is_marked(bench));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poisoned); i++) {
+        float *value = (float *)step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3, kept = *value;
+        *value = NAN;
+        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+        weight_gradients_run(bench, rows);
+        if (!is_marked(bench)) fail_msg("%s: NaN in row %u did not mark the step", bench->where, poisoned[i]);
+        *value = kept;
+    }
+    free(rows);
+    step_bench_close(bench);
+}
+
+// It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without it.
+static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    static const float poison[] = {NAN, INFINITY, -INFINITY};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
+        struct step_bench *bench = step_bench_open(&step_cases[i]);
+        float *rows = scatter_rows(bench, INPUT_ORDINARY),
+              *gradient = (float *)step_bench_row(bench, rows, step_bench_rows(bench).d_encoding, 9) + i;
+        struct vw_step_state flags;
+        *gradient = poison[i];
+        scatter_run(bench, rows, &flags);
+        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+        assert_true(flags.nonfinite != 0);
+        *gradient = 0.0f;
+        scatter_check(bench, rows, words, flags.clamped);
+        free(words);
+        free(rows);
+        step_bench_close(bench);
+    }
+}
+
+static void a_loss_that_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    for (int poisoned = 0; poisoned < 2; poisoned++) { // a loss, or an earlier pass's finding
+        struct step_bench *bench = step_bench_open(&setup);
+        struct vw_push_reduce push = {.count = bench->step.padded_rays, .scalar_row = 1};
+        float *losses = vw_allocate(bench->step.padded_rays, sizeof *losses);
+        if (poisoned) losses[bench->step.padded_rays - 1] = NAN;
+        step_bench_write(bench, bench->step.ray_loss, losses);
+        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = !poisoned});
+        step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        assert_true(scalars[1].z == 1.0f);
+        assert_true(is_marked(bench)); // seen by the passes that follow
+        free(scalars);
+        free(losses);
+        step_bench_close(bench);
+    }
+}
+
+static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
+    (void)state;
+    static const float poison[] = {NAN, INFINITY, -INFINITY};
+    struct view_reduction reduction;
+    reduction_open(test_gpu(), &reduction);
+    reduction_fill(&reduction, INPUT_ORDINARY, 91);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
+        for (uint32_t view = 0; view < REDUCED_VIEWS; view++) {
+            uint32_t ray = reduced_ranges[view].first + reduced_ranges[view].count / 2;
+            vw_float4 sums[REDUCED_VIEWS], kept = reduction.colour_data[ray];
+            float weight = reduction.ray_data[ray].target_weight.w;
+            reduction.colour_data[ray].y = poison[i];
+            reduction.ray_data[ray].target_weight.w = 1.0f;
+            reduction_run(&reduction, sums);
+            for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
+                bool finite = isfinite((double)sums[other].x + sums[other].y) && isfinite((double)sums[other].z + sums[other].w);
+                if (finite != (other != view))
+                    fail_msg("%g in view %u: view %u is %s", poison[i], view, other, finite ? "finite" : "not finite");
+            }
+            reduction.colour_data[ray] = kept;
+            reduction.ray_data[ray].target_weight.w = weight;
+        }
+    }
+    reduction_close(&reduction);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_poisoned_step_is_flagged_and_changes_nothing),
         cmocka_unit_test(validation_shows_a_poisoned_field),
+        cmocka_unit_test(a_weight_gradient_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(a_grid_gradient_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(a_loss_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(an_error_that_is_not_finite_reaches_its_view_alone),
     };
     return cmocka_run_group_tests_name("nonfinite", tests, NULL, step_bench_teardown);
 }

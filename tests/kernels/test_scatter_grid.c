@@ -1,4 +1,4 @@
-// scatter_grid against the twin, and decision 3: sums of fixed-point gradients are exact, never wrap, and what is clamped is counted.
+// Decision 3 in scatter_grid: sums of fixed-point gradients are exact and never wrap, with either kind of atomics.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,159 +8,23 @@
 
 #include <cmocka.h>
 
-#include "reference/reference.h"
-#include "reference/step_bench.h"
+#include "kernels/check.h"
 #include "support/gpu_fixture.h"
 #include "viewworth/memory.h"
-
-// A contribution is rounded to a whole quantum, and its weight (three float factors) and product carry four float roundings.
-static const double ROUNDING_QUANTA = 0.5;
-static const double RELATIVE_ROUNDING = 4.0 * 0x1p-24;
-
-static const struct step_case cases[] = {
-    {.name = "pairs in narrow words", .seed = 41},
-    {.name = "four features, small table, narrow", .seed = 42, .features = 4, .log2_table = 8},
-    {.name = "pairs in wide words", .seed = 43, .levels = 16, .wide = true},
-    {.name = "four features, dense levels, wide", .seed = 44, .features = 4, .levels = 2, .base_resolution = 4, .wide = true},
-    {.name = "one entry per level", .seed = 45, .one_entry = true, .levels = 4},
-};
-
-// Positions everywhere, on faces and lattice planes; gradients of many sizes, a few beyond the clamp.
-static float *random_rows(const struct step_bench *bench) {
-    static const float special[] = {0.0f, 1.0f, 0.5f, 0.25f, 0x1p-24f, 1.0f - 0x1p-24f};
-    size_t chunk = bench->model.specialization.chunk_samples, encoding = bench->config.levels * bench->config.features;
-    struct step_rows row = step_bench_rows(bench);
-    struct test_random random = {.seed = bench->config.seed};
-    float *rows = vw_allocate(4 * chunk * bench->model.row_count, sizeof *rows);
-    for (uint32_t i = 0; i < chunk; i++) {
-        float *position = (float *)step_bench_row(bench, rows, row.position, i);
-        for (int axis = 0; axis < 3; axis++) {
-            float drawn = test_random_next(&random);
-            position[axis] =
-                drawn > 0.8f ? special[(uint32_t)(drawn * 1e6f) % VW_ARRAY_COUNT(special)] : 0.5f + 0.5f * test_random_next(&random);
-        }
-        for (uint32_t j = 0; j < encoding; j++) {
-            float *value = (float *)step_bench_row(bench, rows, row.d_encoding + j / 4, i) + j % 4;
-            *value = test_random_next(&random) * exp2f(12.0f * test_random_next(&random) - 6.0f);
-            if (i % 97 == 5 && j % 3 == 0) *value *= 1e6f;
-        }
-    }
-    return rows;
-}
-
-static void scatter(struct step_bench *bench, const float *rows, struct vw_step_state *state) {
-    uint32_t samples = bench->padded_samples;
-    *state = (struct vw_step_state){0};
-    step_bench_write(bench, bench->field.rows, rows);
-    step_bench_write(bench, bench->field.step_state, state);
-    for (uint32_t i = 0; i < bench->model.window_count; i++) {
-        const struct grid_window *window = &bench->model.windows[i];
-        struct vw_push_scatter push = {.sample_count = samples,
-                                       .first_level = window->first_level,
-                                       .level_count = window->level_count,
-                                       .first_pair = window->first_pair};
-        step_bench_dispatch(bench, bench->step.scatter[i], &push, sizeof push, (uint64_t)samples * window->level_count);
-    }
-    struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
-    *state = *after;
-    free(after);
-}
-
-struct expected {
-    double *quanta, *magnitudes, *contributions; // per feature: sum, sum of sizes, how many
-    uint64_t clamped;
-};
-
-static void expect_sample(const struct step_bench *bench, const float *rows, uint32_t index, struct expected *expected) {
-    const struct vw_specialization *s = &bench->model.specialization;
-    struct step_rows row = step_bench_rows(bench);
-    const float *at = step_bench_row(bench, rows, row.position, index);
-    double quanta[REFERENCE_ENCODING_MAX], sizes[REFERENCE_ENCODING_MAX], clamp = s->gradient_clamp;
-    uint32_t encoding = bench->config.levels * bench->config.features;
-    for (uint32_t j = 0; j < encoding; j++) {
-        double gradient = step_bench_row(bench, rows, row.d_encoding + j / 4, index)[j % 4];
-        expected->clamped += fabs(gradient) > clamp;
-        quanta[j] = fmin(fmax(gradient, -clamp), clamp) / s->gradient_quantum;
-        sizes[j] = fabs(quanta[j]);
-    }
-    const double position[3] = {at[0], at[1], at[2]};
-    reference_grid_scatter(s, position, quanta, expected->quanta);
-    reference_grid_scatter(s, position, sizes, expected->magnitudes);
-    for (uint32_t level = 0; level < s->levels; level++) {
-        struct reference_corner corners[8];
-        reference_grid_corners(s, position, level, corners);
-        for (int i = 0; i < 8; i++)
-            for (uint32_t f = 0; f < bench->config.features; f++) expected->contributions[corners[i].first_feature + f] += 1.0;
-    }
-}
-
-static void check_sums(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped) {
-    uint64_t features = 2 * (uint64_t)bench->model.pair_count;
-    struct expected expected = {vw_allocate(features, sizeof(double)), vw_allocate(features, sizeof(double)),
-                                vw_allocate(features, sizeof(double)), 0};
-    int64_t *quanta = vw_allocate(features, sizeof *quanta);
-    for (uint32_t i = 0; i < bench->padded_samples; i++) expect_sample(bench, rows, i, &expected);
-    reference_unpack_grid(&bench->model, words, quanta);
-    for (uint64_t i = 0; i < features; i++)
-        check_value(bench->where, "d_grid", i, (double)quanta[i], expected.quanta[i],
-                    ROUNDING_QUANTA * expected.contributions[i] + RELATIVE_ROUNDING * expected.magnitudes[i]);
-    assert_true(expected.clamped > 0);
-    assert_int_equal(clamped, expected.clamped);
-    free(expected.quanta);
-    free(expected.magnitudes);
-    free(expected.contributions);
-    free(quanta);
-}
-
-static void scatter_matches_the_twin(void **state) {
-    (void)state;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *bench = step_bench_open(&cases[i]);
-        float *rows = random_rows(bench);
-        struct vw_step_state flags;
-        scatter(bench, rows, &flags);
-        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-        assert_int_equal(flags.nonfinite, 0);
-        check_sums(bench, rows, words, flags.clamped);
-        free(words);
-        free(rows);
-        step_bench_close(bench);
-    }
-}
-
-// It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without it.
-static void a_gradient_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
-    static const float poison[] = {NAN, INFINITY, -INFINITY};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
-        struct step_bench *bench = step_bench_open(&cases[i]);
-        float *rows = random_rows(bench), *gradient = (float *)step_bench_row(bench, rows, step_bench_rows(bench).d_encoding, 9) + i;
-        struct vw_step_state flags;
-        *gradient = poison[i];
-        scatter(bench, rows, &flags);
-        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-        assert_true(flags.nonfinite != 0);
-        *gradient = 0.0f;
-        check_sums(bench, rows, words, flags.clamped);
-        free(words);
-        free(rows);
-        step_bench_close(bench);
-    }
-}
 
 // Two 32-bit atomics with a carry instead of one of 64 bits.
 static void split_atomics_give_the_same_bits(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics = false;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *whole = step_bench_open(&cases[i]), *split = step_bench_open_clamped(&cases[i], &clamp);
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        struct step_bench *whole = step_bench_open(&step_cases[i]), *split = step_bench_open_clamped(&step_cases[i], &clamp);
         assert_true(vw_gpu_get_limits(whole->gpu)->int64_atomics);
         assert_false(vw_gpu_get_limits(split->gpu)->int64_atomics);
-        float *rows = random_rows(whole);
+        float *rows = scatter_rows(whole, INPUT_ORDINARY);
         struct vw_step_state whole_flags, split_flags;
-        scatter(whole, rows, &whole_flags);
-        scatter(split, rows, &split_flags);
+        scatter_run(whole, rows, &whole_flags);
+        scatter_run(split, rows, &split_flags);
         uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid), *split_words = step_bench_read(split, split->step.d_grid);
         check_same_bits(whole->where, "d_grid with split atomics", split_words, whole_words, vw_buffer_size_bytes(whole->step.d_grid));
         assert_int_equal(split_flags.clamped, whole_flags.clamped);
@@ -171,8 +35,6 @@ static void split_atomics_give_the_same_bits(void **state) {
         step_bench_close(whole);
     }
 }
-
-// ---- Decision 3 ----------------------------------------------------------------------------------------------------------
 
 // As many samples as narrow words take, in the number that leaves the least room above the sum.
 static const struct step_case crowds[] = {
@@ -188,7 +50,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     assert_int_equal(s->wide_gradient, wide);
     size_t chunk = s->chunk_samples;
     struct step_rows row = step_bench_rows(bench);
-    float *rows = vw_allocate(4 * chunk * bench->model.row_count, sizeof *rows);
+    float *rows = vw_allocate(vw_buffer_size_bytes(bench->field.rows), 1);
     for (uint32_t i = 0; i < chunk; i++) {
         float *position = (float *)step_bench_row(bench, rows, row.position, i),
               *d = (float *)step_bench_row(bench, rows, row.d_encoding, i);
@@ -196,7 +58,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
         for (int j = 0; j < 4; j++) d[j] = sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
     }
     struct vw_step_state flags;
-    scatter(bench, rows, &flags);
+    scatter_run(bench, rows, &flags);
     assert_int_equal(flags.nonfinite, 0);
     assert_int_equal(flags.clamped, 4 * ((chunk + 2) / 3));
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
@@ -209,7 +71,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
             fail_msg("%s: feature %d sums to %lld, not %lld", bench->where, f, (long long)quanta[f], (long long)(f ? -sum : sum));
     for (int f = 0; f < 2; f++) // level 1: each of eight corners is rounded
         check_value(bench->where, "level 1", f, (double)quanta[2 * s->first_pair[1] + f], f ? -(double)sum : (double)sum,
-                    4.0 * (double)chunk + 8.0 * RELATIVE_ROUNDING * fabs((double)sum));
+                    4.0 * (double)chunk + 32.0 * FLOAT_ROUNDING * fabs((double)sum));
     free(quanta);
     free(words);
     free(rows);
@@ -241,7 +103,7 @@ static void no_step_size_can_wrap(void **state) {
             const struct vw_specialization *s = &model.specialization;
             double samples = (double)model_pad_rays(&model, config.rays) * config.samples,
                    most = s->gradient_clamp / (double)s->gradient_quantum;
-            if (!(samples * (most * (1.0 + 8.0 * RELATIVE_ROUNDING) + 4.0) < (s->wide_gradient ? 0x1p63 : 0x1p31)))
+            if (!(samples * (most * (1.0 + 32.0 * FLOAT_ROUNDING) + 4.0) < (s->wide_gradient ? 0x1p63 : 0x1p31)))
                 fail_msg("%u rays of %u samples may wrap", config.rays, config.samples);
             assert_true(most >= 0x1p15); // and 16 bits are left
         }
@@ -250,8 +112,6 @@ static void no_step_size_can_wrap(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(scatter_matches_the_twin),
-        cmocka_unit_test(a_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(split_atomics_give_the_same_bits),
         cmocka_unit_test(all_samples_in_one_entry_at_the_clamp_sum_exactly),
         cmocka_unit_test(no_step_size_can_wrap),

@@ -151,6 +151,16 @@ struct reference_view_error {
 };
 struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
 
+// ---- recipe.c ----------------------------------------------------------------------------------------------------------
+
+struct reference_recipe {
+    const struct vw_recipe_shape *shapes;
+    struct vw_push_recipe push;
+    uint32_t seed_low; // of the run: the noise texture's
+};
+// What is seen along a line from `origin` (box coordinates): colour and coverage. Returns how far off it is, 0 when nothing is met.
+double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3], double rgba[4]);
+
 // ---- reference_step.c --------------------------------------------------------------------------------------------------
 
 struct reference_params {

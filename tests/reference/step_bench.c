@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "support/gpu_fixture.h"
+#include "support/guard_bands.h"
 #include "train/pixels.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
@@ -46,7 +47,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     struct vw_specialization *s = &bench->model.specialization;
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
-    s->rows_texel = (uint64_t)bench->model.row_count * s->chunk_samples <= vw_gpu_get_limits(bench->gpu)->texel_elements;
+    s->rows_texel = (uint64_t)bench->model.row_count * VW_ROW_STRIDE(s->chunk_samples) <= vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
     s->gradient_quantum = 0x1p-34f;
@@ -66,11 +67,11 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
-    pixels_draw(bench->scene, 0, bench->config.seed, 1, rays / 2, bench->pixels);
-    pixels_draw(bench->scene, 1, bench->config.seed, 2, rays - rays / 2, bench->pixels + rays / 2);
+    pixels_draw(bench->scene, 0, bench->config.seed, 1, 0, rays / 2, bench->pixels);
+    pixels_draw(bench->scene, 1, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }
 
-static struct step_bench *open_benches[4]; // so that a failed test's objects can be destroyed before the device
+static struct step_bench *open_benches[32]; // so that a failed test's objects can be destroyed before the device
 
 static void list_open(struct step_bench *bench) {
     size_t i = 0;
@@ -124,6 +125,7 @@ struct step_bench *step_bench_open_clamped(const struct step_case *c, const stru
 }
 
 struct evaluator *step_bench_evaluator(struct step_bench *bench) {
+    if (bench->evaluator.field) return &bench->evaluator;
     stop_unless(bench, evaluator_create(&bench->field, bench->step.padded_rays, &bench->evaluator));
     return &bench->evaluator;
 }
@@ -144,9 +146,12 @@ static enum vw_status destroy(struct step_bench *bench) {
 }
 
 void step_bench_close(struct step_bench *bench) {
+    char where[sizeof bench->where];
+    memcpy(where, bench->where, sizeof where);
     for (size_t i = 0; i < VW_ARRAY_COUNT(open_benches); i++)
         if (open_benches[i] == bench) open_benches[i] = NULL;
-    if (destroy(bench)) fail_msg("%s", vw_error_message());
+    if (destroy(bench)) fail_msg("%s: %s", where, vw_error_message());
+    if (guard_bands_broken()) fail_msg("%s: guard bands were written to, see stderr", where);
 }
 
 int step_bench_teardown(void **state) {
@@ -237,7 +242,7 @@ struct step_rows step_bench_rows(const struct step_bench *bench) {
 }
 
 const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t sample) {
-    return rows + 4 * ((size_t)row * bench->model.specialization.chunk_samples + sample);
+    return rows + 4 * ((size_t)row * VW_ROW_STRIDE(bench->model.specialization.chunk_samples) + sample);
 }
 
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance) {

@@ -28,7 +28,7 @@ struct step_case {
 };
 
 struct step_bench {
-    char where[128];    // the case and its seed, for messages
+    char where[192];    // the case and its seed, for messages
     struct vw_gpu *gpu; // borrowed, unless `owns_gpu`
     bool owns_gpu;
     struct vw_config config;
@@ -54,7 +54,7 @@ struct step_bench *step_bench_open_clamped(const struct step_case *setup, const 
 void step_bench_close(struct step_bench *bench);
 // The group teardown of programs with benches: closes what a failed test left open, then the device.
 int step_bench_teardown(void **state);
-// An evaluator over the bench's field for its padded rays.
+// The evaluator over the bench's field for its padded rays, made at the first call.
 struct evaluator *step_bench_evaluator(struct step_bench *bench);
 
 // Puts bench->params on the device.

@@ -1,0 +1,345 @@
+// Hard rays: where a line meets the box, or does not, from cameras that are near, far, inside, or bend their light too much. Each case
+// holds the rays against the twin's line through the pixel, in double, and then a whole training step and a rendering with these rays.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene/lens_mask.h"
+#include "support/box_geometry.h"
+#include "support/hard_step.h"
+#include "train/pixels.h"
+#include "viewworth/memory.h"
+
+static const double NEAR_EDGES = 0.02;       // of generate_rays' contract: nothing nearer to the camera is seen
+static const double LINE_TOLERANCE = 1e-6;   // box edges: origin and direction are floats, lines run up to 5 edges
+static const double FACE_TOLERANCE = 1e-6;   // box edges
+static const double CLEAR_MARGIN = 1e-3;     // box edges: a line that is nearer to the box's surface may be called either way
+static const double LENGTH_TOLERANCE = 2e-6; // box edges, of lines at 45 degrees to the faces
+static const double REPROJECTION_PX = 0.01;  // the bound for lenses
+
+enum { SIDE_PX = 8, RAYS = SIDE_PX * SIDE_PX, STEP = 3 };
+
+static const struct step_case setup = {
+    .name = "rays", .seed = 301, .rays = RAYS, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2};
+
+// ---- Set-up --------------------------------------------------------------------------------------------------------------
+
+// All rays come from view 0 and cover its photo evenly.
+static struct step_bench *open_bench(const struct step_case *c) {
+    struct step_bench *bench = step_bench_open(c);
+    const struct vw_camera *camera = &bench->scene->views[0].camera;
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].view = 0;
+        bench->pixels[i].x_px = (float)((i % SIDE_PX + 0.5) * camera->width_px / SIDE_PX);
+        bench->pixels[i].y_px = (float)((i / SIDE_PX % SIDE_PX + 0.5) * camera->height_px / SIDE_PX);
+    }
+    return bench;
+}
+
+// View 0's camera; in box coordinates.
+static void look(struct step_bench *bench, const double position[3], const double target[3], double focal_px) {
+    struct vw_view *view = &bench->scene->views[0];
+    rays_look(view, &bench->scene->box, position, target);
+    view->camera.focal_x_px = view->camera.focal_y_px = focal_px;
+}
+
+static void check_whole_step(struct hard_finding *finding, struct step_bench *bench) {
+    hard_check_step(finding, bench, STEP);
+    hard_check_rendering(finding, bench);
+}
+
+// ---- Comparison ----------------------------------------------------------------------------------------------------------
+
+static void point_at(const struct reference_ray *ray, double parameter, double point[3]) {
+    for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
+}
+
+// A ray's samples begin on the box or at the near distance and end on the box, all on the twin's line; none lies outside the box. Returns
+// whether the line hits the box for sure.
+static bool check_ray(struct hard_finding *finding, const struct step_bench *bench, uint32_t index, const struct vw_ray *device) {
+    const struct vw_pixel *pixel = &bench->pixels[index];
+    struct reference_ray ray = reference_ray_of(device);
+    double origin[3], direction[3], near, far, first[3], last[3];
+    hard_require(finding, isfinite(ray.near) && isfinite(ray.stride) && ray.stride >= 0.0, "a ray is finite and does not run backwards");
+    if (!reference_camera_line(&bench->scene->views[pixel->view], &bench->scene->box, pixel->x_px, pixel->y_px, origin, direction))
+        return false; // beyond the fold of the lens: see the case
+    if (!reference_box_span(origin, direction, NEAR_EDGES, CLEAR_MARGIN, &near, &far)) {
+        hard_equal(finding, "length of a miss", index, ray.stride, 0.0);
+        return false;
+    }
+    if (!reference_box_span(origin, direction, NEAR_EDGES, -CLEAR_MARGIN, &near, &far) || far - near < 10.0 * CLEAR_MARGIN) return false;
+    hard_require(finding, ray.stride > 0.0, "a line through the box has samples");
+    point_at(&ray, ray.near, first);
+    point_at(&ray, ray.near + ray.stride * bench->config.samples, last);
+    hard_compare(finding, "start off the line", index, distance_to_line(first, origin, direction), 0.0, 1.0, LINE_TOLERANCE);
+    hard_compare(finding, "end off the line", index, distance_to_line(last, origin, direction), 0.0, 1.0, LINE_TOLERANCE);
+    hard_compare(finding, "end off the box", index, distance_to_face(last), 0.0, 1.0, FACE_TOLERANCE);
+    double off_near_plane = fabs(distance(first, origin) - NEAR_EDGES);
+    hard_compare(finding, "start off the box", index, fmin(distance_to_face(first), off_near_plane), 0.0, 1.0, FACE_TOLERANCE);
+    return true;
+}
+
+// Returns how many lines hit the box for sure.
+static uint32_t check_rays(struct hard_finding *finding, struct step_bench *bench) {
+    struct vw_ray *rays = rays_make(bench);
+    uint32_t hits = 0;
+    for (uint32_t i = 0; i < bench->config.rays; i++) hits += check_ray(finding, bench, i, &rays[i]);
+    free(rays);
+    return hits;
+}
+
+// ---- Misses, grazes, insides ----------------------------------------------------------------------------------------------
+
+static void rays_that_miss(struct hard_finding *finding) {
+    static const struct {
+        double position[3], target[3];
+    } cameras[] = {{{2.0, 0.5, 0.5}, {3.0, 0.5, 0.5}},   // the box behind it
+                   {{0.5, 0.5, 3.0}, {-1.0, 0.5, 1.0}},  // beside it
+                   {{-1e4, 0.5, 0.5}, {-1e4, 1.5, 0.5}}, // far away, at a right angle
+                   {{1e6, 1e6, 1e6}, {2e6, 2e6, 2e6}}};  // very far behind
+    struct step_bench *bench = open_bench(&setup);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
+        look(bench, cameras[i].position, cameras[i].target, 60.0);
+        hard_require(finding, check_rays(finding, bench) == 0, "every ray misses");
+        float *before = step_bench_read(bench, bench->field.params);
+        check_whole_step(finding, bench);
+        float *after = step_bench_read(bench, bench->field.params);
+        hard_same_bits(finding, "params that no ray met", after, before, bench->model.param_bytes);
+        free(before);
+        free(after);
+    }
+    step_bench_close(bench);
+}
+
+// The camera looks exactly at the edge x = 0, z = 1, at 45 degrees to both faces and from 2 edges away: half of the rays cut a corner off,
+// by 2^-24 to 1/8 of an edge, the others just miss. The length of the cut is twice the depth.
+static void rays_that_graze_an_edge(struct hard_finding *finding) {
+    static const double position[3] = {-M_SQRT2, 0.5, 1.0 - M_SQRT2}, target[3] = {0.0, 0.5, 1.0};
+    const double focal_px = 100.0;
+    struct step_bench *bench = open_bench(&setup);
+    look(bench, position, target, focal_px);
+    const struct vw_view *view = &bench->scene->views[0];
+    for (uint32_t i = 0; i < RAYS; i++) {
+        double depth = i == 0 ? 0.0 : exp2(-24.0 + 21.0 * i / RAYS) * (i % 2 ? 1.0 : -1.0);
+        bench->pixels[i].x_px = (float)view->camera.centre_x_px;
+        bench->pixels[i].y_px = (float)(view->camera.centre_y_px + focal_px * depth / 2.0);
+    }
+    struct vw_ray *rays = rays_make(bench);
+    uint32_t cuts = 0;
+    for (uint32_t i = 0; i < RAYS; i++) {
+        double origin[3], direction[3], near, far;
+        assert_true(reference_camera_line(view, &bench->scene->box, bench->pixels[i].x_px, bench->pixels[i].y_px, origin, direction));
+        bool hit = reference_box_span(origin, direction, NEAR_EDGES, 0.0, &near, &far);
+        cuts += hit;
+        hard_compare(finding, "length of the cut", i, (double)rays[i].direction_stride.w * bench->config.samples, hit ? far - near : 0.0,
+                     1.0, LENGTH_TOLERANCE);
+    }
+    hard_require(finding, cuts > RAYS / 4 && cuts < 3 * RAYS / 4, "some rays cut the edge and some miss it");
+    free(rays);
+    check_whole_step(finding, bench);
+    step_bench_close(bench);
+}
+
+static void rays_that_start_inside(struct hard_finding *finding) {
+    static const struct {
+        double position[3], target[3];
+    } cameras[] = {
+        {{0.5, 0.5, 0.5}, {0.5, 0.1, 0.0}},
+        {{0.01, 0.01, 0.01}, {1.0, 1.0, 0.9}},
+        {{0.999, 0.5, 0.5}, {0.0, 0.5, 0.5}}, // just inside, looking in
+        {{0.999, 0.5, 0.5}, {2.0, 0.5, 0.5}}, // just inside, looking out: what is left is nearer than the near distance
+    };
+    struct step_bench *bench = open_bench(&setup);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
+        look(bench, cameras[i].position, cameras[i].target, 15.0);
+        hard_require(finding, check_rays(finding, bench) == (i < 3 ? RAYS : 0), "rays hit unless the near distance hides the rest");
+        check_whole_step(finding, bench);
+    }
+    step_bench_close(bench);
+}
+
+// Rays along an axis: two components of the direction are 0. Within a face a ray may hit or miss, but it must not be lost.
+static void rays_parallel_to_the_box(struct hard_finding *finding) {
+    static const double offsets[] = {0.5, 0.3, 1e-3, 0.0, 1.0, -1e-3, -0.25, 1.25};
+    struct step_bench *bench = open_bench(&setup);
+    struct vw_camera *camera = &bench->scene->views[0].camera;
+    for (int axis = 0; axis < 6; axis++) {
+        for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
+            double position[3] = {0.5, 0.5, 0.5}, target[3] = {0.5, 0.5, 0.5}, length = offsets[i] > 0.0 && offsets[i] < 1.0;
+            position[axis % 3] += axis < 3 ? 2.0 : -2.0;
+            position[(axis + 1) % 3] = target[(axis + 1) % 3] = offsets[i];
+            look(bench, position, target, 30.0);
+            bench->pixels[0].x_px = (float)camera->centre_x_px;
+            bench->pixels[0].y_px = (float)camera->centre_y_px;
+            struct vw_ray *rays = rays_make(bench);
+            double found = (double)rays[0].direction_stride.w * bench->config.samples;
+            bool in_face = offsets[i] == 0.0 || offsets[i] == 1.0;
+            if (in_face && fabs(found - 1.0) < 0.5) length = 1.0;
+            hard_compare(finding, "length within the box", i, found, length, 1.0, LENGTH_TOLERANCE);
+            free(rays);
+            if (axis == 1 || in_face) hard_check_rendering(finding, bench);
+        }
+    }
+    hard_check_step(finding, bench, STEP);
+    step_bench_close(bench);
+}
+
+// Depths that leave nothing of the box, which lies between 2.5 and 3.5 edges from the camera.
+static void rays_of_no_extent(struct hard_finding *finding) {
+    static const double depths[][2] = {{1e-6, 1e-5}, {1.0, 2.5}, {3.5, 4.0}, {1e3, 1e6}};
+    static const double position[3] = {0.5, 0.5, 3.5}, target[3] = {0.5, 0.5, 0.5};
+    struct step_bench *bench = open_bench(&setup);
+    struct vw_view *view = &bench->scene->views[0];
+    look(bench, position, target, 60.0);
+    hard_require(finding, check_rays(finding, bench) == RAYS, "without known depths every ray hits");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(depths); i++) {
+        // pixels_camera() takes nine tenths of near and eleven tenths of far.
+        view->near_world = depths[i][0] * 2.0 * bench->scene->box.half_extent_world / 0.9;
+        view->far_world = depths[i][1] * 2.0 * bench->scene->box.half_extent_world / 1.1;
+        struct vw_ray *rays = rays_make(bench);
+        for (uint32_t ray = 0; ray < RAYS; ray++)
+            hard_compare(finding, "length of nothing", ray, (double)rays[ray].direction_stride.w * bench->config.samples, 0.0, 1.0,
+                         LENGTH_TOLERANCE);
+        free(rays);
+        check_whole_step(finding, bench);
+    }
+    step_bench_close(bench);
+}
+
+// ---- Distances and lenses --------------------------------------------------------------------------------------------------
+
+static void look_at_centre(struct step_bench *bench, double distance_edges, double focal_px) {
+    static const double back[3] = {0.6, -0.48, 0.64}, centre[3] = {0.5, 0.5, 0.5};
+    double position[3];
+    for (int i = 0; i < 3; i++) position[i] = centre[i] + distance_edges * back[i];
+    look(bench, position, centre, focal_px);
+}
+
+static void camera_far_from_a_small_scene(struct hard_finding *finding) {
+    struct step_bench *bench = open_bench(&setup);
+    bench->scene->box.half_extent_world = 0.5; // 1 m
+    look_at_centre(bench, 1e6, 36.0e6);
+    hard_require(finding, check_rays(finding, bench) == RAYS, "every ray hits");
+    check_whole_step(finding, bench);
+    step_bench_close(bench);
+}
+
+// 1 m apart in a box of 10^6 m, where a float next to 1/2 is good to 0.06 m.
+static void camera_in_a_huge_scene(struct hard_finding *finding) {
+    struct step_bench *bench = open_bench(&setup);
+    bench->scene->box.half_extent_world = 5e5;
+    for (int i = 0; i < 3; i++) {
+        look_at_centre(bench, 0.25 + 1e-6 * i, 20.0);
+        hard_require(finding, check_rays(finding, bench) == RAYS, "every ray hits");
+        check_whole_step(finding, bench);
+    }
+    step_bench_close(bench);
+}
+
+// World coordinates of 10^6 m, where a double is good to 10^-10 m.
+static void scene_far_from_the_origin(struct hard_finding *finding) {
+    struct step_bench *bench = open_bench(&setup);
+    bench->scene->box = (struct vw_box){{1e6, -1e6, 1e6}, 0.5};
+    look_at_centre(bench, 3.0, 110.0);
+    hard_require(finding, check_rays(finding, bench) == RAYS, "every ray hits");
+    check_whole_step(finding, bench);
+    step_bench_close(bench);
+}
+
+// 24 px through a focal length of 1 px: 85 degrees off the axis.
+static void focal_length_of_1_px(struct hard_finding *finding) {
+    struct step_bench *bench = open_bench(&setup);
+    look_at_centre(bench, 1e-3, 1.0);
+    hard_require(finding, check_rays(finding, bench) == RAYS, "every ray hits from inside");
+    check_whole_step(finding, bench);
+    look_at_centre(bench, 1.2, 1.0);
+    uint32_t hits = check_rays(finding, bench);
+    hard_require(finding, hits < RAYS, "rays at the rim miss from outside");
+    check_whole_step(finding, bench);
+    step_bench_close(bench);
+}
+
+// Neighbouring pixels are 10^-6 radians apart: from three edges away a pixel is 3 10^-6 edges wide, three times the tolerance.
+static void focal_length_of_1e6_px(struct hard_finding *finding) {
+    struct step_bench *bench = open_bench(&setup);
+    look_at_centre(bench, 3.0, 1e6);
+    hard_require(finding, check_rays(finding, bench) == RAYS, "every ray hits");
+    check_whole_step(finding, bench);
+    step_bench_close(bench);
+}
+
+// Where the lens has an inverse: the ray projects back to its pixel. Elsewhere: a finite ray that weighs nothing.
+static void check_lens(struct hard_finding *finding, struct step_bench *bench) {
+    const struct vw_view *view = &bench->scene->views[0];
+    struct vw_ray *rays = rays_make(bench);
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        const struct vw_pixel *pixel = &bench->pixels[i];
+        struct reference_ray ray = reference_ray_of(&rays[i]);
+        double in_camera[3] = {0}, x_px, y_px;
+        bool has_inverse = vw_camera_unproject(&view->camera, pixel->x_px, pixel->y_px, in_camera);
+        hard_equal(finding, "weight", i, ray.weight, has_inverse);
+        double length2 = pow(ray.direction[0], 2.0) + pow(ray.direction[1], 2.0) + pow(ray.direction[2], 2.0);
+        hard_compare(finding, "length of the direction", i, length2, 1.0, 1.0, 1e-6);
+        hard_require(finding, isfinite(ray.near) && isfinite(ray.stride), "a ray is finite");
+        if (!has_inverse) continue;
+        for (int column = 0; column < 3; column++) {
+            in_camera[column] = 0.0;
+            for (int row = 0; row < 3; row++) in_camera[column] += view->camera_to_world[row][column] * ray.direction[row];
+        }
+        assert_true(vw_camera_project(&view->camera, in_camera, &x_px, &y_px));
+        hard_compare(finding, "reprojection (px)", i, hypot(x_px - pixel->x_px, y_px - pixel->y_px), 0.0, 1.0, REPROJECTION_PX);
+    }
+    free(rays);
+}
+
+// Barrel distortion so strong that the image folds back before the corners: they are masked, the rest is undone.
+static void distortion_without_inverse_in_the_corners(struct hard_finding *finding) {
+    struct step_case bent = setup;
+    bent.distortion = true;
+    struct step_bench *bench = open_bench(&bent);
+    struct vw_view *view = &bench->scene->views[0];
+    static const struct vw_camera lenses[] = {{.focal_x_px = 20.0, .focal_y_px = 20.0, .k1 = -0.3},
+                                              {.focal_x_px = 12.0, .focal_y_px = 14.0, .k1 = -0.2, .k2 = 0.004}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
+        uint64_t hidden = 0;
+        uint32_t weightless = 0;
+        view->camera.focal_x_px = lenses[i].focal_x_px;
+        view->camera.focal_y_px = lenses[i].focal_y_px;
+        view->camera.k1 = lenses[i].k1;
+        view->camera.k2 = lenses[i].k2;
+        assert_int_equal(vw_lens_mask(view, &hidden), VW_OK);
+        for (uint32_t k = 0; k < bench->config.rays; k++) {
+            uint32_t x_px = k % SIDE_PX * (view->camera.width_px - 1) / (SIDE_PX - 1);
+            uint32_t y_px = k / SIDE_PX * (view->camera.height_px - 1) / (SIDE_PX - 1);
+            bench->pixels[k] = pixels_at(bench->scene, 0, x_px, y_px);
+            weightless += bench->pixels[k].weight == 0.0f;
+        }
+        hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2, "the corners are masked, and not much else");
+        check_lens(finding, bench);
+        check_whole_step(finding, bench);
+        free(view->mask);
+        view->mask = NULL;
+    }
+    step_bench_close(bench);
+}
+
+static const struct hard_case cases[] = {
+    {"rays that miss the box", "samples outside the box; gradients of nothing", rays_that_miss},
+    {"rays that graze an edge", "negative or made-up lengths", rays_that_graze_an_edge},
+    {"rays that start inside", "samples behind the camera", rays_that_start_inside},
+    {"rays parallel to the box, also in its faces", "0/0 in the slab test", rays_parallel_to_the_box},
+    {"rays of no extent", "the known depths end before the box or begin behind it: negative strides", rays_of_no_extent},
+    {"camera 10^6 m from a scene of 1 m", "cancellation: 10^6 leaves a float 1/16 m", camera_far_from_a_small_scene},
+    {"cameras 1 m apart in a scene of 10^6 m", "cameras fall together, or out of the box", camera_in_a_huge_scene},
+    {"scene of 1 m at coordinates of 10^6 m", "cancellation between camera and box", scene_far_from_the_origin},
+    {"focal length of 1 px", "directions at right angles to the axis", focal_length_of_1_px},
+    {"focal length of 10^6 px", "all pixels see along the same ray", focal_length_of_1e6_px},
+    {"distortion without inverse in the corners", "Newton's method runs off to NaN", distortion_without_inverse_in_the_corners},
+};
+
+int main(void) { return hard_cases_run("rays", cases, VW_ARRAY_COUNT(cases), NULL); }

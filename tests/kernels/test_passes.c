@@ -1,0 +1,132 @@
+// The registry of passes: every shader that is embedded, held against the twin on every case and every kind of input, with guard bands
+// around every buffer (tests/support/guard_bands.c). test_passes NAME runs one pass alone.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gpu/shaders.h"
+#include "kernels/check.h"
+#include "support/gpu_fixture.h"
+#include "support/guard_bands.h"
+#include "viewworth/memory.h"
+
+static const struct pass {
+    const char *name;
+    const struct vw_shader *shader;
+    pass_check *check;
+    bool without_int64_atomics; // on a device that lacks them
+} passes[] = {
+    {"generate_rays", &vw_shader_generate_rays, check_generate_rays, false},
+    {"forward_field", &vw_shader_forward_field, check_forward_field, false},
+    {"composite_rays", &vw_shader_composite_rays, check_composite_rays, false},
+    {"reduce_views", &vw_shader_reduce_views, check_reduce_views, false},
+    {"backward_rays", &vw_shader_backward_rays, check_backward_rays, false},
+    {"backward_field", &vw_shader_backward_field, check_backward_field, false},
+    {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, false},
+    {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, false},
+    {"scatter_grid", &vw_shader_scatter_grid, check_scatter_grid, false},
+    {"scatter_grid_split", &vw_shader_scatter_grid_split, check_scatter_grid, true},
+    {"reduce_loss", &vw_shader_reduce_loss, check_reduce_loss, false},
+    {"update_grid", &vw_shader_update_grid, check_update_grid, false},
+    {"update_weights", &vw_shader_update_weights, check_update_weights, false},
+    {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, false},
+    {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, false},
+    {"copy_memory", &vw_shader_copy_memory, check_copy_memory, false},
+};
+
+enum { BENCHES_MAX = 16 };
+static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
+
+static int open_benches(void **state) {
+    (void)state;
+    assert_true(step_case_count <= BENCHES_MAX);
+    for (uint32_t i = 0; i < step_case_count; i++) benches[i] = step_bench_open(&step_cases[i]);
+    return 0;
+}
+
+static struct step_bench *open_without_int64_atomics(const struct step_case *setup) {
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.int64_atomics = false;
+    return step_bench_open_clamped(setup, &clamp);
+}
+
+static void run_kinds(const struct pass *pass, const struct step_case *setup, struct step_bench *bench) {
+    for (enum input_kind kind = 0; kind < INPUT_KINDS; kind++) {
+        snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s", setup->name,
+                 (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
+        pass->check(bench, kind);
+    }
+}
+
+static void run_pass(void **state) {
+    const struct pass *pass = *state;
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        struct step_bench *bench = pass->without_int64_atomics ? open_without_int64_atomics(&step_cases[i]) : benches[i];
+        run_kinds(pass, &step_cases[i], bench);
+        if (bench != benches[i]) step_bench_close(bench);
+    }
+    if (guard_bands_broken()) fail_msg("pass %s wrote to guard bands, see stderr", pass->name);
+}
+
+// ---- That nothing is left out ----------------------------------------------------------------------------------------------
+
+static void every_shader_is_listed(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < vw_shader_count; i++) {
+        bool listed = false;
+        for (size_t k = 0; k < VW_ARRAY_COUNT(passes); k++) listed |= passes[k].shader == vw_shaders[i];
+        if (!listed) fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
+    }
+}
+
+static void every_effect_has_a_case_with_and_one_without(void **state) {
+    (void)state;
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count = 0, on[VW_EFFECT_COUNT_MAX] = {0};
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        assert_int_equal(vw_effects_decide(benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
+        for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
+    }
+    assert_true(count > 0);
+    for (uint32_t k = 0; k < count; k++)
+        if (on[k] == 0 || on[k] == step_case_count)
+            fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name, on[k] ? "on" : "off");
+}
+
+// Bit i is set when some case makes choice i of a kind of choices.
+static void every_choice_has_a_case(void **state) {
+    (void)state;
+    uint32_t losses = 0, optimizers = 0, momentum = 0, words = 0, features = 0, widths = 0;
+    for (uint32_t i = 0; i < step_case_count; i++) {
+        const struct step_case *c = &step_cases[i];
+        losses |= 1u << c->loss;
+        optimizers |= 1u << c->optimizer;
+        momentum |= 1u << (c->beta1 > 0.0);
+        words |= 1u << c->wide;
+        features |= 1u << (c->features == 4);
+        widths |= c->width ? c->width : 32;
+    }
+    assert_int_equal(losses, 1u << VW_LOSS_L1 | 1u << VW_LOSS_L2 | 1u << VW_LOSS_HUBER);
+    assert_int_equal(optimizers, 1u << VW_OPTIMIZER_LAZY_ADAM | 1u << VW_OPTIMIZER_DENSE_ADAM | 1u << VW_OPTIMIZER_SGD);
+    assert_int_equal(momentum, 3);
+    assert_int_equal(words, 3);
+    assert_int_equal(features, 3);
+    assert_int_equal(widths, 16 | 32 | 64);
+}
+
+int main(int argc, char **argv) {
+    enum { COVERAGE_TESTS = 3 };
+    struct CMUnitTest tests[VW_ARRAY_COUNT(passes) + COVERAGE_TESTS] = {
+        cmocka_unit_test(every_shader_is_listed),
+        cmocka_unit_test(every_effect_has_a_case_with_and_one_without),
+        cmocka_unit_test(every_choice_has_a_case),
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++)
+        tests[COVERAGE_TESTS + i] = (struct CMUnitTest){.name = passes[i].name, .test_func = run_pass, .initial_state = (void *)&passes[i]};
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    return cmocka_run_group_tests_name("passes", tests, open_benches, step_bench_teardown);
+}
