@@ -38,6 +38,7 @@ struct vw_gpu_limits {
     bool int64;         // 64-bit integers in shaders
     bool int64_atomics; // 64-bit integer atomics on storage buffers (implies int64)
     bool timestamps;    // the compute queue can write timestamps
+    bool keeps_nan;     // shaders can demand that NaN, infinity and the sign of zero are kept
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.

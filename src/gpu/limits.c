@@ -26,10 +26,11 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(storage_binding_bytes)                                                                                                              \
     DO(buffer_bytes)                                                                                                                       \
     DO(texel_elements)                                                                                                                     \
-    DO(shared_memory_bytes) DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x)                   \
-        DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
+    DO(shared_memory_bytes)                                                                                                                \
+    DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) \
+        DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
-#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps)
+#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
 #define LOWER(field)                                                                                                                       \
@@ -142,6 +143,7 @@ static void query_core(struct vw_candidate *candidate) {
     limits->int64 = features.features.shaderInt64;
     limits->int64_atomics = limits->int64 && features12.shaderBufferInt64Atomics;
     limits->timestamps = candidate->timestamp_bits > 0;
+    limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
 
     const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
     if (missed) snprintf(info->unfit, sizeof info->unfit, "%s", missed);

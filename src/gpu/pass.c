@@ -1,5 +1,6 @@
 #include <stdlib.h>
 
+#include "gpu/float_controls.h"
 #include "gpu/internal.h"
 #include "gpu/spirv.h"
 #include "viewworth/memory.h"
@@ -176,30 +177,43 @@ static enum vw_status create_layout(struct vw_pass *pass) {
     return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
 }
 
+static enum vw_status create_module(const struct vw_pass *pass, const struct vw_shader *shader, VkShaderModule *module) {
+    VkShaderModuleCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = shader->code_bytes, .pCode = shader->code};
+    uint32_t *code = NULL;
+    if (pass->gpu->chosen.limits.keeps_nan) {
+        code = vw_spirv_keep_nan(shader, &info.codeSize);
+        if (!code) return VW_ERROR_MEMORY;
+        info.pCode = code;
+    }
+    VkResult result = vkCreateShaderModule(pass->gpu->device, &info, NULL, module);
+    free(code);
+    return result ? vw_gpu_fail(result, "vkCreateShaderModule", pass->name) : VW_OK;
+}
+
 static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass_params *params) {
     VkShaderModule module;
-    const VkShaderModuleCreateInfo code = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = params->shader->code_bytes, .pCode = params->shader->code};
     VkSpecializationMapEntry *entries = vw_allocate(params->specialization_count, sizeof *entries);
-    if (!entries) return VW_ERROR_MEMORY;
+    enum vw_status status = entries ? create_module(pass, params->shader, &module) : VW_ERROR_MEMORY;
+    if (status) {
+        free(entries);
+        return status;
+    }
     for (uint32_t i = 0; i < params->specialization_count; i++)
         entries[i] = (VkSpecializationMapEntry){.constantID = i, .offset = i * 4, .size = 4};
     const VkSpecializationInfo specialization = {.mapEntryCount = params->specialization_count,
                                                  .pMapEntries = entries,
                                                  .dataSize = params->specialization_count * sizeof(uint32_t),
                                                  .pData = params->specialization};
-    VkResult result = vkCreateShaderModule(pass->gpu->device, &code, NULL, &module);
-    if (!result) {
-        const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                                  .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                            .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                            .module = module,
-                                                            .pName = "main",
-                                                            .pSpecializationInfo = &specialization},
-                                                  .layout = pass->layout};
-        result = vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
-        vkDestroyShaderModule(pass->gpu->device, module, NULL);
-    }
+    const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                              .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                        .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                        .module = module,
+                                                        .pName = "main",
+                                                        .pSpecializationInfo = &specialization},
+                                              .layout = pass->layout};
+    VkResult result = vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
+    vkDestroyShaderModule(pass->gpu->device, module, NULL);
     free(entries);
     if (result) return vw_gpu_fail(result, "building the pipeline", pass->name);
     vw_gpu_set_name(pass->gpu, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pass->pipeline, pass->name);
