@@ -67,7 +67,7 @@ static void say_field(const struct vw_trainer *trainer) {
 }
 
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run) {
-    *run = (struct vw_training_run){.options = options, .tally = vw_tally_begin()};
+    *run = (struct vw_training_run){.options = options, .opened_s = vw_now_s(), .tally = vw_tally_begin()};
     enum vw_status status = name_outputs(run);
     if (!status) status = vw_open_gpu(options->device, options->profile, &run->gpu);
     if (!status) status = vw_open_scene(options, options->operand, run->gpu, false, &run->scene);
@@ -179,6 +179,7 @@ static enum vw_status record(struct vw_training_run *run, const struct vw_step_r
 }
 
 static void show(const struct vw_training_run *run, const struct vw_step_record *last, struct vw_progress *progress) {
+    if (progress->done_steps == run->started_after) vw_log_info("start    first steps after %.2f s", vw_now_s() - run->opened_s);
     progress->done_steps = last->step;
     progress->epoch = last->epoch;
     progress->val_psnr_db = run->tally.last_val_psnr_db;

@@ -18,6 +18,7 @@
 
 struct vw_training_run {
     const struct vw_options *options;
+    double opened_s; // vw_now_s() at the start
     char *ledger_path, *scores_path, *field_path; // owned; in the --out folder
     struct vw_gpu *gpu;
     struct vw_scene *scene;
