@@ -54,7 +54,7 @@ struct vw_ledger_score {
     const char *unit;      // "dB", "mean absolute error"
     double standard_error; // NaN becomes NULL
     uint32_t visits;       // steps that count into the value
-    double sampling_error; // standard deviation that sampling alone gives the value, by the probes; NaN becomes NULL (appended column)
+    double sampling_error; // see value.h; NaN becomes NULL (appended column)
 };
 
 // Creates `path`; a file that exists is VW_ERROR_USAGE.

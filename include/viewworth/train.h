@@ -100,9 +100,9 @@ enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_st
 // A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved there. To be called
 // when nothing is in flight (see vw_trainer_collect).
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
-// Goes on from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run. VW_ERROR_INPUT,
-// with the trainer untouched, when the file is missing, damaged, of another run, or of a later step than `last_step`. Before the first
-// advance only.
+// Goes on from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run. VW_ERROR_INPUT when
+// the file is missing, damaged or of another run, VW_ERROR_USAGE when it is of a later step than `last_step`: the trainer is then
+// untouched. Before the first advance only.
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step, uint64_t *step);
 
 // The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.

@@ -25,9 +25,10 @@ struct vw_value_input {
 };
 
 // Every method's score for every train image, method by method, in image order: value, unit, standard error (of a sum of `visits` deltas:
-// their standard deviation times sqrt(visits); NaN below 2 visits), visits, and the sampling error: sqrt(visits times the mean over the
-// photo's probed steps of the variance of the delta over the redraws and the step itself, all from the same state); NaN without such a
-// step.
+// their standard deviation times sqrt(visits); NaN below 2 visits), visits, and the sampling error (what the draws of the photo's own steps
+// contribute, each from the state it started in; draws before it, of other photos too, move that state and are not in it): sqrt(visits
+// times the mean over the photo's probed steps of the variance of the delta over the redraws and the step itself, all from the same state);
+// NaN without such a step.
 // `*scores` is owned by the caller (free); method and unit strings are static. No step after burn-in gives count 0.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count);
 

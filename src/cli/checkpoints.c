@@ -11,8 +11,6 @@ static const double FIRST_INTERVAL_S = 1.0, INTERVAL_S = 30.0, TIMES_COST = 20.0
 enum vw_status vw_checkpoints_open(const char *out, struct vw_checkpoints *checkpoints) {
     *checkpoints = (struct vw_checkpoints){
         .paths = {vw_path_join(out, "checkpoint_0.vwc"), vw_path_join(out, "checkpoint_1.vwc")},
-        .due_s = vw_now_s() + FIRST_INTERVAL_S,
-        .interval_s = FIRST_INTERVAL_S,
     };
     return checkpoints->paths[0] && checkpoints->paths[1] ? VW_OK : VW_ERROR_MEMORY;
 }
@@ -28,15 +26,20 @@ enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw
     for (int i = 0; i < 2; i++) {
         if (!vw_file_exists(checkpoints->paths[i])) continue;
         enum vw_status status = vw_trainer_load_checkpoint(trainer, checkpoints->paths[i], last_step, &steps[i]);
-        if (status == VW_ERROR_INPUT) vw_log_warning("%s", vw_error_message());
-        else if (status) return status;
-        else if (newest < 0 || steps[i] > steps[newest]) newest = i;
+        if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) vw_log_warning("%s", vw_error_message());
+        else if (status && status != VW_ERROR_USAGE) return status; // one that is too new is no news
+        else if (!status && (newest < 0 || steps[i] > steps[newest])) newest = i;
     }
     *found = newest >= 0;
     *step = *found ? steps[newest] : 0;
     if (!*found) return VW_OK;
     checkpoints->next = 1 - newest;
     return vw_trainer_load_checkpoint(trainer, checkpoints->paths[newest], last_step, step); // the other may have been loaded last
+}
+
+void vw_checkpoints_begin(struct vw_checkpoints *checkpoints) {
+    checkpoints->interval_s = FIRST_INTERVAL_S;
+    checkpoints->due_s = vw_now_s() + FIRST_INTERVAL_S;
 }
 
 bool vw_checkpoints_due(const struct vw_checkpoints *checkpoints) { return vw_now_s() >= checkpoints->due_s; }

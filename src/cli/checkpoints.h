@@ -23,6 +23,8 @@ void vw_checkpoints_close(struct vw_checkpoints *checkpoints);
 // trainer at its start, when there is none.
 enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer, uint64_t last_step, bool *found,
                                    uint64_t *step);
+// Begins the time until the first one is due.
+void vw_checkpoints_begin(struct vw_checkpoints *checkpoints);
 // Whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and seldom enough to cost no more than a twentieth of the time.
 bool vw_checkpoints_due(const struct vw_checkpoints *checkpoints);
 // Saves the trainer's state; nothing may be in flight. A failure is a warning: the ledger is what counts.

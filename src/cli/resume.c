@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/run_row.h"
+#include "viewworth/file.h"
 #include "viewworth/log.h"
 
 static enum vw_status tally_ledger(struct vw_training_run *run) {
@@ -19,12 +20,21 @@ static enum vw_status tally_ledger(struct vw_training_run *run) {
 static enum vw_status load_checkpoint(struct vw_training_run *run) {
     uint64_t recorded = vw_ledger_next_step(run->ledger), last_step = recorded - 1;
     bool found = false;
-    if (recorded == 0) return VW_OK; // stopped before anything was recorded, to which no checkpoint could belong
-    enum vw_status status = vw_checkpoints_load(&run->checkpoints, run->trainer, last_step, &found, &run->started_after);
-    if (!status)
+    enum vw_status status = VW_OK;
+    if (recorded > 1) // at least one step is taken again, to see that device and checkpoint still do as they did
+        status = vw_checkpoints_load(&run->checkpoints, run->trainer, last_step - 1, &found, &run->started_after);
+    if (!status && recorded > 0)
         vw_log_info("resume   %s step %" PRIu64 "; steps up to %" PRIu64 " are recorded and will be compared",
                     found ? "from the checkpoint of" : "without a checkpoint, from", run->started_after, last_step);
     return status;
+}
+
+static void say_complete(const struct vw_training_run *run, uint64_t last_step) {
+    const char *const outputs[] = {run->field_path, run->scores_path};
+    vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->options->out, last_step);
+    for (size_t i = 0; i < (run->validate ? 2 : 1); i++)
+        if (!vw_file_exists(outputs[i]))
+            vw_log_warning("%s is missing; --resume with more --epochs, or another --out, makes it", outputs[i]);
 }
 
 // The steps that are recorded, and those that are asked for.
@@ -32,7 +42,7 @@ static enum vw_status compare_extent(struct vw_training_run *run, const struct v
     uint64_t end = vw_ledger_next_step(run->ledger), wanted = vw_trainer_total_steps(run->trainer) + 1;
     bool finished = strcmp(recorded->status, "finished") == 0;
     run->complete = finished && end >= wanted;
-    if (run->complete) vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->options->out, end - 1);
+    if (run->complete) say_complete(run, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE, "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",
                        run->options->out, end - 1, run->options->config.epochs);

@@ -14,6 +14,7 @@
 #include "cli/out_folder.h"
 #include "cli/resume.h"
 #include "cli/run_row.h"
+#include "cli/scoring.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -67,9 +68,11 @@ static void say_field(const struct vw_trainer *trainer) {
 }
 
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run) {
-    *run = (struct vw_training_run){.options = options, .opened_s = vw_now_s(), .tally = vw_tally_begin()};
+    *run = (struct vw_training_run){.options = options, .opened_s = vw_now_s(), .validate = validate, .tally = vw_tally_begin()};
     enum vw_status status = name_outputs(run);
     if (!status) status = vw_open_gpu(options->device, options->profile, &run->gpu);
+    if (!status && options->profile && !vw_gpu_get_limits(run->gpu)->timestamps)
+        status = vw_fail(VW_ERROR_USAGE, "--profile: this device has no timestamps; leave it out, or choose another --device");
     if (!status) status = vw_open_scene(options, options->operand, run->gpu, false, &run->scene);
     if (status) return status;
     say_scene(run->scene);
@@ -152,7 +155,11 @@ static void finish_early(struct vw_training_run *run, enum vw_status status) {
         char finished_utc[UTC_BYTES];
         format_utc_now(finished_utc);
         const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
-        if (vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
+        struct vw_scoring scoring; // the scores so far, or none
+        (void)vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
+        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count))
+            vw_log_warning("%s", vw_error_message());
+        vw_scoring_free(&scoring);
     }
     vw_error_put_back(&why);
 }
@@ -188,8 +195,8 @@ static void show(const struct vw_training_run *run, const struct vw_step_record 
 
 static enum vw_status check_interrupt(const struct vw_training_run *run) {
     if (!vw_interrupt_requested()) return VW_OK;
-    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64 "; %s keeps the steps so far; go on by --resume",
-                   run->tally.steps, run->ledger_path);
+    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the %" PRIu64 " steps recorded so far; go on by --resume", run->ledger_path,
+                   run->tally.steps);
 }
 
 // Batch after batch. For a checkpoint, and to stop, what is in flight is collected first.
@@ -220,9 +227,11 @@ enum vw_status vw_training_take_steps(struct vw_training_run *run) {
     enum vw_status status = check_nonfinite(run);
     if (status) return status;
     vw_progress_begin(&progress);
+    vw_checkpoints_begin(&run->checkpoints);
     status = take_batches(run, &progress);
     if (run->ledger) vw_progress_end(&progress);
-    if (!status && run->options->profile) status = vw_profile_make(run->trainer, run->gpu, &run->profile);
+    if (!status && run->options->profile && vw_profile_make(run->trainer, run->gpu, &run->profile))
+        vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
     if (status && run->ledger) finish_early(run, status);
     return status;
 }

@@ -9,17 +9,18 @@
 #include "cli/checkpoints.h"
 #include "cli/options.h"
 #include "cli/profile.h"
-#include "cli/tally.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
+#include "viewworth/tally.h"
 #include "viewworth/train.h"
 
 struct vw_training_run {
     const struct vw_options *options;
-    double opened_s; // vw_now_s() at the start
+    double opened_s;                              // vw_now_s() at the start
     char *ledger_path, *scores_path, *field_path; // owned; in the --out folder
+    bool validate;                                // `value`, not `train`
     struct vw_gpu *gpu;
     struct vw_scene *scene;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
@@ -38,7 +39,7 @@ struct vw_training_run {
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run);
 // Takes the steps that are left and records them; steps between the checkpoint and the ledger's end are compared instead. --out and its
 // ledger appear with the first recorded steps. A failure or an interruption later keeps what is recorded and leaves the ledger marked
-// "failed" or "interrupted".
+// "failed" or "interrupted", with the scores so far.
 enum vw_status vw_training_take_steps(struct vw_training_run *run);
 // Writes the trained field, and scores.csv unless `images` is NULL; then marks the ledger "finished" with these scores, or "failed" when an
 // output could not be written. Does nothing on a complete run.

@@ -76,7 +76,8 @@ static void print_head(const struct vw_ledger *ledger) {
 
 static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
     print_ranking(run->scene, ranking);
-    if (run->options->config.noise_floor) print_noise_floor(floor);
+    if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
+    else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
            run->tally.last_val_psnr_db, run->tally.steps);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);

@@ -41,13 +41,13 @@ static enum vw_status compare_scores(const struct vw_recorded_run *run, struct v
     return VW_OK;
 }
 
-// Only a finished run has scores.
+// A run has scores once it has ended, however it did.
 static enum vw_status check_scores(struct vw_recorded_run *run, uint32_t *count) {
     struct vw_ledger_score *recorded = NULL;
     struct vw_scoring computed = {0};
-    bool finished = strcmp(run->row.status, "finished") == 0;
+    bool ended = strcmp(run->row.status, "running") != 0;
     enum vw_status status = vw_ledger_get_scores(run->ledger, &recorded, count);
-    if (!status && finished) status = vw_scoring_make(run->ledger, run->config.burn_in_epochs, &computed);
+    if (!status && ended) status = vw_scoring_make(run->ledger, run->config.burn_in_epochs, &computed);
     if (!status) status = compare_scores(run, recorded, *count, computed.scores, computed.score_count);
     vw_scoring_free(&computed);
     free(recorded);
@@ -57,9 +57,9 @@ static enum vw_status check_scores(struct vw_recorded_run *run, uint32_t *count)
 static enum vw_status check_head(const struct vw_recorded_run *run, const char *expected) {
     char head[VW_HASH_HEX_BYTES];
     vw_ledger_head(run->ledger, head);
-    if (!expected || strcmp(head, expected) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "%s: its head is %s, not the one that --expect gives: another run, or rewritten", run->ledger_path,
-                   head);
+    if (!expected || strcasecmp(head, expected) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "%s: its head is %s, not the one that --expect gives: another run, gone on since, or rewritten",
+                   run->ledger_path, head);
 }
 
 // ---- Replay -----------------------------------------------------------------------------------------------------------
@@ -115,6 +115,11 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_option
     return status;
 }
 
+static enum vw_status check_expected(const char *expected) {
+    if (!expected || (strlen(expected) == VW_HASH_HEX_BYTES - 1 && !expected[strspn(expected, "0123456789abcdefABCDEF")])) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is no head, which has 64 hexadecimal digits", expected);
+}
+
 // ---- The command ------------------------------------------------------------------------------------------------------
 
 static enum vw_status print_result(const struct vw_recorded_run *run, const struct vw_options *options, uint32_t score_count,
@@ -137,14 +142,16 @@ enum vw_status vw_command_verify(const struct vw_options *options) {
     struct vw_recorded_run run;
     uint32_t score_count = 0;
     uint64_t compared = 0;
-    enum vw_status status = vw_recorded_open(options->operand, &run);
+    enum vw_status status = check_expected(options->expect);
+    if (status) return status;
+    status = vw_recorded_open(options->operand, &run);
     if (run.row.run_id) { // also when the config cannot be read, for which an edit is the likely cause
         enum vw_status intact = vw_ledger_verify(run.ledger);
         if (intact) status = intact;
     }
     if (!status) status = check_scores(&run, &score_count);
     if (!status) status = check_head(&run, options->expect);
-    if (!status && options->replay_steps) status = replay(&run, options, &compared);
+    if (!status && options->replay_steps && vw_ledger_next_step(run.ledger) > 0) status = replay(&run, options, &compared);
     if (!status) status = print_result(&run, options, score_count, compared);
     vw_recorded_close(&run);
     return status;

@@ -57,8 +57,11 @@ static void read_file(struct vw_gpu *gpu, void **file, size_t *data_bytes) {
     *data_bytes = 0;
     if (!gpu->pipeline_cache_path || !vw_file_exists(gpu->pipeline_cache_path)) return;
     if (vw_file_read(gpu->pipeline_cache_path, CACHE_BYTES_MAX, file, &size_bytes) || size_bytes < HASH_BYTES) return;
-    vw_sha256((uint8_t *)*file + HASH_BYTES, size_bytes - HASH_BYTES, gpu->pipeline_cache_hash);
-    if (!memcmp(*file, gpu->pipeline_cache_hash, HASH_BYTES)) *data_bytes = size_bytes - HASH_BYTES;
+    uint8_t hash[HASH_BYTES];
+    vw_sha256((uint8_t *)*file + HASH_BYTES, size_bytes - HASH_BYTES, hash);
+    if (memcmp(*file, hash, HASH_BYTES)) return;
+    memcpy(gpu->pipeline_cache_hash, hash, HASH_BYTES);
+    *data_bytes = size_bytes - HASH_BYTES;
 }
 
 enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
@@ -66,10 +69,14 @@ enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
     size_t data_bytes;
     gpu->pipeline_cache_path = name_file(gpu);
     read_file(gpu, &file, &data_bytes);
-    const VkPipelineCacheCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO,
-                                            .initialDataSize = data_bytes,
-                                            .pInitialData = data_bytes ? (uint8_t *)file + HASH_BYTES : NULL};
+    VkPipelineCacheCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO,
+                                      .initialDataSize = data_bytes,
+                                      .pInitialData = data_bytes ? (uint8_t *)file + HASH_BYTES : NULL};
     VkResult result = vkCreatePipelineCache(gpu->device, &info, NULL, &gpu->pipeline_cache);
+    if (result && data_bytes) { // a driver may refuse what it once gave
+        info.initialDataSize = 0;
+        result = vkCreatePipelineCache(gpu->device, &info, NULL, &gpu->pipeline_cache);
+    }
     free(file);
     return result ? vw_gpu_fail(result, "vkCreatePipelineCache", gpu->chosen.info.name) : VW_OK;
 }

@@ -33,6 +33,9 @@ struct vw_ledger {
 
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);
+// In the caller's writing transaction: whether the file still is as this object knows it. VW_ERROR_MISMATCH when another process has
+// written to it since.
+enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
 // A copy that lives as long as the ledger; NULL with a recorded message when memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
 

@@ -53,7 +53,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
         " scene_options_json, effects_json, status, row_hash, seal_hash FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
-    if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: has no run; check the path", ledger->database.path);
+    if (!status && !found)
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore it from a copy", ledger->database.path);
     if (!status) {
         ledger->run = (struct vw_ledger_run){
             .run_id = keep_some_text(ledger, statement, 0, &status),
@@ -76,7 +77,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
         memcpy(ledger->head, ledger->run_hash, sizeof ledger->head);
     }
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
-    if (!status && found) status = vw_fail(VW_ERROR_INPUT, "%s: has more than one run; use the ledger of one run", ledger->database.path);
+    if (!status && found)
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run row; use the ledger of one run", ledger->database.path);
     sqlite3_finalize(statement);
     return status;
 }
@@ -102,6 +104,29 @@ enum vw_status vw_ledger_load(struct vw_ledger *ledger) {
     status = load_run(ledger);
     if (!status) status = load_last_step(ledger);
     return vw_database_end(&ledger->database, status);
+}
+
+enum vw_status vw_ledger_check_current(struct vw_ledger *ledger) {
+    sqlite3_stmt *statement = NULL;
+    bool found = false, current = false;
+    enum vw_status status = vw_database_prepare(&ledger->database,
+                                                "SELECT seal_hash, (SELECT count(*) FROM (SELECT 1 FROM step WHERE step >= ? LIMIT 1)),"
+                                                " (SELECT row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1) FROM run",
+                                                &statement);
+    if (!status && sqlite3_bind_int64(statement, 1, (sqlite3_int64)ledger->next_step) != SQLITE_OK)
+        status = vw_database_fail(&ledger->database, "query the ledger");
+    if (!status) status = vw_database_next(&ledger->database, statement, &found);
+    if (!status && found) {
+        char seal[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
+        vw_row_copy_hash(statement, 0, seal);
+        vw_row_copy_hash(statement, 2, head);
+        bool added = sqlite3_column_int(statement, 1) > 0;
+        current = strcmp(seal, ledger->seal) == 0 && !added && (ledger->next_step == 0 || strcmp(head, ledger->head) == 0);
+    }
+    sqlite3_finalize(statement);
+    if (status || current) return status;
+    return vw_fail(VW_ERROR_MISMATCH, "%s: another process has written to it meanwhile; let only one run use a folder, then --resume",
+                   ledger->database.path);
 }
 
 enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run *run) {

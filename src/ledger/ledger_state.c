@@ -61,7 +61,9 @@ enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, co
     if (!state.status) return VW_ERROR_MEMORY;
     enum vw_status result = vw_database_begin(&ledger->database);
     if (result) return result;
-    result = vw_database_end(&ledger->database, vw_ledger_write_state(ledger, &state));
+    result = vw_ledger_check_current(ledger);
+    if (!result) result = vw_ledger_write_state(ledger, &state);
+    result = vw_database_end(&ledger->database, result);
     if (!result) vw_ledger_take_state(ledger, &state);
     return result;
 }

@@ -132,7 +132,8 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     // A run that goes on has not ended, and its scores are no longer its scores.
     struct vw_run_state running = {.status = VW_LEDGER_RUNNING};
     bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
-    if (changes_state) status = vw_ledger_write_state(ledger, &running);
+    status = vw_ledger_check_current(ledger);
+    if (!status && changes_state) status = vw_ledger_write_state(ledger, &running);
     for (uint32_t i = 0; !status && i < count; i++) status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);
     status = vw_database_end(&ledger->database, status);
     if (status) return status; // the ledger, and what this object knows of it, are as before

@@ -45,8 +45,8 @@ static enum vw_status check_description(const struct vw_trainer *trainer, const 
         status = vw_fail(VW_ERROR_INPUT, "%s: does not say which step it holds; %s", path, remedy);
     else if (strcmp(saved_run, run_id)) status = vw_fail(VW_ERROR_INPUT, "%s: of another run; %s", path, remedy);
     else if ((uint64_t)saved_step > last_step)
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds step %" PRId64 ", beyond the ledger's last, %" PRIu64 "; %s", path, (int64_t)saved_step,
-                         last_step, remedy);
+        status = vw_fail(VW_ERROR_USAGE, "%s: holds step %" PRId64 ", not one up to %" PRIu64 "; take an older checkpoint", path,
+                         (int64_t)saved_step, last_step);
     json_decref(object);
     if (status == VW_OK) *step = (uint64_t)saved_step;
     return status;

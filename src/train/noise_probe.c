@@ -19,16 +19,12 @@ static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe
     return status;
 }
 
-static void record_keep(const struct vw_trainer *trainer, struct vw_batch *batch) {
+// Copies the state into its keep, or back.
+static void record_state_copy(const struct vw_trainer *trainer, struct vw_batch *batch, bool back) {
     struct vw_buffer *state[TRAINING_STATE_BUFFERS], *const *kept = trainer->noise_probe->kept;
     step_training_state(&trainer->step, state);
-    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_batch_copy(batch, state[i], 0, kept[i], 0, vw_buffer_size_bytes(kept[i]));
-}
-
-static void record_put_back(const struct vw_trainer *trainer, struct vw_batch *batch) {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS], *const *kept = trainer->noise_probe->kept;
-    step_training_state(&trainer->step, state);
-    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_batch_copy(batch, kept[i], 0, state[i], 0, vw_buffer_size_bytes(kept[i]));
+    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++)
+        vw_batch_copy(batch, back ? kept[i] : state[i], 0, back ? state[i] : kept[i], 0, vw_buffer_size_bytes(kept[i]));
 }
 
 // ---- Creation ---------------------------------------------------------------------------------------------------------
@@ -72,7 +68,7 @@ enum vw_probe_kind noise_probe_kind(uint32_t index) {
 void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
                         uint32_t scalar_row) {
     uint32_t measurement_rows = 1 + trainer->val_count;
-    record_keep(trainer, batch);
+    record_state_copy(trainer, batch, false);
     for (uint32_t i = 0; i < PROBES_PER_STEP; i++, scalar_row += measurement_rows) {
         enum vw_probe_kind kind = noise_probe_kind(i);
         if (kind == VW_PROBE_STILL) step_record(&trainer->noise_probe->still_step, batch, step, first_pixel, scalar_row);
@@ -81,6 +77,6 @@ void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch
             step_record(&trainer->step, batch, step, first_pixel, scalar_row);
         }
         trainer_record_validation(trainer, batch, scalar_row);
-        record_put_back(trainer, batch);
+        record_state_copy(trainer, batch, true);
     }
 }

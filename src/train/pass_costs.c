@@ -1,5 +1,6 @@
-// What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile). A gather counts every
-// time, as if nothing stayed in caches; what is small beside a pass's main traffic is left out.
+// What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile). Everything counts as
+// often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads its operands many times, may beat a
+// copy), and every grid entry as if it had a gradient. What is small beside a pass's main traffic is left out.
 #include "trainer.h"
 
 // Per sample, and sizes of the model.
@@ -33,7 +34,7 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
     add(costs, count,
         (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
                               n.samples * (8 * n.gathers + 16 * (forward_rows + 2))});
-    add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 16 * 3});
+    add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     add(costs, count,
         (struct vw_pass_cost){"backward_field", NULL, chunks, n.samples * 16 * n.width4 * (1 + 2 * GEO4 + n.encoding4),
                               n.samples * 16 * (3 + backward_rows)});

@@ -27,7 +27,7 @@ void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_fl
         for (uint64_t p = 0; p < probes.count; p++) add_probe(&probes.probes[p], before, floor);
         vw_mean_variance_add(&psnr, vw_step_sampling_variance(&vw_measure_psnr, record, probes));
         vw_mean_variance_add(&l1, vw_step_sampling_variance(&vw_measure_l1, record, probes));
-        if (isfinite(record->val_psnr)) before = record->val_psnr;
+        before = record->val_psnr; // not finite after a flagged step, which may have moved some params all the same
     }
     floor->redraw_db = sqrt(vw_mean_variance_result(&psnr));
     floor->redraw_l1 = sqrt(vw_mean_variance_result(&l1));

@@ -33,7 +33,8 @@ static double standard_error_of_sum(const struct tally *tally) {
     return sqrt(vw_spread_variance(&tally->deltas) * (double)tally->deltas.count);
 }
 
-// The deltas of different steps are drawn independently, so that their variances add up; those of the probed steps stand for all.
+// Given the states they start from, the deltas of different steps are drawn independently, so that their variances add up; those of the
+// probed steps stand for all.
 static double sampling_error_of_sum(const struct tally *tally) {
     return sqrt((double)tally->deltas.count * vw_mean_variance_result(&tally->sampling));
 }

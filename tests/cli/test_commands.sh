@@ -97,6 +97,11 @@ check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j 
     AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
     AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL
         AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --json
+check "--profile says where the time went" answers "json_array_length(j, '\$.profile.passes') = 13
+    AND abs((SELECT sum(value ->> 'share') FROM json_each(j, '\$.profile.passes')) - 1) < 1e-6
+    AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'bytes_per_s' > 0) FROM json_each(j, '\$.profile.passes'))
+    AND j ->> '\$.profile.copy_bytes_per_s' > 0 AND j ->> '\$.profile.multiply_adds_per_s' > 0" \
+    "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --profile --json
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
     AND j ->> '\$.estimate.steps' = 360 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
     AND j ->> '\$.masks' = 0" "$program" info "$scene" --json

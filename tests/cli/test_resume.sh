@@ -120,21 +120,52 @@ check "and changes none" test "$(query noisy 'SELECT value FROM score ORDER BY 1
     "$(value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
 check "train has nothing to probe" fails 2 'unknown option "--noise-floor"' "$program" train "$scene" --out "$folder/none" --noise-floor
 
-# Not-a-number into the newest checkpoint's params, and its hash made to fit again.
-poison() { # poison OUT
+# Other numbers into the params of every checkpoint, and its hash made to fit again.
+tamper() { # tamper OUT
     local file start
-    file=$(ls -t "$folder/$1"/checkpoint_*.vwc | head -n 1)
-    start=$((23 + 9 + 10#$(sed -n 2p "$file" | head -c 8) + 1)) # behind the magic line, the length, and the description
-    head -c 16384 /dev/zero | tr '\0' '\377' | dd of="$file" bs=1 seek=$start conv=notrunc status=none
-    truncate -s -32 "$file"
-    printf "$(sha256sum "$file" | head -c 64 | sed 's/../\\x&/g')" >>"$file"
+    for file in "$folder/$1"/checkpoint_*.vwc; do
+        start=$((23 + 9 + 10#$(sed -n 2p "$file" | head -c 8) + 1)) # behind the magic line, the length, and the description
+        head -c 16384 /dev/zero | dd of="$file" bs=1 seek=$start conv=notrunc status=none
+        truncate -s -32 "$file"
+        printf "$(sha256sum "$file" | head -c 64 | sed 's/../\\x&/g')" >>"$file"
+    done
 }
-check "a run to be poisoned" value poisoned 3
-poison poisoned
-check "a run that is no longer finite stops" fails 1 'stopped at step 57: 21 steps were not finite, more than 10 %.* try a lower --lr' \
-    value poisoned 60 --resume
-check "its ledger is kept" test "$(query poisoned 'SELECT status, max(step), sum(nonfinite), count(val_psnr) FROM run, step')" = \
-    'failed|57|21|37'
-check "and intact" verifies poisoned
-check "going on with it stops at once" unchanged poisoned fails 1 'stopped at step 57' value poisoned 60 --resume
+copy whole tampered
+tamper tampered
+check "a run of two checkpoints" test "$(ls "$folder"/tampered/checkpoint_*.vwc | wc -l)" = 2
+check "checkpoints that were tampered with are found out" fails 1 'taken again' value tampered 130 --resume
+check "and the ledger is left alone" same_rows whole tampered
+
+interrupt_extension() {
+    local process steps
+    copy short extended
+    steps=$(query extended 'SELECT max(step) FROM step')
+    "$program" value "$scene" --out "$folder/extended" --epochs 4000 "${tiny[@]}" --resume >"$folder/stdout" 2>"$folder/stderr" &
+    process=$!
+    until [[ $(sqlite3 -cmd '.timeout 5000' "$folder/extended/ledger.db" 'SELECT max(step) FROM step') -gt $steps ]]; do sleep 0.05; done
+    kill -TERM "$process"
+    wait "$process"
+    [[ $(query extended 'SELECT status FROM run') == interrupted ]]
+}
+check "a finished run is stopped while it is extended" interrupt_extension
+check "its scores are those of the steps so far" verifies extended
+check "and more than none" test "$(query extended 'SELECT count(*) FROM score')" -gt 0
+
+# Two processes that go on with the same run: the ledger stays whole, and can be gone on with.
+both() {
+    copy short both
+    local first second
+    value both 200 --resume &
+    first=$!
+    "$program" value "$scene" --out "$folder/both" --epochs 200 "${tiny[@]}" --resume >/dev/null 2>"$folder/second" &
+    second=$!
+    wait "$first" "$second"
+    verifies both && value both 200 --resume && verifies both
+}
+check "two processes in one folder do no harm" both
+check "and the run is the one it would have been" eval 'value alone 200; same_run alone both'
+
+mkdir "$folder/left" && echo x >"$folder/left/ledger.db-journal"
+check "the journal of a ledger that is gone is refused" fails 2 'ledger.db-journal: left over.*remove it' value left 3
+check "a head is 64 digits" fails 2 '64 hexadecimal digits' verify short --expect zzz
 conclude "$@"

@@ -250,7 +250,7 @@ static void noise_floor_is_of_all_probes(void **state) {
     struct vw_value_input input = make_noisy(3, &run); // burn-in does not matter
     struct vw_noise_floor floor;
     vw_value_noise_floor(&input, &floor);
-    assert_int_equal(floor.repeats, 4);
+    assert_int_equal(floor.repeats, 3); // one more begins behind a flagged step, so that there is nothing to compare it with
     assert_int_equal(floor.stills, 2);
     assert_int_equal(floor.redraws, 6);
     assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25

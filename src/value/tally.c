@@ -1,4 +1,4 @@
-#include "cli/tally.h"
+#include "viewworth/tally.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 // What a run's recorded steps add up to, for messages and for giving up.
-#ifndef VIEWWORTH_CLI_TALLY_H
-#define VIEWWORTH_CLI_TALLY_H
+#ifndef VIEWWORTH_TALLY_H
+#define VIEWWORTH_TALLY_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,0 +1,86 @@
+// --profile: every pass that a run dispatches has a cost, dispatched as often as the cost says, and costs grow as the work does.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/trainer_fixture.h"
+
+static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, uint32_t count, const char *name, const char *role) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!strcmp(costs[i].name, name) && (costs[i].role && role ? !strcmp(costs[i].role, role) : costs[i].role == role))
+            return &costs[i];
+    return NULL;
+}
+
+static void every_dispatch_is_accounted_for(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct vw_gpu *gpu = NULL;
+    struct vw_trainer *trainer = NULL;
+    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
+    struct test_run *run = calloc(1, sizeof *run);
+    uint32_t cost_count = 0, timer_count = 0, matched = 0;
+    config.rays = 300; // several chunks
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    const struct vw_trainer_params params = {.gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
+    assert_ok(vw_trainer_create(&params, &trainer));
+    test_run_finish(trainer, run);
+    vw_trainer_pass_costs(trainer, costs, &cost_count);
+    const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &timer_count);
+    for (uint32_t i = 0; i < timer_count; i++) {
+        if (!strcmp(timers[i].name, "generate_rays") && timers[i].role) continue; // once, before the first step
+        const struct vw_pass_cost *cost = find_cost(costs, cost_count, timers[i].name, timers[i].role);
+        if (!cost) fail_msg("%s has no cost; add it to src/train/pass_costs.c", timers[i].name);
+        bool validates = timers[i].role || !strcmp(timers[i].name, "reduce_views"); // also before the first step
+        assert_int_equal(timers[i].dispatches, (uint64_t)cost->dispatches * (run->count - !validates));
+        assert_true(cost->bytes > 0 && isfinite(cost->multiply_adds));
+        matched++;
+    }
+    assert_int_equal(matched, cost_count);
+    vw_trainer_destroy(&trainer);
+    assert_ok(vw_gpu_close(&gpu));
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+// Of a pass, for a number of rays.
+static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    config.rays = rays;
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
+    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
+    uint32_t count = 0;
+    vw_trainer_pass_costs(trainer, costs, &count);
+    struct vw_pass_cost cost = *find_cost(costs, count, name, NULL);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+    return cost;
+}
+
+// The multiply-adds of the small field, counted by hand: 4 levels x 2 features into 16 hidden units, 16 outputs, 24 inputs of the colour
+// network, 16 hidden units, 4 outputs with the padding: 128 + 256 + 384 + 64 = 832 a sample, and 2 for each of 32 gathered pairs.
+static void multiply_adds_are_those_of_the_networks(void **state) {
+    (void)state;
+    double samples = 64.0 * 16.0;
+    assert_true(cost_of("forward_field", 64).multiply_adds == samples * (832 + 64));
+    assert_true(cost_of("gradient_weights", 64).multiply_adds == samples * 832);
+    assert_true(cost_of("backward_field", 64).multiply_adds == samples * (832 - 16 * 8)); // the harmonics have no gradient
+    assert_true(cost_of("forward_field", 128).multiply_adds == 2 * samples * (832 + 64));
+    assert_true(cost_of("scatter_grid", 128).bytes == 2 * cost_of("scatter_grid", 64).bytes);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_dispatch_is_accounted_for),
+        cmocka_unit_test(multiply_adds_are_those_of_the_networks),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}
