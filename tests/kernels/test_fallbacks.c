@@ -99,6 +99,35 @@ static void the_chunk_size_changes_no_bit(void **state) {
     }
 }
 
+static vw_float4 *render(struct step_bench *bench, struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+    assert_int_equal(evaluator_set_pixels(evaluator, pixels, count), VW_OK);
+    vw_batch_begin(bench->batch);
+    evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
+    assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+    return step_bench_read(bench, evaluator->colours);
+}
+
+// More samples than are held at a time: a ray's colour depends neither on its chunk nor on its place there.
+static void rendering_in_chunks_changes_no_bit(void **state) {
+    (void)state;
+    static const struct step_case many = {
+        .name = "many samples", .seed = 113, .samples = 512, .rays = 192, .levels = 2, .log2_table = 8, .width = 16};
+    enum { BEHIND = 70 };
+    struct step_bench *bench = step_bench_open(&many);
+    struct evaluator *whole = step_bench_evaluator(bench), part;
+    assert_true(whole->chunk_rays < many.rays && whole->chunk_rays > BEHIND);
+    assert_int_equal(evaluator_create(&bench->field, many.rays - BEHIND, &part), VW_OK);
+    assert_int_equal(part.chunk_rays, part.ray_count);
+    vw_float4 *expected = render(bench, &part, bench->pixels + BEHIND, many.rays - BEHIND);
+    vw_float4 *found = render(bench, whole, bench->pixels, many.rays);
+    check_same_bits(bench->where, "colours", found + BEHIND, expected, (many.rays - BEHIND) * sizeof *found);
+    free(expected);
+    free(found);
+    evaluator_destroy(&part);
+    step_bench_close(bench);
+}
+
 // The same steps twice on one device.
 static void a_second_run_gives_the_same_bits(void **state) {
     (void)state;
@@ -110,6 +139,7 @@ int main(void) {
         cmocka_unit_test(storage_buffers_instead_of_texels_change_no_bit),
         cmocka_unit_test(windows_of_the_grid_change_no_bit),
         cmocka_unit_test(the_chunk_size_changes_no_bit),
+        cmocka_unit_test(rendering_in_chunks_changes_no_bit),
         cmocka_unit_test(a_second_run_gives_the_same_bits),
     };
     return cmocka_run_group_tests_name("fallbacks", tests, NULL, step_bench_teardown);

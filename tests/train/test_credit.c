@@ -1,10 +1,12 @@
-// That errors are credited to the right photo. The box is out of every camera's sight, so that whatever the field is, it renders black: the
-// error of a photo is its own brightness, which differs from photo to photo.
+// That errors are what they are said to be, and credited to the right photo. The box is out of every camera's sight, so that whatever the
+// field is, it renders black: the error of a photo is its own brightness, which differs from photo to photo.
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -12,6 +14,7 @@
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
 #include "viewworth/memory.h"
+#include "viewworth/random.h"
 
 static const double FLOAT_TOLERANCE = 1e-6; // brightness and its error are floats
 
@@ -63,6 +66,43 @@ static void an_error_counts_for_the_view_it_is_of(void **state) {
     vw_scene_close(&scene);
 }
 
+// Where a photo is half transparent its target is half the background, and the render is all of it.
+static void the_background_is_behind_what_is_transparent(void **state) {
+    (void)state;
+    static const uint8_t rgba[4] = {40, 230, 90, 128};
+    static const float background[3] = {0.9f, 0.4f, 0.1f};
+    struct vw_scene *scene = grey_scene();
+    struct vw_config config = test_config();
+    double expected = 0.0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_image *image = &scene->views[v].image;
+        image->has_alpha = true;
+        for (uint32_t i = 0; i < 4 * image->width_px * image->height_px; i++) ((uint8_t *)image->pixels)[i] = rgba[i % 4];
+    }
+    scene->has_alpha = true;
+    memcpy(scene->background, background, sizeof background);
+    for (int c = 0; c < 3; c++) expected += rgba[3] / 255.0 * fabs(background[c] - rgba[c] / 255.0) / 3.0;
+    struct test_run *run = test_run(scene, &config, true, 0);
+    for (uint32_t i = 0; i < run->count; i++) {
+        if (i > 0) assert_near(run->records[i].train_loss, expected, FLOAT_TOLERANCE);
+        assert_near(run->records[i].val_l1, expected, FLOAT_TOLERANCE);
+    }
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+// An order that comes back would credit the same photo twice with what its place in the epoch is worth.
+static void every_epoch_has_an_order_of_its_own(void **state) {
+    (void)state;
+    enum { EPOCHS = 40, PHOTOS = 20 };
+    uint32_t orders[EPOCHS][PHOTOS];
+    for (uint32_t epoch = 0; epoch < EPOCHS; epoch++) {
+        vw_random_order(1, epoch, PHOTOS, orders[epoch]);
+        for (uint32_t earlier = 0; earlier < epoch; earlier++)
+            if (!memcmp(orders[earlier], orders[epoch], sizeof orders[epoch])) fail_msg("epochs %u and %u", earlier, epoch);
+    }
+}
+
 static void pixels_are_taken_at_their_centres(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -78,6 +118,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_step_counts_for_the_photo_it_trained_on),
         cmocka_unit_test(an_error_counts_for_the_view_it_is_of),
+        cmocka_unit_test(the_background_is_behind_what_is_transparent),
+        cmocka_unit_test(every_epoch_has_an_order_of_its_own),
         cmocka_unit_test(pixels_are_taken_at_their_centres),
     };
     return cmocka_run_group_tests_name("credit", tests, NULL, test_gpu_close);

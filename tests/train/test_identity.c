@@ -1,0 +1,64 @@
+// A run's id covers everything that may change a bit of it, so that no other run's rows can be taken for its own (decision 11).
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/trainer_fixture.h"
+#include "viewworth/memory.h"
+
+// What one part of a run's identity changes: of the device, for a moment only.
+struct parts {
+    struct vw_scene *scene;
+    struct vw_config config;
+    bool validate;
+    struct vw_gpu_info *device;
+};
+
+static void identify(const struct parts *parts, uint8_t run_id[32]) {
+    struct vw_trainer *trainer = test_trainer_create(parts->scene, &parts->config, parts->validate, 0);
+    assert_ok(vw_trainer_run_id(trainer, run_id));
+    vw_trainer_destroy(&trainer);
+}
+
+static void change_scene(struct parts *parts) { parts->scene->hash[7] ^= 1; }
+static void change_seed(struct parts *parts) { parts->config.seed ^= UINT64_C(1) << 40; }
+static void change_rays(struct parts *parts) { parts->config.rays++; }
+static void change_learning_rate(struct parts *parts) { parts->config.learning_rate *= 1.0 + 0x1p-52; }
+static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++; }
+static void change_validation(struct parts *parts) { parts->validate = false; }
+static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
+static void change_device(struct parts *parts) { parts->device->name[0] ^= 1; }
+static void change_driver(struct parts *parts) { parts->device->driver[0] ^= 1; }
+static void change_subset(struct parts *parts) {
+    parts->scene->views[0].split = VW_SPLIT_EXCLUDED;
+    parts->scene->split_count[VW_SPLIT_TRAIN]--;
+    parts->scene->split_count[VW_SPLIT_EXCLUDED]++;
+}
+
+static void every_part_of_a_run_names_it(void **state) {
+    (void)state;
+    static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,       change_rays,
+                                                      change_learning_rate, change_burn_in, change_validation, change_effects,
+                                                      change_device,        change_driver};
+    struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
+    uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
+    for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {
+        struct parts parts = {test_scene(), test_config(), true, device};
+        if (i > 0) changes[i - 1](&parts);
+        identify(&parts, ids[i]);
+        *device = kept;
+        vw_scene_close(&parts.scene);
+        for (size_t k = 0; k < i; k++)
+            if (!memcmp(ids[k], ids[i], sizeof ids[i])) fail_msg("change %zu gives the same id as change %zu (0: none)", i, k);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_part_of_a_run_names_it)};
+    return cmocka_run_group_tests_name("identity", tests, NULL, test_gpu_close);
+}
