@@ -208,7 +208,7 @@ interrupt() { # starts a long run, and stops it once it has recorded steps
     done
     kill -TERM "$process"
     wait "$process" || code=$?
-    [[ $code -eq 1 ]] && grep -q '^viewworth: interrupted after step' "$folder/stderr"
+    [[ $code -eq 1 ]] && grep -q '^viewworth: interrupted; ' "$folder/stderr"
 }
 check "a signal stops a run between batches" interrupt
 check "its ledger says so" test "$(query stopped 'SELECT status FROM run')" = interrupted

@@ -14,13 +14,14 @@ RANDOM=$seed
 echo "seed $seed"
 
 value() { # value OUT
-    "$program" value "$root/scenes/clean.json" --out "$folder/$1" --epochs 40 --device llvmpipe --noise-floor --quiet --resume \
+    "$program" value "$root/scenes/clean.json" --out "$folder/$1" --epochs 120 --device llvmpipe --noise-floor --quiet --resume \
         >"$folder/stdout" 2>"$folder/stderr"
 }
 
 kill_run() { # kill_run OUT: goes on for up to 3 s
     value "$1" &
-    sleep "$((RANDOM % 3)).$((RANDOM % 1000))"
+    sleep "$((RANDOM % 3)).$(printf %03d $((RANDOM % 1000)))"
+    if pgrep -P $! >/dev/null; then alive=$((alive + 1)); fi
     kill -KILL $! $(pgrep -P $!) 2>/dev/null
     wait $! 2>/dev/null
     return 0
@@ -42,6 +43,7 @@ cut_power() { # cut_power OUT JOURNAL_BYTES
     [[ -s $folder/$1/ledger.db-journal ]] && truncate -s "$2" "$folder/$1/ledger.db-journal"
 }
 
+alive=0 # runs that a kill found at work
 check "the run without interruption" value whole
 for kill in {1..20}; do
     check "kill $kill" kill_run killed
@@ -53,6 +55,7 @@ for kill in {1..20}; do
         check "  with the rows of the whole run" agrees killed
     fi
 done
+check "most kills met a run at work ($alive of 20)" test "$alive" -ge 15
 check "the run goes on to its end" value killed
 check "and is the run without interruption" same_run whole killed
 conclude "$@"
