@@ -32,6 +32,7 @@ static enum vw_status compare_scores(const struct vw_recorded_run *run, struct v
                                      struct vw_ledger_score *computed, uint32_t computed_count) {
     if (recorded_count != computed_count)
         return vw_fail(VW_ERROR_MISMATCH, "%s: holds %u scores where its steps give %u", run->ledger_path, recorded_count, computed_count);
+    if (recorded_count == 0) return VW_OK; // there may be no array to sort
     qsort(recorded, recorded_count, sizeof *recorded, compare_keys);
     qsort(computed, computed_count, sizeof *computed, compare_keys);
     for (uint32_t i = 0; i < recorded_count; i++)
