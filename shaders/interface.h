@@ -246,6 +246,7 @@ struct vw_push_ceiling {     // multiply_registers
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
 VW_ENUM(VW_SLICE_SAMPLES, 128)   // samples per partial sum of the weight gradient
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
+VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
 VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers

@@ -9,6 +9,7 @@ viewworth_add_shader(gradient_weights)
 viewworth_add_shader(reduce_weights)
 viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
+viewworth_add_shader(scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
 viewworth_add_shader(reduce_loss)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_weights)

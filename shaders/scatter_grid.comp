@@ -1,9 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The backward side of the hash grid: every sample of the chunk adds its encoding gradient to the eight corners of its cell, one level per
-// invocation, level by level so that one level's table stays in cache.
+// The backward side of the hash grid: every sample of the chunk adds its encoding gradient to the eight corners of its cell. Sums are of
+// integers, so all three forms give the same bits:
+//   one sample and level per invocation, level by level so that one level's table stays in cache, with 64-bit atomics;
+//   the same with two 32-bit atomics each (VW_SPLIT_ATOMICS), where the device has no others;
+//   a whole level per invocation, without atomics (VW_WALK_LEVELS): on a CPU an atomic costs twice a plain addition, even unshared.
 #include "common.glsl"
-#ifndef VW_SPLIT_ATOMICS
+#if !defined(VW_SPLIT_ATOMICS) && !defined(VW_WALK_LEVELS)
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_atomic_int64 : require
 #endif
@@ -11,12 +14,23 @@
 #include "mlp.glsl"
 #include "rows.glsl"
 #include "fixed_point.glsl"
+#ifdef VW_WALK_LEVELS
+layout(local_size_x = VW_WALK_GROUP) in;
+#else
 layout(local_size_x = 64) in;
+#endif
 
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_scatter push; };
 
-#ifdef VW_SPLIT_ATOMICS // for devices without 64-bit atomics: two 32-bit ones with the carry give the same sum, whatever the order
+#if defined(VW_WALK_LEVELS)
+BUFFER(VW_SLOT_D_GRID) buffer DGrid { uvec2 d_grid[]; };
+void add_word(uint word, uvec2 value) {
+    uvec2 before = d_grid[word];
+    uint low = before.x + value.x;
+    d_grid[word] = uvec2(low, before.y + value.y + (low < value.x ? 1u : 0u));
+}
+#elif defined(VW_SPLIT_ATOMICS) // the carry gives the same sum, whatever the order
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint d_grid[]; };
 void add_word(uint word, uvec2 value) {
     uint before = atomicAdd(d_grid[2u * word], value.x);
@@ -28,13 +42,21 @@ BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
 void add_word(uint word, uvec2 value) { atomicAdd(d_grid[word], packUint2x32(value)); }
 #endif
 
-// What is not finite marks the step; what leaves the clamp is counted. One branch, hardly ever taken.
-void note_extremes(vec2 gradient) {
-    bvec2 known = bvec2(finite(gradient.x), finite(gradient.y));
-    bvec2 beyond = bvec2(known.x && abs(gradient.x) > GRADIENT_CLAMP, known.y && abs(gradient.y) > GRADIENT_CLAMP);
-    if (all(known) && !any(beyond)) return;
-    if (!all(known)) atomicOr(state.nonfinite, 1u);
-    atomicAdd(state.clamped, uint(beyond.x) + uint(beyond.y));
+// What an invocation met: whether a gradient was not finite, which marks the step, and how many left the clamp.
+struct extremes {
+    uint nonfinite, clamped;
+};
+
+void note(float gradient, inout extremes met) {
+    bool known = finite(gradient);
+    met.nonfinite |= known ? 0u : 1u;
+    met.clamped += known && abs(gradient) > GRADIENT_CLAMP ? 1u : 0u;
+}
+
+void report(extremes met) {
+    if (met.nonfinite == 0u && met.clamped == 0u) return; // one branch, hardly ever not taken
+    atomicOr(state.nonfinite, met.nonfinite);
+    atomicAdd(state.clamped, met.clamped);
 }
 
 // In units of the quantum, within the clamp; what is not finite adds nothing.
@@ -42,15 +64,8 @@ float to_quanta(float gradient) {
     return finite(gradient) ? clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM : 0.0;
 }
 
-// No branch around the atomics: on lavapipe adding 0 costs half of asking. (Not measured on GPUs, where many equal places might contend.)
-// Invocations behind the last one add 0 to the last one's place.
-void main() {
-    uint index = invocation_index();
-    bool inside = index < push.sample_count * push.level_count;
-    index = min(index, push.sample_count * push.level_count - 1u);
-    uint level_in_window = index / push.sample_count;
-    uint slot = index - level_in_window * push.sample_count;
-    uint level = push.first_level + level_in_window;
+// No branch around the additions: on lavapipe adding 0 costs half of asking. (Not measured on GPUs, where many equal places might contend.)
+void scatter(uint slot, uint level, bool inside, inout extremes met) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(row_value(ROW_POSITION, slot).xyz, level_resolution(level), dense);
     uint first_pair = level_first_pair(level) - push.first_pair;
@@ -58,7 +73,8 @@ void main() {
         uint part = level * FEATURE_PAIRS + pair;
         vec4 gradient4 = row_value(ROW_D_ENCODING + part / 2u, slot);
         vec2 gradient = inside ? (part & 1u) == 0u ? gradient4.xy : gradient4.zw : vec2(0.0);
-        note_extremes(gradient);
+        note(gradient.x, met);
+        note(gradient.y, met);
         vec2 quanta = vec2(to_quanta(gradient.x), to_quanta(gradient.y));
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
             float weight = grid_weight(cell, corner);
@@ -71,3 +87,26 @@ void main() {
         }
     }
 }
+
+#ifdef VW_WALK_LEVELS
+// Neighbouring invocations, which a CPU runs as one vector, take levels that are far apart, so that each of the few workgroups has cheap
+// and dear ones. What one invocation adds to, no other touches.
+void main() {
+    uint groups = (push.level_count + VW_WALK_GROUP - 1u) / VW_WALK_GROUP;
+    uint level_in_window = gl_LocalInvocationID.x * groups + workgroup_index();
+    uint samples = level_in_window < push.level_count ? push.sample_count : 0u;
+    extremes met = extremes(0u, 0u);
+    for (uint slot = 0u; slot < samples; slot++) scatter(slot, push.first_level + level_in_window, true, met);
+    report(met);
+}
+#else
+// Invocations behind the last one add 0 to the last one's place.
+void main() {
+    uint index = invocation_index();
+    uint last = push.sample_count * push.level_count - 1u;
+    uint level_in_window = min(index, last) / push.sample_count;
+    extremes met = extremes(0u, 0u);
+    scatter(min(index, last) - level_in_window * push.sample_count, push.first_level + level_in_window, index <= last, met);
+    report(met);
+}
+#endif

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "effects.h"
 #include "viewworth/memory.h"
@@ -17,8 +18,10 @@ _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER, "random purposes differ")
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
     ALIGNMENT_PAIRS = ALIGNMENT_BYTES / 8,
-    CHUNK_SAMPLES_CPU = 4096,   // activations of a chunk stay in a core's cache
-    CHUNK_SAMPLES_GPU = 1 << 18 // enough to fill a large GPU
+    CHUNK_SAMPLES_CPU = 1 << 14, // long dispatches: cores that slept between short ones wake too late to share them
+    CHUNK_SAMPLES_GPU = 1 << 18, // enough to fill a large GPU
+    WALK_PROCESSORS_MAX = 4,     // with more, so many levels' walks keep too few of them busy
+    WALK_SAMPLES_MAX = 65535,    // more trips of a loop are not taken by some drivers
 };
 
 static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
@@ -77,6 +80,12 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
     specialization->gradient_clamp = (float)clamp;
 }
 
+static enum scatter_form choose_scatter(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, uint32_t chunk_samples) {
+    bool few_processors = info->kind == VW_GPU_CPU && sysconf(_SC_NPROCESSORS_ONLN) <= WALK_PROCESSORS_MAX;
+    if (few_processors && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
+    return limits->int64_atomics ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
+}
+
 static void specialise(const struct vw_config *config, struct model *model) {
     struct vw_specialization *s = &model->specialization;
     s->samples = config->samples;
@@ -129,6 +138,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     if (VW_ROW_STRIDE(chunk) > fits) chunk = (uint32_t)(fits - VW_ROW_STRIDE(0));
     if (chunk > step_samples) chunk = step_samples;
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
+    model->scatter = choose_scatter(info, limits, s->chunk_samples);
     s->rows_texel = (uint64_t)model->row_count * VW_ROW_STRIDE(s->chunk_samples) <= limits->texel_elements;
     s->grid_texel = model->pair_count <= limits->texel_elements;
     if (!s->grid_texel && model->grid.size_bytes > limits->storage_binding_bytes)

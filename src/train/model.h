@@ -19,6 +19,13 @@ struct grid_window {
     uint32_t first_pair, pair_count;
 };
 
+// How scatter_grid adds up the grid's gradient; all give the same bits.
+enum scatter_form {
+    SCATTER_ATOMICS,       // 64-bit
+    SCATTER_SPLIT_ATOMICS, // two of 32 bits each
+    SCATTER_WALK,          // none: one invocation walks all samples of a level
+};
+
 struct model {
     struct vw_specialization specialization; // with training = 1
     struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
@@ -28,6 +35,7 @@ struct model {
     uint32_t weight_columns;
     uint32_t weight_tiles; // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count;    // activation rows of a chunk
+    enum scatter_form scatter;
     uint32_t ray_group;    // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;

@@ -80,8 +80,9 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
 static enum vw_status create_window_passes(struct step_passes *step, struct vw_buffer *scalars, uint32_t index) {
     const struct field *field = step->field;
     const struct grid_window *window = &field->model->windows[index];
-    const struct vw_shader *scatter =
-        vw_gpu_get_limits(field->gpu)->int64_atomics ? &vw_shader_scatter_grid : &vw_shader_scatter_grid_split;
+    const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
+                                               [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
+                                               [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model);
     bool momentum = field->model->specialization.momentum;
     const struct vw_binding bindings[] = {
@@ -101,7 +102,7 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_GRID_MOMENT2, .buffer = step->grid_moment2, .offset_bytes = 8 * first, .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
-    enum vw_status status = create_pass(step, scatter, bindings, VW_ARRAY_COUNT(bindings), &step->scatter[index]);
+    enum vw_status status = create_pass(step, scatter[field->model->scatter], bindings, VW_ARRAY_COUNT(bindings), &step->scatter[index]);
     if (status != VW_OK) return status;
     return create_pass(step, &vw_shader_update_grid, bindings, VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
 }
@@ -140,6 +141,19 @@ void step_training_state(const struct step_passes *step, struct vw_buffer *buffe
     memcpy(buffers, state, sizeof state);
 }
 
+void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
+    const struct model *model = step->field->model;
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        const struct grid_window *window = &model->windows[i];
+        struct vw_push_scatter push = {.sample_count = samples,
+                                       .first_level = window->first_level,
+                                       .level_count = window->level_count,
+                                       .first_pair = window->first_pair};
+        uint64_t invocations = model->scatter == SCATTER_WALK ? push.level_count : (uint64_t)samples * push.level_count;
+        vw_batch_dispatch(batch, step->scatter[i], &push, sizeof push, invocations);
+    }
+}
+
 // Forward and back through the rays of one chunk, whose activations the next chunk overwrites.
 static void record_chunk(const struct step_passes *step, struct vw_batch *batch, const struct vw_push_samples *push) {
     const struct model *model = step->field->model;
@@ -149,14 +163,7 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
     vw_batch_dispatch(batch, step->backward_field, NULL, 0, samples);
     vw_batch_dispatch(batch, step->gradient_weights, push, sizeof *push, (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles);
     vw_batch_dispatch(batch, step->reduce_weights, push, sizeof *push, model->weight_columns);
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        const struct grid_window *window = &model->windows[i];
-        struct vw_push_scatter scatter = {.sample_count = samples,
-                                          .first_level = window->first_level,
-                                          .level_count = window->level_count,
-                                          .first_pair = window->first_pair};
-        vw_batch_dispatch(batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
-    }
+    step_record_scatter(step, batch, samples);
 }
 
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {

@@ -24,6 +24,9 @@ void step_destroy(struct step_passes *step);
 enum { TRAINING_STATE_BUFFERS = 5 };
 void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]);
 
+// Records the passes that add the encoding gradients of the chunk's samples to d_grid.
+void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
+
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
 

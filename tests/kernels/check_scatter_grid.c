@@ -54,14 +54,9 @@ void scatter_run(struct step_bench *bench, const float *rows, struct vw_step_sta
     clear_gradient(bench);
     step_bench_write(bench, bench->field.rows, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    for (uint32_t i = 0; i < bench->model.window_count; i++) {
-        const struct grid_window *window = &bench->model.windows[i];
-        struct vw_push_scatter push = {.sample_count = samples,
-                                       .first_level = window->first_level,
-                                       .level_count = window->level_count,
-                                       .first_pair = window->first_pair};
-        step_bench_dispatch(bench, bench->step.scatter[i], &push, sizeof push, (uint64_t)samples * window->level_count);
-    }
+    vw_batch_begin(bench->batch);
+    step_record_scatter(&bench->step, bench->batch, samples);
+    step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;
     free(after);

@@ -18,24 +18,25 @@ static const struct pass {
     const char *name;
     const struct vw_shader *shader;
     pass_check *check;
-    bool without_int64_atomics; // on a device that lacks them
+    enum scatter_form scatter;
 } passes[] = {
-    {"generate_rays", &vw_shader_generate_rays, check_generate_rays, false},
-    {"forward_field", &vw_shader_forward_field, check_forward_field, false},
-    {"composite_rays", &vw_shader_composite_rays, check_composite_rays, false},
-    {"reduce_views", &vw_shader_reduce_views, check_reduce_views, false},
-    {"backward_rays", &vw_shader_backward_rays, check_backward_rays, false},
-    {"backward_field", &vw_shader_backward_field, check_backward_field, false},
-    {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, false},
-    {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, false},
-    {"scatter_grid", &vw_shader_scatter_grid, check_scatter_grid, false},
-    {"scatter_grid_split", &vw_shader_scatter_grid_split, check_scatter_grid, true},
-    {"reduce_loss", &vw_shader_reduce_loss, check_reduce_loss, false},
-    {"update_grid", &vw_shader_update_grid, check_update_grid, false},
-    {"update_weights", &vw_shader_update_weights, check_update_weights, false},
-    {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, false},
-    {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, false},
-    {"copy_memory", &vw_shader_copy_memory, check_copy_memory, false},
+    {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
+    {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
+    {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
+    {"reduce_views", &vw_shader_reduce_views, check_reduce_views, SCATTER_ATOMICS},
+    {"backward_rays", &vw_shader_backward_rays, check_backward_rays, SCATTER_ATOMICS},
+    {"backward_field", &vw_shader_backward_field, check_backward_field, SCATTER_ATOMICS},
+    {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, SCATTER_ATOMICS},
+    {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, SCATTER_ATOMICS},
+    {"scatter_grid", &vw_shader_scatter_grid, check_scatter_grid, SCATTER_ATOMICS},
+    {"scatter_grid_split", &vw_shader_scatter_grid_split, check_scatter_grid, SCATTER_SPLIT_ATOMICS},
+    {"scatter_grid_walk", &vw_shader_scatter_grid_walk, check_scatter_grid, SCATTER_WALK},
+    {"reduce_loss", &vw_shader_reduce_loss, check_reduce_loss, SCATTER_ATOMICS},
+    {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
+    {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
+    {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
+    {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, SCATTER_ATOMICS},
+    {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
 };
 
 enum { BENCHES_MAX = 16 };
@@ -48,10 +49,11 @@ static int open_benches(void **state) {
     return 0;
 }
 
-static struct step_bench *open_without_int64_atomics(const struct step_case *setup) {
+static struct step_bench *open_for(const struct pass *pass, struct step_case setup) {
+    setup.scatter = pass->scatter;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
-    clamp.int64_atomics = false;
-    return step_bench_open_clamped(setup, &clamp);
+    clamp.int64_atomics = false; // the other forms can do without
+    return step_bench_open_clamped(&setup, &clamp);
 }
 
 static void run_kinds(const struct pass *pass, const struct step_case *setup, struct step_bench *bench) {
@@ -65,7 +67,7 @@ static void run_kinds(const struct pass *pass, const struct step_case *setup, st
 static void run_pass(void **state) {
     const struct pass *pass = *state;
     for (uint32_t i = 0; i < step_case_count; i++) {
-        struct step_bench *bench = pass->without_int64_atomics ? open_without_int64_atomics(&step_cases[i]) : benches[i];
+        struct step_bench *bench = pass->scatter == SCATTER_ATOMICS ? benches[i] : open_for(pass, step_cases[i]);
         run_kinds(pass, &step_cases[i], bench);
         if (bench != benches[i]) step_bench_close(bench);
     }

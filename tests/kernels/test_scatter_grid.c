@@ -12,27 +12,49 @@
 #include "support/gpu_fixture.h"
 #include "viewworth/memory.h"
 
-// Two 32-bit atomics with a carry instead of one of 64 bits.
-static void split_atomics_give_the_same_bits(void **state) {
-    (void)state;
+// Two 32-bit atomics with a carry, or none, instead of one of 64 bits.
+static void gives_the_bits_of_atomics(const struct step_case *setup, enum scatter_form form) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics = false;
+    struct step_case other_setup = *setup;
+    other_setup.scatter = form;
+    struct step_bench *whole = step_bench_open(setup), *other = step_bench_open_clamped(&other_setup, &clamp);
+    assert_true(vw_gpu_get_limits(whole->gpu)->int64_atomics);
+    assert_false(vw_gpu_get_limits(other->gpu)->int64_atomics);
+    float *rows = scatter_rows(whole, INPUT_ORDINARY);
+    struct vw_step_state whole_flags, other_flags;
+    scatter_run(whole, rows, &whole_flags);
+    scatter_run(other, rows, &other_flags);
+    uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid), *other_words = step_bench_read(other, other->step.d_grid);
+    check_same_bits(whole->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics", other_words, whole_words,
+                    vw_buffer_size_bytes(whole->step.d_grid));
+    assert_int_equal(other_flags.clamped, whole_flags.clamped);
+    free(rows);
+    free(whole_words);
+    free(other_words);
+    step_bench_close(other);
+    step_bench_close(whole);
+}
+
+static void every_form_gives_the_same_bits(void **state) {
+    (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
-        struct step_bench *whole = step_bench_open(&step_cases[i]), *split = step_bench_open_clamped(&step_cases[i], &clamp);
-        assert_true(vw_gpu_get_limits(whole->gpu)->int64_atomics);
-        assert_false(vw_gpu_get_limits(split->gpu)->int64_atomics);
-        float *rows = scatter_rows(whole, INPUT_ORDINARY);
-        struct vw_step_state whole_flags, split_flags;
-        scatter_run(whole, rows, &whole_flags);
-        scatter_run(split, rows, &split_flags);
-        uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid), *split_words = step_bench_read(split, split->step.d_grid);
-        check_same_bits(whole->where, "d_grid with split atomics", split_words, whole_words, vw_buffer_size_bytes(whole->step.d_grid));
-        assert_int_equal(split_flags.clamped, whole_flags.clamped);
-        free(rows);
-        free(whole_words);
-        free(split_words);
-        step_bench_close(split);
-        step_bench_close(whole);
+        gives_the_bits_of_atomics(&step_cases[i], SCATTER_SPLIT_ATOMICS);
+        gives_the_bits_of_atomics(&step_cases[i], SCATTER_WALK);
+    }
+}
+
+// A loop of more trips would stop early on some drivers, so that long chunks are not walked.
+static void only_short_chunks_are_walked(void **state) {
+    (void)state;
+    struct vw_config config = vw_config_default;
+    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX] = {0};
+    struct vw_scene scene = {0};
+    for (config.samples = 1; config.samples <= 1024; config.samples++) {
+        struct model model;
+        if (vw_config_check(&config) != VW_OK) continue;
+        if (model_create(&config, &scene, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, vw_gpu_get_limits(test_gpu()), &model)) continue;
+        assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535);
     }
 }
 
@@ -112,7 +134,8 @@ static void no_step_size_can_wrap(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(split_atomics_give_the_same_bits),
+        cmocka_unit_test(every_form_gives_the_same_bits),
+        cmocka_unit_test(only_short_chunks_are_walked),
         cmocka_unit_test(all_samples_in_one_entry_at_the_clamp_sum_exactly),
         cmocka_unit_test(no_step_size_can_wrap),
     };

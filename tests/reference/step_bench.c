@@ -46,6 +46,7 @@ static struct vw_config make_config(const struct step_case *c) {
 static void override_model(const struct step_case *c, struct step_bench *bench) {
     struct vw_specialization *s = &bench->model.specialization;
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
+    bench->model.scatter = c->scatter;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
     s->rows_texel = (uint64_t)bench->model.row_count * VW_ROW_STRIDE(s->chunk_samples) <= vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
@@ -164,7 +165,7 @@ int step_bench_teardown(void **state) {
 
 void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }
 
-static void submit(struct step_bench *bench) {
+void step_bench_submit(struct step_bench *bench) {
     stop_unless(bench, vw_batch_submit(bench->batch));
     stop_unless(bench, vw_batch_wait(bench->batch));
 }
@@ -199,19 +200,19 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
         vw_batch_dispatch(bench->batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
     }
     vw_batch_dispatch(bench->batch, step->reduce_loss, &loss, sizeof loss, 1);
-    submit(bench);
+    step_bench_submit(bench);
 }
 
 void step_bench_step(struct step_bench *bench, uint64_t number) {
     vw_batch_begin(bench->batch);
     step_record(&bench->step, bench->batch, number, 0, 0);
-    submit(bench);
+    step_bench_submit(bench);
 }
 
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
     vw_batch_begin(bench->batch);
     vw_batch_dispatch(bench->batch, pass, push, push_bytes, invocations);
-    submit(bench);
+    step_bench_submit(bench);
 }
 
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {

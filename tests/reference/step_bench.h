@@ -22,6 +22,7 @@ struct step_case {
     double beta1, beta2;  // [0], [0.99]
     bool distortion, background;
     bool wide;              // 64-bit gradient words
+    enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     float grid_scale;       // the grid is uniform in +-this [0.5]
     float weight_scale;     // the networks' initial weights times this [1]
     uint32_t chunk_samples; // [the whole step in one chunk]
@@ -65,6 +66,8 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number);
 void step_bench_step(struct step_bench *bench, uint64_t number);
 // Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations);
+// Runs what a test recorded in bench->batch.
+void step_bench_submit(struct step_bench *bench);
 // The push constants of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 
