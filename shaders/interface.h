@@ -48,7 +48,12 @@ typedef uint32_t vw_uint;
     X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
     X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
     X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
-    VW_LEVEL_CONSTANTS(X)
+    VW_LEVEL_CONSTANTS(X) \
+    X(59, EFFECT_SKY, effect_sky, uint, 0) \
+    X(60, EFFECT_UNBOUNDED, effect_unbounded, uint, 0) \
+    X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
+    X(62, EFFECT_APPEARANCE_CODE, effect_appearance_code, uint, 0) \
+    X(63, EFFECT_OCCUPANCY, effect_occupancy, uint, 0)
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -81,6 +86,7 @@ struct vw_specialization {
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
+    uint effect_sky, effect_unbounded, effect_appearance, effect_appearance_code, effect_occupancy;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \

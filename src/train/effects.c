@@ -31,6 +31,12 @@ static double transparent_share(const struct vw_scene *scene) {
     return scene->view_count ? (double)transparent / scene->view_count : 0.0;
 }
 
+// Evidence that is still to be measured: see evidence.c.
+static double no_evidence(const struct vw_scene *scene) {
+    (void)scene;
+    return 0.0;
+}
+
 static const struct effect {
     const char *name, *meaning;
     double threshold;
@@ -41,6 +47,11 @@ static const struct effect {
      offsetof(struct vw_specialization, effect_distortion)},
     {"background", "share of photos with transparent pixels", 0.01, transparent_share,
      offsetof(struct vw_specialization, effect_background)},
+    {"sky", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_sky)},
+    {"unbounded", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_unbounded)},
+    {"appearance", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_appearance)},
+    {"appearance_code", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_appearance_code)},
+    {"occupancy", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_occupancy)},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
