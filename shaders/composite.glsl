@@ -1,5 +1,5 @@
 // Emission-absorption compositing of one ray (Max, "Optical models for direct volume rendering", 1995), forward and backward.
-//   tau_i = density_i * stride, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)), colour = sum weight_i rgb_i + T_end background
+//   tau_i = density_i * stride, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)), colour = sum weight_i rgb_i + T_end backdrop
 // The sum of tau is accumulated rather than a product of transmittances, and the backward pass needs no division.
 #ifndef COMPOSITE_GLSL
 #define COMPOSITE_GLSL
@@ -11,12 +11,6 @@ float transmittance(float tau) { return exp(tau > 87.0 ? -87.0 : -tau); }
 float opacity(float tau) {
     float series = tau * (1.0 - tau * (0.5 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0))));
     return tau < 0.03 ? series : 1.0 - transmittance(tau);
-}
-
-vec3 background_colour() {
-    // No ?: here: glslang makes it a constant select by a scalar, of which Mesa 22.3 folds only the first component.
-    if (EFFECT_BACKGROUND == 0u) return vec3(0.0);
-    return vec3(BACKGROUND_RED, BACKGROUND_GREEN, BACKGROUND_BLUE);
 }
 
 // Forward, sample by sample.
@@ -32,7 +26,7 @@ void march(inout ray_march ray, vec4 rgb_density, float stride) {
 }
 
 // Backward, from the last sample to the first. `behind` is the colour composited behind sample i, seen from the camera: it starts as
-// T_end * background. Returns the gradients by rgb_i and by the raw density: d tau / d raw = tau.
+// T_end * backdrop. Returns the gradients by rgb_i and by the raw density: d tau / d raw = tau.
 vec4 march_back(inout vec3 behind, float tau_before, vec4 rgb_density, float stride, vec3 d_colour) {
     float tau = rgb_density.w * stride;
     float weight = transmittance(tau_before) * opacity(tau);

@@ -1,8 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One validation or rendering ray per invocation: its colour over the background, and the transmittance that remains.
+// One validation or rendering ray per invocation: its colour before the backdrop (sky or background), and the transmittance that remains.
 #include "common.glsl"
+#include "background.glsl"
 #include "composite.glsl"
+#include "sky.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -13,9 +15,12 @@ PUSH uniform Push { vw_push_samples push; };
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
-    float stride = rays[push.first_ray + index].direction_stride.w;
+    uint ray = push.first_ray + index;
+    vec4 direction_stride = rays[ray].direction_stride;
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stride);
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], direction_stride.w);
     float left = transmittance(forward.tau);
-    colours[push.first_ray + index] = vec4(forward.colour + left * background_colour(), left);
+    vec3 backdrop = background_colour(ray, push.step_low, push.step_high);
+    if (EFFECT_SKY != 0u) backdrop = sky_colour(direction_stride.xyz);
+    colours[ray] = vec4(forward.colour + left * backdrop, left);
 }

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // One ray per pixel: the camera model and the box, and the target colour composited on the background.
 #include "common.glsl"
+#include "background.glsl"
 #include "camera.glsl"
 layout(local_size_x = 64) in;
 
@@ -18,8 +19,7 @@ void main() {
     vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
     vw_ray ray = camera_ray(cameras[pixel.view], vec2(pixel.x_px, pixel.y_px));
     vec3 target = pixel.rgba.rgb;
-    if (EFFECT_BACKGROUND != 0u)
-        target = mix(vec3(BACKGROUND_RED, BACKGROUND_GREEN, BACKGROUND_BLUE), target, pixel.rgba.a);
+    if (EFFECT_BACKGROUND != 0u) target = mix(background_colour(index, push.step_low, push.step_high), target, pixel.rgba.a);
     ray.target_weight = vec4(target, index < push.ray_count ? pixel.weight : 0.0);
     rays[index] = ray;
 }

@@ -38,7 +38,7 @@ typedef uint32_t vw_uint;
     X(14, SEED_LOW, seed_low, uint, 0) \
     X(15, SEED_HIGH, seed_high, uint, 0) \
     X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) /* DISTORTION_* */ \
-    X(17, EFFECT_BACKGROUND, effect_background, uint, 0) \
+    X(17, EFFECT_BACKGROUND, effect_background, uint, 0) /* BACKGROUND_NONE, _FIXED or _RANDOM */ \
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
     X(19, BACKGROUND_GREEN, background_green, float, 0.0) \
     X(20, BACKGROUND_BLUE, background_blue, float, 0.0) \
@@ -111,8 +111,14 @@ VW_ENUM(DISTORTION_NONE, 0)
 VW_ENUM(DISTORTION_BASIC, 1)    // polynomial lenses with k1, k2, p1, p2 alone
 VW_ENUM(DISTORTION_ANY_LENS, 2) // further coefficients or fisheyes, told apart by camera
 
+// Values of EFFECT_BACKGROUND. Validation and rendering take the fixed colour in either form (decision 1).
+VW_ENUM(BACKGROUND_NONE, 0)
+VW_ENUM(BACKGROUND_FIXED, 1)
+VW_ENUM(BACKGROUND_RANDOM, 2)
+
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
+VW_ENUM(RANDOM_BACKGROUND, 6)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
@@ -120,7 +126,7 @@ VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
 VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair: a range of the params
 VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F texels
-VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl: a range of the params
+VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl, then the sky's: two ranges of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
 VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk: [row * VW_ROW_STRIDE(CHUNK_SAMPLES) + sample]
@@ -129,12 +135,12 @@ VW_ENUM(VW_SLOT_RELU, 10)            // uvec4 per sample of one chunk: which hid
 VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
 VW_ENUM(VW_SLOT_RAY_LOSS, 12)        // float per ray
 VW_ENUM(VW_SLOT_WEIGHT_PARTIALS, 13) // vec4 [slice of VW_SLICE_SAMPLES samples of a chunk][weight]; overwritten
-VW_ENUM(VW_SLOT_D_WEIGHTS, 14)       // vec4 per weight column; the first chunk overwrites, the others accumulate
+VW_ENUM(VW_SLOT_D_WEIGHTS, 14)       // vec4 per weight column, the first chunk overwrites, the others accumulate; then the sky's
 VW_ENUM(VW_SLOT_D_GRID, 15)          // 64-bit fixed-point words; accumulated, cleared by update_grid
 VW_ENUM(VW_SLOT_GRID_MOMENT1, 16)    // vec2 per pair, only with momentum
 VW_ENUM(VW_SLOT_GRID_MOMENT2, 17)    // vec2 per pair
 VW_ENUM(VW_SLOT_GRID_VISITS, 18)     // uint per pair: its own step count
-VW_ENUM(VW_SLOT_WEIGHT_MOMENTS, 19)  // vec4 moment1 then vec4 moment2 per weight column
+VW_ENUM(VW_SLOT_WEIGHT_MOMENTS, 19)  // vec4 moment1 then vec4 moment2 per column of weights and sky
 VW_ENUM(VW_SLOT_STEP_STATE, 20)      // vw_step_state of the step under way
 VW_ENUM(VW_SLOT_VAL_VIEWS, 21)       // vw_ray_range per validation view
 VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation views]: what travels back to the host. Row 0: loss
@@ -143,7 +149,9 @@ VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
 VW_ENUM(VW_SLOT_CEILING_FROM, 25)   // vec4: copy_memory
 VW_ENUM(VW_SLOT_CEILING_TO, 26)     // vec4: copy_memory, multiply_registers
-VW_ENUM(VW_SLOT_COUNT, 27)
+VW_ENUM(VW_SLOT_SKY, 27)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
+VW_ENUM(VW_SLOT_D_SKY, 28)          // vec4 per ray: gradient by the sky's logit; likewise
+VW_ENUM(VW_SLOT_COUNT, 29)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -224,6 +232,7 @@ struct vw_push_recipe {
 struct vw_push_rays {        // generate_rays
     vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
+    vw_uint step_low, step_high; // in training
 };
 struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights
     vw_uint first_ray;       // of the chunk
@@ -235,12 +244,12 @@ struct vw_push_scatter {     // scatter_grid
     vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
     vw_uint first_pair;      // where that window begins
 };
-struct vw_push_reduce {      // reduce_loss, reduce_views
+struct vw_push_reduce {      // reduce_loss, reduce_views, gradient_sky
     vw_uint count;           // rays; views
-    vw_uint scalar_row;      // first vec4 of this step in the scalars
+    vw_uint scalar_row;      // first vec4 of this step in the scalars; gradient_sky has none
 };
 struct vw_push_update {      // update_grid, update_weights
-    vw_uint count;           // pairs of the window; weight columns
+    vw_uint count;           // pairs of the window; columns of weights and sky
     vw_uint step_low;        // the step's number, from 1; saturated
     vw_uint scalar_row;      // first vec4 of this step in the scalars
 };
@@ -255,6 +264,7 @@ VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weight
 VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
+VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands 0 to 2
 VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
 

@@ -7,6 +7,7 @@ viewworth_add_shader(backward_rays)
 viewworth_add_shader(backward_field)
 viewworth_add_shader(gradient_weights)
 viewworth_add_shader(reduce_weights)
+viewworth_add_shader(gradient_sky) # of the effect alone
 viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores

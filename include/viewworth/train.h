@@ -19,6 +19,13 @@ enum vw_optimizer {
     VW_OPTIMIZER_SGD,        // plain gradient descent on the mean gradient
 };
 
+// What transparent training pixels are composited on, where the effect `background` is on and no `sky` stands behind the field. Validation
+// and rendering take the scene's colour.
+enum vw_background_form {
+    VW_BACKGROUND_FIXED,  // the scene's colour
+    VW_BACKGROUND_RANDOM, // one drawn for every ray and step, so that no field can hide floaters of the scene's colour
+};
+
 // Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
 struct vw_config {
     uint64_t seed;           // 0 to 2^63-1
@@ -38,8 +45,9 @@ struct vw_config {
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // of the hidden layers: 16, 32 or 64
-    char effects[256];        // as --effects takes it: auto | none | LIST | +a,-b
-    bool noise_floor;         // probe every photo's steps now and then (vw_step_record.probes); needs validation
+    enum vw_background_form background;
+    char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
+    bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
 };
 
 extern const struct vw_config vw_config_default;
@@ -52,8 +60,9 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
-const char *vw_loss_name(enum vw_loss loss);                // "l1", "l2", "huber"
-const char *vw_optimizer_name(enum vw_optimizer optimizer); // "lazy-adam", "dense-adam", "sgd"
+const char *vw_loss_name(enum vw_loss loss);                  // "l1", "l2", "huber"
+const char *vw_optimizer_name(enum vw_optimizer optimizer);   // "lazy-adam", "dense-adam", "sgd"
+const char *vw_background_name(enum vw_background_form form); // "fixed", "random"
 
 // ---- Effects (decision 7) ------------------------------------------------------------------------------------------
 

@@ -33,9 +33,12 @@ struct option_row {
 };
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
+static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
-_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t), "KIND_CHOICE stores 32 bits");
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
+                   sizeof(enum vw_background_form) == sizeof(uint32_t),
+               "KIND_CHOICE stores 32 bits");
 
 #define FIELD(field) .offset = offsetof(struct vw_options, field)
 #define FLAG .kind = KIND_FLAG
@@ -67,6 +70,9 @@ static const struct option_row rows[] = {
     {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING, REAL, FIELD(config.beta1)},
     {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
      FIELD(config.effects), .kind = KIND_EFFECTS},
+    {"background", "NAME", "what transparent training pixels stand on: the scene's colour, or one drawn per ray and step",
+     VW_OPTIONS_TRAINING, FIELD(config.background), .kind = KIND_CHOICE, .choice_name = background_choice,
+     .choice_count = VW_BACKGROUND_RANDOM + 1},
     {"levels", "N", "levels of the hash grid", VW_OPTIONS_TRAINING, COUNT, FIELD(config.levels)},
     {"features", "N", "features of a grid entry", VW_OPTIONS_TRAINING, COUNT, FIELD(config.features)},
     {"log2-table", "N", "binary logarithm of the entries of a level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.log2_table)},

@@ -32,9 +32,11 @@ const struct vw_config vw_config_default = {
 
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
+static const char *const background_names[] = {"fixed", "random"};
 
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
+const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
 
 // One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
 enum kind {
@@ -137,6 +139,7 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
+    failed = failed || json_object_set_new(object, "background", json_string(vw_background_name(config->background)));
     failed = failed || json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
     // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
@@ -175,6 +178,8 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK) parsed.loss = (enum vw_loss)choice;
     if (status == VW_OK) status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
     if (status == VW_OK) parsed.optimizer = (enum vw_optimizer)choice;
+    if (status == VW_OK) status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
+    if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
     const char *effects = json_string_value(json_object_get(object, "effects"));
     if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");

@@ -63,6 +63,14 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->step_state);
 }
 
+// Where there is no sky, shared passes declare it but do not read it.
+static struct vw_binding sky_binding(const struct field *field) {
+    const struct param_range *sky = &field->model->sky;
+    if (!sky->size_bytes) return (struct vw_binding){.slot = VW_SLOT_SKY, .buffer = field->step_state};
+    return (struct vw_binding){
+        .slot = VW_SLOT_SKY, .buffer = field->params, .offset_bytes = sky->offset_bytes, .size_bytes = sky->size_bytes};
+}
+
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count) {
     const struct model *model = field->model;
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
@@ -74,7 +82,8 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
         {.slot = VW_SLOT_WEIGHTS,
          .buffer = field->params,
          .offset_bytes = model->weights.offset_bytes,
-         .size_bytes = model->weights.size_bytes},
+         .size_bytes = 16 * (uint64_t)model->moved_columns},
+        sky_binding(field),
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},

@@ -18,7 +18,8 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
                             struct field *field);
 void field_destroy(struct field *field);
 
-// Bindings of the field that several passes share: grid (as both views), weights. Writes them behind `*count` and advances it.
+// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky. Writes them behind `*count` and
+// advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
 
 extern const char evaluator_role[]; // of its passes, in the timers

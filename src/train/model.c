@@ -13,7 +13,7 @@ _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)
 _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
                    (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
-_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER, "random purposes differ");
+_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND, "random purposes differ");
 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
@@ -105,6 +105,12 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->inverse_rays = (float)(1.0 / config->rays);
 }
 
+// A learned sky stands behind the field in the background's place, before which no other colour may be the target's.
+static void choose_background(const struct vw_config *config, struct vw_specialization *s) {
+    bool random = config->background == VW_BACKGROUND_RANDOM && !s->effect_sky;
+    if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
+}
+
 static void lay_out_weights(struct model *model) {
     uint32_t encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
     uint32_t width4 = model->specialization.width4;
@@ -115,7 +121,16 @@ static void lay_out_weights(struct model *model) {
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
     model->grid = (struct param_range){"grid", 0, 8 * (uint64_t)model->pair_count};
     model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
+}
+
+static void lay_out_sky(struct model *model) {
+    uint32_t columns = model->specialization.effect_sky ? VW_SKY_COLUMNS : 0;
+    model->param_count += 3 * (uint64_t)columns; // the fourth number is padding
+    model->sky = (struct param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
+    model->moved_columns += columns;
+    model->param_bytes += model->sky.size_bytes;
 }
 
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
@@ -125,7 +140,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
     lay_out_levels(config, model);
+    choose_background(config, s);
     lay_out_weights(model);
+    lay_out_sky(model);
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
     choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
 
@@ -178,5 +195,6 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     float *last = next;
     next = fill_matrix(next, grid, 1, width4, seed);
     for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
-    assert((uint64_t)((char *)next - (char *)params) == model->param_bytes);
+    assert((uint64_t)((char *)next - (char *)params) == model->weights.offset_bytes + model->weights.size_bytes);
+    memset((char *)params + model->sky.offset_bytes, 0, model->sky.size_bytes);
 }

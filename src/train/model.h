@@ -29,14 +29,16 @@ enum scatter_form {
 struct model {
     struct vw_specialization specialization; // with training = 1
     struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
+    struct param_range sky;                  // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     uint64_t param_bytes;
-    uint64_t param_count; // trainable numbers, without padding
-    uint32_t pair_count;  // of all levels, with padding
-    uint32_t weight_columns;
-    uint32_t weight_tiles; // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
-    uint32_t row_count;    // activation rows of a chunk
+    uint64_t param_count;    // trainable numbers, without padding
+    uint32_t pair_count;     // of all levels, with padding
+    uint32_t weight_columns; // of the networks
+    uint32_t moved_columns;  // by update_weights: theirs and the sky's
+    uint32_t weight_tiles;   // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
+    uint32_t row_count;      // activation rows of a chunk
     enum scatter_form scatter;
-    uint32_t ray_group;    // rays come in multiples of this, so that their samples fill whole workgroups
+    uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };
@@ -44,8 +46,8 @@ struct model {
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain. A function of the seed
-// alone.
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, the sky mid
+// grey. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.

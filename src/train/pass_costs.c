@@ -45,8 +45,12 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
     add(costs, count,
         (struct vw_pass_cost){"scatter_grid", NULL, chunks * windows, n.samples * 2 * n.gathers,
                               n.samples * (32 * n.levels + 2 * word_bytes * n.gathers)});
+    if (model->sky.size_bytes)
+        add(costs, count,
+            (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
+                                  n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
-    add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16 * columns * 7});
+    add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     add(costs, count, (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 16 + 16 * moments + 8)});
 }
 

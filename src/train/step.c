@@ -9,7 +9,8 @@ static uint32_t word_bytes(const struct model *model) { return model->specializa
 
 static enum vw_status create_buffers(struct step_passes *step) {
     const struct model *model = step->field->model;
-    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->weight_columns;
+    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->weight_columns,
+             moved = model->moved_columns;
     const struct {
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
@@ -19,8 +20,9 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
         {&step->ray_loss, {.name = "ray_loss", .size_bytes = 4 * (uint64_t)step->padded_rays}},
         {&step->weight_partials, {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / VW_SLICE_SAMPLES)}},
-        {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * columns}},
-        {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * columns}},
+        {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * moved}},
+        {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * moved}},
+        {&step->d_sky, {.name = "d_sky", .size_bytes = model->sky.size_bytes ? 16 * (uint64_t)step->padded_rays : 0}},
         {&step->d_grid, {.name = "d_grid", .size_bytes = word_bytes(model) * pairs}},
         // Without momentum there is no first moment; the slot is declared by the shader, so a stub is bound.
         {&step->grid_moment1, {.name = "grid_moment1", .size_bytes = model->specialization.momentum ? 8 * pairs : 8}},
@@ -28,8 +30,8 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
-        status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) // an effect that is off has no bytes
+        if (buffers[i].params.size_bytes) status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
@@ -54,8 +56,9 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_WEIGHT_PARTIALS, .buffer = step->weight_partials},
         {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
+        {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky ? step->d_sky : step->field->step_state}, // declared, but not written, without it
     };
-    uint32_t count = 9;
+    uint32_t count = 10;
     field_bind(step->field, bindings, &count);
     const struct {
         const struct vw_shader *shader;
@@ -73,6 +76,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
+    if (status == VW_OK && step->d_sky) status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
     return status;
 }
 
@@ -121,8 +125,9 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
 }
 
 void step_destroy(struct step_passes *step) {
-    struct vw_pass **passes[] = {&step->generate,         &step->forward,        &step->backward_rays, &step->backward_field,
-                                 &step->gradient_weights, &step->reduce_weights, &step->reduce_loss,   &step->update_weights};
+    struct vw_pass **passes[] = {&step->generate,       &step->forward,          &step->backward_rays,
+                                 &step->backward_field, &step->gradient_weights, &step->reduce_weights,
+                                 &step->reduce_loss,    &step->update_weights,   &step->gradient_sky};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     for (size_t i = 0; i < VW_LEVELS_MAX; i++) {
         vw_pass_destroy(&step->scatter[i]);
@@ -130,7 +135,7 @@ void step_destroy(struct step_passes *step) {
     }
     struct vw_buffer **buffers[] = {&step->ray_buffer,      &step->samples,      &step->d_samples,      &step->ray_loss,
                                     &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
-                                    &step->grid_moment1,    &step->grid_moment2, &step->grid_visits};
+                                    &step->grid_moment1,    &step->grid_moment2, &step->grid_visits,    &step->d_sky};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
@@ -168,7 +173,8 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
 
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
     const struct model *model = step->field->model;
-    struct vw_push_rays rays = {.first_pixel = first_pixel, .ray_count = step->rays};
+    struct vw_push_rays rays = {
+        .first_pixel = first_pixel, .ray_count = step->rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         uint32_t left = step->padded_rays - first;
@@ -179,9 +185,10 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
         record_chunk(step, batch, &chunk);
     }
     struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};
+    if (step->gradient_sky) vw_batch_dispatch(batch, step->gradient_sky, &loss, sizeof loss, 64ull * VW_SKY_COLUMNS);
     vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
     struct vw_push_update update = {
-        .count = model->weight_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
+        .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

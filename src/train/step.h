@@ -10,8 +10,10 @@ struct step_passes {
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss;
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
+    struct vw_buffer *d_sky; // NULL without the effect, as its pass
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
     struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights, *reduce_loss, *update_weights;
+    struct vw_pass *gradient_sky;
     struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
 };
 

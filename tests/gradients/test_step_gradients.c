@@ -42,6 +42,15 @@ static void check_weight_gradients(const struct step_bench *bench, const struct 
     }
 }
 
+static void check_sky_gradient(const struct step_bench *bench, const struct reference_step *twin, const float *d_weights) {
+    if (!bench->model.sky.size_bytes) return;
+    const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
+    double tolerance = WEIGHT_TOLERANCE * largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS);
+    assert_true(tolerance > 0.0);
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+        check_value(bench->where, "sky", i, d_sky[i / 3 * 4 + i % 3], twin->d_sky[i / 3][i % 3], tolerance);
+}
+
 // The grid's gradient as the device rounds it: in whole quanta, contribution by contribution.
 static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *twin) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -109,6 +118,7 @@ static void gradients_match_the_twin(void **state) {
         vw_float4 *scalars = step_bench_read(bench, bench->scalars);
         check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, twin->loss, LOSS_TOLERANCE * twin->loss);
         check_weight_gradients(bench, twin, d_weights);
+        check_sky_gradient(bench, twin, d_weights);
         check_grid_gradients(bench, twin, words);
         free(d_weights);
         free(words);
@@ -158,6 +168,9 @@ static void check_slopes(struct step_bench *bench, struct reference_step *twin, 
             gradient[i] = d_weights[reference_block_index(s, m, i / values[m].in, i % values[m].in)];
         check_slope(bench, twin, params, values[m].name, values[m].values, gradient, values[m].out * values[m].in);
     }
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.sky.size_bytes; i++)
+        gradient[i] = d_weights[4 * (bench->model.weight_columns + i / 3) + i % 3];
+    if (bench->model.sky.size_bytes) check_slope(bench, twin, params, "sky", params->sky[0], gradient, 3 * VW_SKY_COLUMNS);
     reference_unpack_grid(&bench->model, words, quanta);
     for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
     check_slope(bench, twin, params, "grid", params->grid, gradient, features);
@@ -197,7 +210,8 @@ static void gradient_descent_follows_the_twin(void **state) {
                                              .optimizer = VW_OPTIMIZER_SGD,
                                              .learning_rate = 0.5,
                                              .levels = 4,
-                                             .width = 16};
+                                             .width = 16,
+                                             .sky = true};
     struct step_bench *bench = step_bench_open(&descent);
     const struct vw_specialization *s = &bench->model.specialization;
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
@@ -223,6 +237,10 @@ static void gradient_descent_follows_the_twin(void **state) {
                             after[bench->model.weights.offset_bytes / 4 + reference_block_index(s, m, i / values[m].in, i % values[m].in)],
                             values[m].values[i] - rate * gradients[m].values[i], tolerance);
         }
+        for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+            check_value(bench->where, "sky", i, after[bench->model.sky.offset_bytes / 4 + i / 3 * 4 + i % 3],
+                        params->sky[i / 3][i % 3] - rate * twin->d_sky[i / 3][i % 3],
+                        WEIGHT_TOLERANCE * rate * largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
         free(expected);
         free(before);
         free(after);

@@ -63,6 +63,7 @@ static void make_model(const struct twin_case *setup, enum vw_loss loss, const c
     config.log2_table = setup->log2_table;
     config.width = setup->width;
     config.loss = loss;
+    if (loss == VW_LOSS_HUBER) config.background = VW_BACKGROUND_RANDOM; // the other form under the other losses
     assert_int_equal(vw_config_check(&config), VW_OK);
     assert_int_equal(vw_effects_decide(&empty_scene, choice, effects, &count), VW_OK);
     assert_int_equal(model_create(&config, &empty_scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
@@ -93,7 +94,9 @@ static void open_fixture(const struct twin_case *setup, enum vw_loss loss, const
     model_initialise(&f->model, setup->seed, params);
     size_t grid = f->model.grid.size_bytes / sizeof *params;
     for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
-    for (size_t i = grid; i < f->model.param_bytes / sizeof *params; i++) params[i] *= (float)setup->weight_scale;
+    size_t sky = f->model.sky.offset_bytes / sizeof *params, sky_end = sky + f->model.sky.size_bytes / sizeof *params;
+    for (size_t i = grid; i < sky; i++) params[i] *= (float)setup->weight_scale;
+    for (size_t i = sky; i < sky_end; i++) params[i] = (float)draw(setup->seed, 200 + (uint32_t)(i - sky));
     f->params = reference_params_create(&f->model, params);
     free(params);
     f->step = reference_step_create(&f->model, rays, RAYS);
@@ -183,13 +186,23 @@ static void compare_grid(struct fixture *f, int *skipped) {
     }
 }
 
+static void compare_sky(struct fixture *f, int *skipped) {
+    if (!f->model.specialization.effect_sky) return;
+    double scale = largest_of(f->step->d_sky[0], 3 * VW_SKY_COLUMNS);
+    assert_true(scale > 0.0);
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+        compare(f, "sky", i, &f->params->sky[i / 3][i % 3], f->step->d_sky[i / 3][i % 3], scale, skipped);
+}
+
 static void compare_ranges(const struct twin_case *setup, enum vw_loss loss, const char *choice) {
     struct fixture f;
     int skipped = 0;
     open_fixture(setup, loss, choice, &f);
-    assert_int_equal(f.model.grid.size_bytes + f.model.weights.size_bytes, f.model.param_bytes); // there is no other range
+    assert_int_equal(f.model.grid.size_bytes + f.model.weights.size_bytes + f.model.sky.size_bytes,
+                     f.model.param_bytes); // there is no other range
     compare_weights(&f, &skipped);
     compare_grid(&f, &skipped);
+    compare_sky(&f, &skipped);
     int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels);
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
     close_fixture(&f);

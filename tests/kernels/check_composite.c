@@ -1,4 +1,5 @@
-// composite_rays and backward_rays against the twin, on hand-made samples: nothing, thin air, fog, walls, and the density's maximum.
+// composite_rays, backward_rays and gradient_sky against the twin, on hand-made samples: nothing, thin air, fog, walls, and the density's
+// maximum.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,10 +12,12 @@
 #include "viewworth/memory.h"
 
 enum { SAMPLES_MAX = 64 };
+static const double SKY_TOLERANCE = 2e-6; // of the device's exp, relative
 // Of every sample's share of the colour: the device's exp near an optical thickness of 0.03 and its roundings.
 static const double SHARE_TOLERANCE = 6e-6;
 // Light that passes more than an optical thickness of 87 is cut to 1e-38.
 static const double LEAST_LIGHT = 1e-36;
+static const uint64_t STEP = 1;
 
 struct inputs {
     uint32_t ray_count, samples;
@@ -43,6 +46,16 @@ static vw_float4 draw_sample(enum input_kind kind, uint32_t ray, struct test_ran
     return (vw_float4){fabsf(input_draw(kind, random)), input_draw(kind, random) * 0.0f, fabsf(input_draw(kind, random)), sample.w};
 }
 
+// Along an axis, or anywhere.
+static vw_float4 draw_direction(uint32_t ray, struct test_random *random) {
+    float axis[3] = {test_random_next(random), test_random_next(random), test_random_next(random)}, length = 0.0f;
+    if (ray % 4 == 1)
+        for (uint32_t i = 0; i < 3; i++) axis[i] = ray / 4 % 3 == i ? (ray / 12 % 2 ? -1.0f : 1.0f) : 0.0f;
+    for (int i = 0; i < 3; i++) length += axis[i] * axis[i];
+    length = sqrtf(length);
+    return (vw_float4){axis[0] / length, axis[1] / length, axis[2] / length, 0.0f};
+}
+
 static struct inputs make_inputs(const struct step_bench *bench, enum input_kind kind, uint32_t ray_count) {
     static const float strides[] = {0.03f, 0.005f, 1e-7f, 0.0f, 0.05f};
     struct test_random random = {.seed = bench->config.seed};
@@ -51,6 +64,7 @@ static struct inputs make_inputs(const struct step_bench *bench, enum input_kind
     in.field = vw_allocate((size_t)in.ray_count * in.samples, sizeof *in.field);
     assert_true(in.samples <= SAMPLES_MAX);
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
+        in.rays[ray].direction_stride = draw_direction(ray, &random);
         in.rays[ray].direction_stride.w = strides[ray % 5];
         in.rays[ray].target_weight = (vw_float4){unit(&random), unit(&random), unit(&random), ray % 11 != 3};
         if (is_empty(ray)) in.rays[ray].target_weight = (vw_float4){.w = 1.0f};
@@ -68,14 +82,29 @@ static void free_inputs(struct inputs *in) {
 struct twin {
     struct reference_point points[SAMPLES_MAX];
     double tau_before[SAMPLES_MAX], weight[SAMPLES_MAX], share_error[SAMPLES_MAX]; // share_error: relative, of the weight
-    double background[3], stride, colour[3], colour_error[3], left, left_error;
+    double backdrop[3], backdrop_error[3], stride, colour[3], colour_error[3], left, left_error;
 };
 
+// Colours of the sky are good to the device's exp and, relative to the terms of their logit, its roundings; others are exact.
+static void stand_behind(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training, struct twin *twin) {
+    struct vw_specialization s = bench->model.specialization;
+    double sky[VW_SKY_COLUMNS][3] = {{0.0}};
+    struct reference_ray line = reference_ray_of(&in->rays[ray]);
+    s.training = training;
+    reference_sky_read(&bench->model, bench->params, sky);
+    reference_backdrop(&s, sky, line.direction, ray, STEP, twin->backdrop);
+    for (int c = 0; c < 3; c++) {
+        double terms = 0.0;
+        for (int k = 0; k < VW_SKY_COLUMNS; k++) terms += fabs(sky[k][c]);
+        twin->backdrop_error[c] = twin->backdrop[c] * (SKY_TOLERANCE + 16.0 * FLOAT_ROUNDING * terms);
+    }
+}
+
 // The thickness so far is a sum of floats, so that the light that passes it is off by as many roundings of it, relatively.
-static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, struct twin *twin) {
+static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training, struct twin *twin) {
     double tau = 0.0;
     twin->stride = in->rays[ray].direction_stride.w;
-    reference_background(&bench->model.specialization, twin->background);
+    stand_behind(bench, in, ray, training, twin);
     for (int c = 0; c < 3; c++) twin->colour_error[c] = 0.0;
     for (uint32_t i = 0; i < in->samples; i++) {
         const vw_float4 *sample = &in->field[ray * in->samples + i];
@@ -87,10 +116,11 @@ static void composite(const struct step_bench *bench, const struct inputs *in, u
         tau += point->density * twin->stride;
         for (int c = 0; c < 3; c++) twin->colour_error[c] += twin->weight[i] * twin->share_error[i] * point->rgb[c] + 3.0 * FLOAT_LEAST;
     }
-    twin->left = reference_composite(twin->points, in->samples, twin->stride, twin->background, twin->colour);
+    twin->left = reference_composite(twin->points, in->samples, twin->stride, twin->backdrop, twin->colour);
     twin->left_error = twin->left * (SHARE_TOLERANCE + in->samples * FLOAT_ROUNDING * tau) + LEAST_LIGHT;
     for (int c = 0; c < 3; c++)
-        twin->colour_error[c] += twin->left_error * twin->background[c] + in->samples * (FLOAT_ROUNDING * twin->colour[c] + LEAST_LIGHT);
+        twin->colour_error[c] += twin->left_error * twin->backdrop[c] + twin->left * twin->backdrop_error[c] +
+                                 in->samples * (FLOAT_ROUNDING * twin->colour[c] + LEAST_LIGHT);
 }
 
 // ---- composite_rays --------------------------------------------------------------------------------------------------------
@@ -106,7 +136,7 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
         struct twin twin;
         const double device[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
-        composite(bench, &in, ray, &twin);
+        composite(bench, &in, ray, false, &twin);
         check_value(bench->where, "transmittance", ray, colours[ray].w, twin.left, twin.left_error);
         for (int c = 0; c < 3; c++) check_value(bench->where, "colour", ray, device[c], twin.colour[c], twin.colour_error[c]);
     }
@@ -157,13 +187,31 @@ static void check_sample(const struct step_bench *bench, const struct twin *twin
     check_value(bench->where, "d_raw", index, device->w, expected->raw, raw_error);
 }
 
-static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss, const vw_float4 *d_field) {
+// rgb (1 - rgb) is as far off as rgb, relative to what it would be without the second factor.
+static void check_d_logit(const struct step_bench *bench, uint32_t ray, const struct twin *twin, const struct twin_loss *taken,
+                          const vw_float4 *device) {
+    const double found[3] = {device->x, device->y, device->z};
+    double expected[3];
+    reference_sky_d_logit(twin->backdrop, twin->left, taken->d_colour, expected);
+    for (int c = 0; c < 3; c++) {
+        double slope = fabs(taken->d_colour[c]) + taken->d_colour_error[c], colour = twin->backdrop[c];
+        double error = slope * (twin->left_error * colour * (1.0 - colour) +
+                                (twin->left + twin->left_error) * (twin->backdrop_error[c] + FLOAT_ROUNDING)) +
+                       taken->d_colour_error[c] * twin->left * colour * (1.0 - colour);
+        check_value(bench->where, "gradient by the sky's logit", 3 * ray + (uint32_t)c, found[c], expected[c], error + FLOAT_LEAST);
+    }
+    check_value(bench->where, "padding of the sky's logit", ray, device->w, 0.0, 0.0);
+}
+
+static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss, const vw_float4 *d_field,
+                      const vw_float4 *d_sky) {
     struct twin twin;
     struct reference_d_point expected[SAMPLES_MAX];
-    composite(bench, in, ray, &twin);
+    composite(bench, in, ray, true, &twin);
     struct twin_loss taken = take_loss(bench, in, ray, &twin);
     check_value(bench->where, "ray_loss", ray, device_loss, taken.loss, taken.loss_error);
-    reference_composite_gradient(twin.points, in->samples, twin.stride, twin.background, taken.d_colour, expected);
+    reference_composite_gradient(twin.points, in->samples, twin.stride, twin.backdrop, taken.d_colour, expected);
+    if (d_sky) check_d_logit(bench, ray, &twin, &taken, &d_sky[ray]);
     for (uint32_t i = 0; i < in->samples; i++) {
         uint64_t index = (uint64_t)ray * in->samples + i;
         check_sample(bench, &twin, &taken, i, &expected[i], &d_field[index], index);
@@ -172,14 +220,55 @@ static void check_ray(const struct step_bench *bench, const struct inputs *in, u
 
 void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
-    struct vw_push_samples push = step_bench_push(bench, 1);
+    struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
     step_bench_write(bench, bench->step.samples, in.field);
     step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
-    for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field);
+    vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
+    for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, d_sky);
     free(losses);
+    free(d_sky);
     free(d_field);
+    free_inputs(&in);
+}
+
+// ---- gradient_sky ----------------------------------------------------------------------------------------------------------
+
+static void check_coefficients(const struct step_bench *bench, const struct inputs *in, const vw_float4 *d_logits, const float *d_sky) {
+    double expected[VW_SKY_COLUMNS][3] = {{0.0}}, magnitude[VW_SKY_COLUMNS][3] = {{0.0}};
+    for (uint32_t ray = 0; ray < in->ray_count; ray++) {
+        struct reference_ray line = reference_ray_of(&in->rays[ray]);
+        double d_logit[3] = {d_logits[ray].x, d_logits[ray].y, d_logits[ray].z};
+        reference_sky_gradient(line.direction, d_logit, expected);
+        for (int i = 0; i < 3 * VW_SKY_COLUMNS; i++) magnitude[i / 3][i % 3] += 1.1 * fabs(d_logit[i % 3]); // the bases are below 1.1
+    }
+    for (uint32_t k = 0; k < VW_SKY_COLUMNS; k++) {
+        for (int c = 0; c < 3; c++)
+            check_value(bench->where, "d_sky", 3 * k + (uint32_t)c, d_sky[4 * k + (uint32_t)c], expected[k][c],
+                        (in->ray_count / 64.0 + 72.0) * FLOAT_ROUNDING * magnitude[k][c] + in->ray_count * FLOAT_LEAST);
+    }
+}
+
+void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
+    if (!bench->step.gradient_sky) return;
+    struct test_random random = {.seed = bench->config.seed + 4};
+    struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
+    struct vw_push_reduce push = {.count = in.ray_count};
+    vw_float4 *d_logits = vw_allocate(in.ray_count, sizeof *d_logits);
+    for (uint32_t ray = 0; ray < in.ray_count; ray++)
+        d_logits[ray] = (vw_float4){input_draw(kind, &random), input_draw(kind, &random), input_draw(kind, &random), 0.0f};
+    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+    step_bench_write(bench, bench->step.ray_buffer, in.rays);
+    step_bench_write(bench, bench->step.d_sky, d_logits);
+    step_bench_dispatch(bench, bench->step.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    check_coefficients(bench, &in, d_logits, d_weights + 4 * (size_t)bench->model.weight_columns);
+    assert_int_equal(flags->nonfinite, 0);
+    free(flags);
+    free(d_weights);
+    free(d_logits);
     free_inputs(&in);
 }

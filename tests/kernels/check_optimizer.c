@@ -184,13 +184,13 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
 // ---- update_weights --------------------------------------------------------------------------------------------------------
 
 void weights_update(struct step_bench *bench, uint32_t number) {
-    struct vw_push_update push = {.count = bench->model.weight_columns, .step_low = number};
+    struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number};
     step_bench_dispatch(bench, bench->step.update_weights, &push, sizeof push, push.count);
 }
 
 void weights_check_update(struct step_bench *bench, const float *d_weights, uint32_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
-    uint32_t count = 4 * bench->model.weight_columns, offset = (uint32_t)(bench->model.weights.offset_bytes / 4);
+    uint32_t count = 4 * bench->model.moved_columns, offset = (uint32_t)(bench->model.weights.offset_bytes / 4);
     float *before = step_bench_read(bench, bench->field.params), *moments_before = step_bench_read(bench, bench->step.weight_moments);
     step_bench_write(bench, bench->step.d_weights, d_weights);
     weights_update(bench, number);
@@ -213,7 +213,7 @@ void weights_check_update(struct step_bench *bench, const float *d_weights, uint
 
 // Moments of the kind, of which the second are not below 0. From the first step on they are 0.
 static void write_weight_moments(struct step_bench *bench, enum input_kind kind, struct test_random *random) {
-    size_t count = 4 * (size_t)bench->model.weight_columns;
+    size_t count = 4 * (size_t)bench->model.moved_columns;
     float *moments = vw_allocate(2 * count, sizeof *moments);
     if (kind != INPUT_ORDINARY) input_fill(kind, random, moments, 2 * count);
     for (size_t i = count; i < 2 * count; i++) moments[i] = fabsf(moments[i]);
@@ -222,7 +222,7 @@ static void write_weight_moments(struct step_bench *bench, enum input_kind kind,
 }
 
 void check_update_weights(struct step_bench *bench, enum input_kind kind) {
-    uint32_t count = 4 * bench->model.weight_columns;
+    uint32_t count = 4 * bench->model.moved_columns;
     float *d_weights = vw_allocate(count, sizeof *d_weights);
     struct test_random random = {.seed = bench->config.seed};
     step_bench_write_params(bench);

@@ -12,10 +12,11 @@
 #include "train/pixels.h"
 #include "viewworth/memory.h"
 
-static const double NEAR_EDGES = 0.02;       // of generate_rays' contract: nothing nearer to the camera is seen
-static const double LINE_TOLERANCE = 1e-6;   // box edges: directions and origins are floats, rays run up to 5 edges
-static const double FACE_TOLERANCE = 1e-6;   // box edges, across a face
-static const double CLEAR_MARGIN = 1e-3;     // box edges: a line that misses the box by less may be called either way
+static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
+static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins are floats, rays run up to 5 edges
+static const double FACE_TOLERANCE = 1e-6; // box edges, across a face
+static const double CLEAR_MARGIN = 1e-3;   // box edges: a line that misses the box by less may be called either way
+static const uint64_t STEP = UINT64_C(3) << 32 | 7;
 static const double TARGET_TOLERANCE = 1e-6; // a mix of colours up to 1
 
 // The up vector is only a hint.
@@ -40,7 +41,7 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
 struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_gpu_camera cameras[3];
     for (uint32_t i = 0; i < 3; i++) cameras[i] = pixels_camera(&bench->scene->views[i], &bench->scene->box);
-    struct vw_push_rays push = {.ray_count = bench->config.rays};
+    struct vw_push_rays push = {.ray_count = bench->config.rays, .step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
     step_bench_dispatch(bench, bench->step.generate, &push, sizeof push, bench->step.padded_rays);
@@ -104,7 +105,7 @@ static void check_target(const struct step_bench *bench, uint32_t index, const s
     const struct vw_pixel *pixel = &bench->pixels[index < bench->config.rays ? index : bench->config.rays - 1];
     const double found[3] = {device->target_weight.x, device->target_weight.y, device->target_weight.z};
     double target[3];
-    reference_target(&bench->model.specialization, pixel, target);
+    reference_target(&bench->model.specialization, pixel, index, STEP, target);
     for (int c = 0; c < 3; c++) check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE);
     check_value(bench->where, "weight", index, device->target_weight.w, index < bench->config.rays ? pixel->weight : 0.0, 0.0);
 }

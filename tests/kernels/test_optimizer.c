@@ -69,10 +69,10 @@ static void a_step_flagged_nonfinite_only_clears_the_gradient(void **state) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         struct step_bench *bench = step_bench_open(&step_cases[i]);
         int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-        float *d_weights = vw_allocate(4 * (size_t)bench->model.weight_columns, sizeof *d_weights);
+        float *d_weights = vw_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
         struct test_random random = {.seed = step_cases[i].seed};
         grid_random_gradient(bench, INPUT_ORDINARY, &random, quanta);
-        for (uint32_t j = 0; j < 4 * bench->model.weight_columns; j++) d_weights[j] = test_random_next(&random);
+        for (uint32_t j = 0; j < 4 * bench->model.moved_columns; j++) d_weights[j] = test_random_next(&random);
         grid_check_update(bench, quanta, 1); // so that the moments are not all 0
         weights_check_update(bench, d_weights, 1);
         grid_write_gradient(bench, quanta);
@@ -133,13 +133,13 @@ static void a_step_beyond_the_floats_is_not_taken(void **state) {
     for (int i = 0; i < 3; i++) {
         struct step_bench *bench = open_wild(3e38, optimizers[i]);
         int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-        float *d_weights = vw_allocate(4 * (size_t)bench->model.weight_columns, sizeof *d_weights);
+        float *d_weights = vw_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
         float size = 0.9f / bench->model.specialization.inverse_rays; // a mean gradient of 0.9
         for (uint64_t k = 0; k < 2 * (uint64_t)bench->model.pair_count; k++)
             quanta[k] = llrintf(size / bench->model.specialization.gradient_quantum);
-        for (uint64_t k = 0; k < 4 * (uint64_t)bench->model.weight_columns; k++) d_weights[k] = k % 2 ? size : -size;
+        for (uint64_t k = 0; k < 4 * (uint64_t)bench->model.moved_columns; k++) d_weights[k] = k % 2 ? size : -size;
         for (uint32_t number = 1; number <= 3; number++) {
-            struct vw_push_update push = {.count = bench->model.weight_columns, .step_low = number, .scalar_row = 1}; // the grid's is 0
+            struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number, .scalar_row = 1}; // the grid's is 0
             grid_write_gradient(bench, quanta);
             grid_update(bench, number);
             step_bench_write(bench, bench->step.d_weights, d_weights);

@@ -28,6 +28,7 @@ static const struct pass {
     {"backward_field", &vw_shader_backward_field, check_backward_field, SCATTER_ATOMICS},
     {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, SCATTER_ATOMICS},
     {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, SCATTER_ATOMICS},
+    {"gradient_sky", &vw_shader_gradient_sky, check_gradient_sky, SCATTER_ATOMICS},
     {"scatter_grid", &vw_shader_scatter_grid, check_scatter_grid, SCATTER_ATOMICS},
     {"scatter_grid_split", &vw_shader_scatter_grid_split, check_scatter_grid, SCATTER_SPLIT_ATOMICS},
     {"scatter_grid_walk", &vw_shader_scatter_grid_walk, check_scatter_grid, SCATTER_WALK},

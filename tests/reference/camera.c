@@ -41,16 +41,3 @@ struct reference_ray reference_ray_of(const struct vw_ray *ray) {
         .weight = ray->target_weight.w,
     };
 }
-
-void reference_background(const struct vw_specialization *s, double background[3]) {
-    background[0] = s->effect_background ? s->background_red : 0.0;
-    background[1] = s->effect_background ? s->background_green : 0.0;
-    background[2] = s->effect_background ? s->background_blue : 0.0;
-}
-
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, double target[3]) {
-    const float rgb[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
-    double background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
-    reference_background(s, background);
-    for (int i = 0; i < 3; i++) target[i] = alpha * rgb[i] + (1.0 - alpha) * background[i];
-}

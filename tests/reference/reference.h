@@ -32,9 +32,6 @@ bool reference_camera_line(const struct vw_view *view, const struct vw_box *box,
 // Where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`; false when it does not.
 bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near, double *far);
 struct reference_ray reference_ray_of(const struct vw_ray *ray);
-// The pixel's colour on the background, when the run has that effect.
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, double target[3]);
-void reference_background(const struct vw_specialization *s, double background[3]);
 
 // ---- sampling.c --------------------------------------------------------------------------------------------------------
 
@@ -57,6 +54,21 @@ void reference_grid_scatter(const struct vw_specialization *s, const double posi
 // ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------------
 
 void reference_spherical_harmonics(const double direction[3], double values[9]);
+
+// ---- sky.c: what stands behind the field and behind transparent pixels ----------------------------------------------------
+
+// The coefficients from the whole params block; left as they are without the effect.
+void reference_sky_read(const struct model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
+void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]);
+// The gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`, and what it adds to the coefficients'.
+void reference_sky_d_logit(const double rgb[3], double left, const double d_colour[3], double d_logit[3]);
+void reference_sky_gradient(const double direction[3], const double d_logit[3], double d_coefficients[VW_SKY_COLUMNS][3]);
+// The background of a ray of step `step`, black when the run has none; and that, or the sky.
+void reference_background(const struct vw_specialization *s, uint32_t ray, uint64_t step, double background[3]);
+void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3], const double direction[3], uint32_t ray,
+                        uint64_t step, double backdrop[3]);
+// The pixel's colour on the background, when the run has that effect.
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step, double target[3]);
 
 // ---- mlp.c -------------------------------------------------------------------------------------------------------------
 
@@ -166,6 +178,7 @@ double reference_recipe_trace(const struct reference_recipe *recipe, const doubl
 struct reference_params {
     struct reference_weights weights;
     double *grid;
+    double sky[VW_SKY_COLUMNS][3]; // 0 without the effect
 };
 
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's ReLU decisions in the
@@ -177,10 +190,12 @@ struct reference_step {
     struct reference_sample *samples;     // ray by ray
     struct reference_d_sample *d_samples; // likewise
     double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
+    double (*backdrops)[3];               // per ray: the colour behind the field
     double (*errors)[3], *losses;         // per ray
     double loss;                          // sum over rays
     struct reference_weights d_weights;   // of the sum over rays
     double *d_grid;                       // likewise
+    double d_sky[VW_SKY_COLUMNS][3];      // likewise
 };
 
 struct reference_params *reference_params_create(const struct model *model, const float *params); // of the whole params block

@@ -11,6 +11,7 @@ struct reference_params *reference_params_create(const struct model *model, cons
     twin->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *twin->grid);
     for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) twin->grid[i] = params[i];
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params, &twin->weights);
+    reference_sky_read(model, params, twin->sky);
     return twin;
 }
 
@@ -27,6 +28,7 @@ struct reference_step *reference_step_create(const struct model *model, const st
     step->samples = vw_allocate(samples, sizeof *step->samples);
     step->d_samples = vw_allocate(samples, sizeof *step->d_samples);
     step->colours = vw_allocate(ray_count, sizeof *step->colours);
+    step->backdrops = vw_allocate(ray_count, sizeof *step->backdrops);
     step->left = vw_allocate(ray_count, sizeof *step->left);
     step->errors = vw_allocate(ray_count, sizeof *step->errors);
     step->losses = vw_allocate(ray_count, sizeof *step->losses);
@@ -41,6 +43,7 @@ void reference_step_destroy(struct reference_step *step) {
     free(step->samples);
     free(step->d_samples);
     free(step->colours);
+    free(step->backdrops);
     free(step->left);
     free(step->errors);
     free(step->losses);
@@ -55,12 +58,12 @@ static void list_points(const struct reference_sample *samples, uint32_t count, 
     }
 }
 
-static void forward_ray(struct reference_step *step, uint32_t index, const double background[3], struct reference_point *points) {
+static void forward_ray(struct reference_step *step, uint32_t index, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
     double unused;
     list_points(&step->samples[(size_t)index * s->samples], s->samples, points);
-    step->left[index] = reference_composite(points, s->samples, ray->stride, background, step->colours[index]);
+    step->left[index] = reference_composite(points, s->samples, ray->stride, step->backdrops[index], step->colours[index]);
     step->losses[index] = 0.0;
     for (int c = 0; c < 3; c++) {
         step->errors[index][c] = step->colours[index][c] - ray->target[c];
@@ -72,9 +75,7 @@ static void forward_ray(struct reference_step *step, uint32_t index, const doubl
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number) {
     struct vw_specialization s = step->model->specialization;
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
-    double background[3];
     s.training = training;
-    reference_background(&s, background);
     step->loss = 0.0;
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
@@ -84,7 +85,8 @@ void reference_step_forward(struct reference_step *step, const struct reference_
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, &params->weights, sample);
         }
-        forward_ray(step, ray, background, points);
+        reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, number, step->backdrops[ray]);
+        forward_ray(step, ray, points);
     }
     free(points);
 }
@@ -93,20 +95,21 @@ void reference_step_backward(struct reference_step *step, const struct reference
     const struct vw_specialization *s = &step->model->specialization;
     struct reference_point *points = vw_allocate(s->samples, sizeof *points);
     struct reference_d_point *d_points = vw_allocate(s->samples, sizeof *d_points);
-    double background[3];
-    reference_background(s, background);
+    memset(step->d_sky, 0, sizeof step->d_sky);
     memset(&step->d_weights, 0, sizeof step->d_weights);
     memset(step->d_grid, 0, 2 * (size_t)step->model->pair_count * sizeof *step->d_grid);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
         struct reference_d_sample *d_samples = &step->d_samples[(size_t)ray * s->samples];
-        double d_colour[3];
+        double d_colour[3], d_logit[3];
         for (int c = 0; c < 3; c++) {
             reference_loss(s->loss, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays[ray].weight / 3.0;
         }
         list_points(samples, s->samples, points);
-        reference_composite_gradient(points, s->samples, step->rays[ray].stride, background, d_colour, d_points);
+        reference_composite_gradient(points, s->samples, step->rays[ray].stride, step->backdrops[ray], d_colour, d_points);
+        reference_sky_d_logit(step->backdrops[ray], step->left[ray], d_colour, d_logit);
+        reference_sky_gradient(step->rays[ray].direction, d_logit, step->d_sky);
         for (uint32_t i = 0; i < s->samples; i++) {
             reference_networks_backward(s, &params->weights, &samples[i], d_points[i].rgb, d_points[i].raw, &d_samples[i]);
             reference_weights_gradient(s, &samples[i], &d_samples[i], &step->d_weights);

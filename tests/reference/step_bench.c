@@ -20,6 +20,17 @@ static void stop_unless(const struct step_bench *bench, enum vw_status status) {
     if (status != VW_OK) fail_msg("%s: %s", bench->where, vw_error_message());
 }
 
+static void choose_effects(const struct step_case *c, char *list, size_t list_bytes) {
+    const struct {
+        const char *name;
+        bool on;
+    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky}};
+    size_t used = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
+        if (effects[i].on) used += (size_t)snprintf(list + used, list_bytes - used, "%s%s", used ? "," : "", effects[i].name);
+    if (!used) snprintf(list, list_bytes, "none");
+}
+
 static struct vw_config make_config(const struct step_case *c) {
     struct vw_config config = vw_config_default;
     config.seed = c->seed;
@@ -34,11 +45,8 @@ static struct vw_config make_config(const struct step_case *c) {
     config.optimizer = c->optimizer;
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;
-    snprintf(config.effects, sizeof config.effects, "%s",
-             c->distortion && c->background ? "distortion,background"
-             : c->distortion                ? "distortion"
-             : c->background                ? "background"
-                                            : "none");
+    config.background = c->random_background ? VW_BACKGROUND_RANDOM : VW_BACKGROUND_FIXED;
+    choose_effects(c, config.effects, sizeof config.effects);
     return config;
 }
 
@@ -60,9 +68,11 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f, weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = vw_allocate(bench->model.param_bytes, 1);
     model_initialise(&bench->model, c->seed, bench->params);
-    size_t grid = bench->model.grid.size_bytes / sizeof(float), all = bench->model.param_bytes / sizeof(float);
+    size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
+    size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
     for (size_t i = 0; i < grid; i++) bench->params[i] = grid_scale * test_random_next(&random);
-    for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
+    for (size_t i = grid; i < sky; i++) bench->params[i] *= weight_scale;
+    for (size_t i = sky; i < sky_end; i++) bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
 }
 
 static void make_pixels(struct step_bench *bench) {
@@ -181,7 +191,7 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     const struct model *model = &bench->model;
     uint32_t samples = bench->padded_samples;
     assert_int_equal(model->specialization.chunk_samples, samples);
-    struct vw_push_rays rays = {.ray_count = bench->config.rays};
+    struct vw_push_rays rays = {.ray_count = bench->config.rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
     struct vw_push_samples push = step_bench_push(bench, number);
     struct vw_push_reduce loss = {.count = step->padded_rays};
     vw_batch_begin(bench->batch);
@@ -199,6 +209,7 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
                                           .first_pair = window->first_pair};
         vw_batch_dispatch(bench->batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
     }
+    if (step->gradient_sky) vw_batch_dispatch(bench->batch, step->gradient_sky, &loss, sizeof loss, 64ull * VW_SKY_COLUMNS);
     vw_batch_dispatch(bench->batch, step->reduce_loss, &loss, sizeof loss, 1);
     step_bench_submit(bench);
 }

@@ -20,12 +20,13 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background;
-    bool wide;              // 64-bit gradient words
+    bool distortion, background, sky;
+    bool random_background;    // its form
+    bool wide;                 // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
-    float grid_scale;       // the grid is uniform in +-this [0.5]
-    float weight_scale;     // the networks' initial weights times this [1]
-    uint32_t chunk_samples; // [the whole step in one chunk]
+    float grid_scale;          // the grid is uniform in +-this [0.5]
+    float weight_scale;        // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
+    uint32_t chunk_samples;    // [the whole step in one chunk]
 };
 
 struct step_bench {

@@ -79,6 +79,14 @@ static void compare_weight_gradients(struct hard_finding *finding, const struct 
     }
 }
 
+static void compare_sky_gradients(struct hard_finding *finding, const struct step_bench *bench, const struct reference_step *twin,
+                                  const float *d_weights) {
+    const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
+    double scale = fmax(largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS), LEAST_GRADIENT);
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.sky.size_bytes; i++)
+        hard_compare(finding, "sky gradient", i, d_sky[i / 3 * 4 + i % 3], twin->d_sky[i / 3][i % 3], scale, WEIGHT_TOLERANCE);
+}
+
 static void compare_grid_gradients(struct hard_finding *finding, const struct step_bench *bench, const struct reference_step *twin,
                                    const int64_t *quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -140,6 +148,7 @@ void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench
     struct reference_step *twin = run_twin(finding, bench, number);
     compare_losses(finding, bench, twin);
     compare_weight_gradients(finding, bench, twin, gradients->weights);
+    compare_sky_gradients(finding, bench, twin, gradients->weights);
     compare_grid_gradients(finding, bench, twin, gradients->quanta);
     reference_step_destroy(twin);
 }
@@ -183,7 +192,7 @@ static void check_group(struct hard_finding *finding, const struct vw_specializa
 static void check_weights(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
                           const struct hard_gradients *gradients, const struct hard_state *before, const struct hard_state *after) {
     const struct vw_specialization *s = &bench->model.specialization;
-    uint32_t count = 4 * bench->model.weight_columns, first = (uint32_t)(bench->model.weights.offset_bytes / sizeof(float));
+    uint32_t count = 4 * bench->model.moved_columns, first = (uint32_t)(bench->model.weights.offset_bytes / sizeof(float));
     for (uint32_t i = 0; i < count; i += 4) {
         struct group column = {.quantity = "updated weight",
                                .index = i,

@@ -19,7 +19,7 @@ void hard_state_free(struct hard_state *state);
 
 // The gradients on the device of one step: of the sum over rays.
 struct hard_gradients {
-    float *weights;  // in the order of the params block
+    float *weights;  // in the order of the params block, then the sky's
     int64_t *quanta; // per feature of the grid
 };
 void hard_gradients_free(struct hard_gradients *gradients);
