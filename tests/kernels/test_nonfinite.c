@@ -143,6 +143,39 @@ static void validation_shows_a_poisoned_field(void **state) {
     }
 }
 
+// A NaN among the sky's coefficients flags the step, which changes nothing, and shows in every ray that is validated.
+static void a_poisoned_sky_is_flagged_and_shown(void **state) {
+    (void)state;
+    struct step_case with_sky = setup;
+    with_sky.sky = true;
+    struct step_bench *bench = step_bench_open(&with_sky);
+    struct evaluator *evaluator = step_bench_evaluator(bench);
+    step_bench_step(bench, 1);
+    float *params = step_bench_read(bench, bench->field.params);
+    params[bench->model.sky.offset_bytes / sizeof *params + 4 * 5 + 1] = NAN;
+    step_bench_write(bench, bench->field.params, params);
+    void *moments = step_bench_read(bench, bench->step.weight_moments);
+    assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    vw_batch_begin(bench->batch);
+    step_record(&bench->step, bench->batch, 2, 0, 0);
+    evaluator_record(evaluator, bench->batch);
+    step_bench_submit(bench);
+    float *params_after = step_bench_read(bench, bench->field.params);
+    void *moments_after = step_bench_read(bench, bench->step.weight_moments);
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars), *colours = step_bench_read(bench, evaluator->colours);
+    check_same_bits(bench->where, "params", params_after, params, bench->model.param_bytes);
+    check_same_bits(bench->where, "weight moments", moments_after, moments, vw_buffer_size_bytes(bench->step.weight_moments));
+    assert_true(scalars->z == 1.0f);
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++) assert_true(isnan(colours[ray].y) && isfinite(colours[ray].x));
+    free(params);
+    free(params_after);
+    free(moments);
+    free(moments_after);
+    free(scalars);
+    free(colours);
+    step_bench_close(bench);
+}
+
 // ---- Single passes ---------------------------------------------------------------------------------------------------------
 
 static bool is_marked(struct step_bench *bench) {
@@ -197,6 +230,31 @@ static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
     }
 }
 
+// By itself, from whichever ray it comes; in one channel of one ray alone.
+static void a_sky_gradient_that_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    static const float poison[] = {0.0f, NAN, INFINITY, -INFINITY};
+    struct step_case with_sky = setup;
+    with_sky.sky = true;
+    struct step_bench *bench = step_bench_open(&with_sky);
+    uint32_t rays = bench->step.padded_rays;
+    vw_float4 *d_logits = vw_allocate(rays, sizeof *d_logits);
+    step_bench_gradients(bench, 1);
+    for (uint32_t ray = 0; ray < rays; ray += rays - 1) {
+        for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
+            struct vw_push_reduce push = {.count = rays};
+            d_logits[ray].z = poison[i];
+            step_bench_write(bench, bench->step.d_sky, d_logits);
+            step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+            step_bench_dispatch(bench, bench->step.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+            assert_int_equal(is_marked(bench), poison[i] != 0.0f);
+        }
+        d_logits[ray].z = 0.0f;
+    }
+    free(d_logits);
+    step_bench_close(bench);
+}
+
 static void a_loss_that_is_not_finite_marks_the_step(void **state) {
     (void)state;
     for (int poisoned = 0; poisoned < 2; poisoned++) { // a loss, or an earlier pass's finding
@@ -246,7 +304,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_poisoned_step_is_flagged_and_changes_nothing),
         cmocka_unit_test(validation_shows_a_poisoned_field),
+        cmocka_unit_test(a_poisoned_sky_is_flagged_and_shown),
         cmocka_unit_test(a_weight_gradient_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(a_sky_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(a_grid_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(a_loss_that_is_not_finite_marks_the_step),
         cmocka_unit_test(an_error_that_is_not_finite_reaches_its_view_alone),

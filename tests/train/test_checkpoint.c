@@ -14,13 +14,18 @@
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
-static struct vw_config configs[] = {{.beta1 = 0.0}, {.beta1 = 0.9}, {.noise_floor = true}, {.optimizer = VW_OPTIMIZER_DENSE_ADAM}};
+static struct vw_config configs[] = {{.beta1 = 0.0},
+                                     {.beta1 = 0.9},
+                                     {.noise_floor = true},
+                                     {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
+                                     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"}};
 
 static struct vw_config config_of(size_t index) {
     struct vw_config config = test_config();
     config.beta1 = configs[index].beta1;
     config.noise_floor = configs[index].noise_floor;
     config.optimizer = configs[index].optimizer;
+    if (*configs[index].effects) strcpy(config.effects, configs[index].effects);
     config.burn_in_epochs = 0; // so that probes come early
     return config;
 }

@@ -27,7 +27,8 @@ static void every_dispatch_is_accounted_for(void **state) {
     struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
     struct test_run *run = calloc(1, sizeof *run);
     uint32_t cost_count = 0, timer_count = 0, matched = 0;
-    config.rays = 1200; // several chunks
+    config.rays = 1200;            // several chunks
+    strcpy(config.effects, "sky"); // with a pass of its own
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
     const struct vw_trainer_params params = {.gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
     assert_ok(vw_trainer_create(&params, &trainer));

@@ -433,6 +433,7 @@ static void test_config_round_trip_and_ranges(void **state) {
     config.learning_rate = 0.1 + 0.2;
     config.loss = VW_LOSS_HUBER;
     config.optimizer = VW_OPTIMIZER_SGD;
+    config.background = VW_BACKGROUND_RANDOM;
     char *json = vw_config_to_json(&config, false);
     assert_ok(vw_config_from_json(json, &parsed));
     char *again = vw_config_to_json(&parsed, false);

@@ -1,0 +1,197 @@
+// Hard skies and backgrounds: rays that see none of it or nothing else, colours at the ends of their range, rays that do not count, the
+// axes, and as many rays as a step may have. Whole steps held against the twin.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/hard_step.h"
+#include "viewworth/memory.h"
+
+static const double UNSEEN = 1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38
+
+static const struct step_case setup = {
+    .name = "sky", .seed = 331, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2, .sky = true};
+
+static float *sky_of(struct step_bench *bench) { return bench->params + bench->model.sky.offset_bytes / sizeof(float); }
+
+static const float *d_sky_of(const struct step_bench *bench, const struct hard_gradients *gradients) {
+    return gradients->weights + 4 * (size_t)bench->model.weight_columns;
+}
+
+// All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
+static void set_density_weights(struct step_bench *bench, float weight) {
+    float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
+    for (uint32_t k = 0; k < bench->config.width; k++) weights[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
+    step_bench_write_params(bench);
+}
+
+// Near the photo's middle, where every ray meets the box.
+static void aim_at_the_box(struct step_bench *bench) {
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].x_px = 10.5f + (float)(i % 4);
+        bench->pixels[i].y_px = 8.5f + (float)(i / 4 % 4);
+    }
+    hard_write_pixels(bench);
+}
+
+static void opaque_rays(struct hard_finding *finding) {
+    struct step_bench *bench = step_bench_open(&setup);
+    aim_at_the_box(bench);
+    set_density_weights(bench, 1e6f);
+    struct hard_gradients gradients = hard_take_gradients(bench, 1);
+    for (uint32_t i = 0; i < 4 * VW_SKY_COLUMNS; i++)
+        hard_compare(finding, "gradient of an unseen sky", i, d_sky_of(bench, &gradients)[i], 0.0, 1.0, UNSEEN);
+    hard_gradients_free(&gradients);
+    hard_check_step(finding, bench, 2);
+    float *params = step_bench_read(bench, bench->field.params);
+    hard_same_bits(finding, "a sky that no ray saw", params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes);
+    free(params);
+    step_bench_close(bench);
+}
+
+static void empty_rays(struct hard_finding *finding) {
+    struct step_bench *bench = step_bench_open(&setup);
+    set_density_weights(bench, -1e6f);
+    hard_check_step(finding, bench, 1);
+    hard_check_rendering(finding, bench);
+    float *params = step_bench_read(bench, bench->field.params);
+    hard_same_bits(finding, "a field that no light met", params, bench->params, bench->model.sky.offset_bytes);
+    hard_require(finding, memcmp(params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes) != 0,
+                 "the sky is learned through empty space");
+    free(params);
+    step_bench_close(bench);
+}
+
+// Two channels are 0 and 1 in every direction, since band 0 alone is large; the third gives the gradient a size to be compared with.
+static void saturated_colours(struct hard_finding *finding) {
+    static const float logits[][3] = {{150.0f, -150.0f, 0.0f}, {300.0f, -300.0f, 2.0f}, {1e30f, -1e30f, -2.0f}, {1e36f, -1e36f, 0.0f}};
+    struct step_bench *bench = step_bench_open(&setup);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(logits); i++) {
+        memcpy(sky_of(bench), logits[i], sizeof logits[i]);
+        step_bench_write_params(bench);
+        hard_check_step(finding, bench, 1);
+        hard_check_rendering(finding, bench);
+    }
+    step_bench_close(bench);
+}
+
+// The gradient of a step some of whose pixels are excluded and show `value`.
+static struct hard_gradients excluded_gradients(struct step_bench *bench, uint32_t every, float value) {
+    for (uint32_t i = 0; i < bench->config.rays; i += every) {
+        bench->pixels[i].weight = 0.0f;
+        bench->pixels[i].rgba = (vw_float4){value, 1.0f - value, value, 1.0f};
+    }
+    hard_write_pixels(bench);
+    return hard_take_gradients(bench, 1);
+}
+
+static void excluded_pixels(struct hard_finding *finding) {
+    struct step_bench *bench = step_bench_open(&setup);
+    struct hard_gradients dark = excluded_gradients(bench, 2, 0.0f), bright = excluded_gradients(bench, 2, 1.0f),
+                          none = excluded_gradients(bench, 1, 0.5f);
+    hard_same_bits(finding, "gradient beside excluded pixels", d_sky_of(bench, &bright), d_sky_of(bench, &dark),
+                   bench->model.sky.size_bytes);
+    hard_require(finding, d_sky_of(bench, &dark)[0] != 0.0f, "the other pixels count");
+    for (uint32_t i = 0; i < 4 * VW_SKY_COLUMNS; i++)
+        hard_equal(finding, "gradient of excluded pixels alone", i, d_sky_of(bench, &none)[i], 0.0);
+    hard_gradients_free(&dark);
+    hard_gradients_free(&bright);
+    hard_gradients_free(&none);
+    step_bench_close(bench);
+}
+
+// Rays along +x, -x, +y, ... at which most of the basis is exactly 0.
+static void along_the_axes(struct hard_finding *finding) {
+    static const double middle[3] = {0.5, 0.5, 0.5};
+    struct step_bench *bench = step_bench_open(&setup);
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].view = 0;
+        if (i % 2) bench->pixels[i].x_px = 12.0f, bench->pixels[i].y_px = 10.0f; // the middle of the photo
+    }
+    for (int way = 0; way < 6; way++) {
+        double position[3] = {0.5, 0.5, 0.5};
+        position[way / 2] += way % 2 ? 3.0 : -3.0;
+        rays_look(&bench->scene->views[0], &bench->scene->box, position, middle);
+        struct vw_ray *rays = rays_make(bench); // also moves the camera
+        const float direction[3] = {rays[1].direction_stride.x, rays[1].direction_stride.y, rays[1].direction_stride.z};
+        for (int i = 0; i < 3; i++) hard_equal(finding, "direction", 1, direction[i], i == way / 2 ? (way % 2 ? -1.0 : 1.0) : 0.0);
+        free(rays);
+        step_bench_write_params(bench);
+        hard_check_step(finding, bench, 1);
+        hard_check_rendering(finding, bench);
+    }
+    step_bench_close(bench);
+}
+
+static void most_rays(struct hard_finding *finding) {
+    struct step_case many = setup;
+    many.rays = 65536;
+    many.samples = 1;
+    struct step_bench *bench = step_bench_open(&many);
+    hard_check_step(finding, bench, 1);
+    step_bench_close(bench);
+}
+
+// ---- Random backgrounds ----------------------------------------------------------------------------------------------------
+
+static void set_alpha(struct step_bench *bench, float alpha) {
+    for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].rgba.w = alpha;
+    hard_write_pixels(bench);
+}
+
+// What a ray is compared with is, to the bit, what stands behind it: seen through an empty field there is no error at all.
+static void transparent_before_random_colours(struct hard_finding *finding) {
+    struct step_case random = setup;
+    random.sky = false;
+    random.background = random.random_background = true;
+    struct step_bench *bench = step_bench_open(&random);
+    set_density_weights(bench, -1e6f);
+    set_alpha(bench, 0.0f);
+    vw_float4 last = {0};
+    for (uint64_t number = 1; number <= 3; number++) {
+        hard_check_step(finding, bench, number);
+        struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+        float *losses = step_bench_read(bench, bench->step.ray_loss);
+        for (uint32_t i = 0; i < bench->config.rays; i++) hard_equal(finding, "loss of a ray through nothing", i, losses[i], 0.0);
+        hard_require(finding, rays[0].target_weight.x != rays[1].target_weight.x, "every ray has a colour of its own");
+        hard_require(finding, rays[0].target_weight.x != rays[0].target_weight.y, "every channel is drawn");
+        hard_require(finding, rays[0].target_weight.x != last.x, "every step draws anew");
+        last = rays[0].target_weight;
+        free(rays);
+        free(losses);
+    }
+    hard_check_rendering(finding, bench); // before the scene's colour
+    step_bench_close(bench);
+}
+
+static void opaque_before_random_colours(struct hard_finding *finding) {
+    struct step_case random = setup;
+    random.sky = false;
+    random.background = random.random_background = true;
+    struct step_bench *bench = step_bench_open(&random);
+    set_alpha(bench, 1.0f);
+    hard_check_step(finding, bench, 1);
+    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    for (uint32_t i = 0; i < bench->config.rays; i++)
+        hard_same_bits(finding, "target of an opaque pixel", &rays[i].target_weight, &bench->pixels[i].rgba, 3 * sizeof(float));
+    free(rays);
+    step_bench_close(bench);
+}
+
+static const struct hard_case cases[] = {
+    {"a sky that no ray reaches", "it moves all the same", opaque_rays},
+    {"a sky and nothing before it", "light is lost on the way; the field gets its gradient", empty_rays},
+    {"a sky of logits up to 10^35", "exp overflows; inf * 0 in the way back", saturated_colours},
+    {"a sky behind excluded pixels", "what was masked out paints the sky", excluded_pixels},
+    {"a sky seen along the axes", "signs and order of the basis, where most of it is 0", along_the_axes},
+    {"a sky seen by 65,536 rays", "the sum over rays is cut short or loses the small", most_rays},
+    {"transparent pixels before random colours", "target and background are not the same colour", transparent_before_random_colours},
+    {"opaque pixels before random colours", "the random colour shines through", opaque_before_random_colours},
+};
+
+int main(void) { return hard_cases_run("sky and background", cases, VW_ARRAY_COUNT(cases), NULL); }
