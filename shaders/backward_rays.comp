@@ -5,6 +5,7 @@
 #include "common.glsl"
 #include "composite.glsl"
 #include "loss.glsl"
+#include "sampling.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -17,13 +18,12 @@ void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
     vw_ray ray = rays[push.first_ray + index];
-    float stride = ray.direction_stride.w;
     uint first = index * SAMPLES;
 
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < SAMPLES; i++) {
         d_field[first + i].w = forward.tau; // kept for the way back
-        march(forward, field[first + i], stride);
+        march(forward, field[first + i], stratum_length(ray, i));
     }
     vec3 behind = transmittance(forward.tau) * background_colour();
     vec3 error = forward.colour + behind - ray.target_weight.rgb;
@@ -33,5 +33,6 @@ void main() {
     ray_loss[push.first_ray + index] = share * (value.x + value.y + value.z);
 
     vec3 d_colour = share * slope;
-    for (uint i = SAMPLES; i-- > 0u;) d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stride, d_colour);
+    for (uint i = SAMPLES; i-- > 0u;)
+        d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stratum_length(ray, i), d_colour);
 }

@@ -3,6 +3,7 @@
 // One validation or rendering ray per invocation: its colour over the background, and the transmittance that remains.
 #include "common.glsl"
 #include "composite.glsl"
+#include "sampling.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -13,9 +14,9 @@ PUSH uniform Push { vw_push_samples push; };
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
-    float stride = rays[push.first_ray + index].direction_stride.w;
+    vw_ray ray = rays[push.first_ray + index];
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stride);
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stratum_length(ray, i));
     float left = transmittance(forward.tau);
     colours[push.first_ray + index] = vec4(forward.colour + left * background_colour(), left);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "contraction.h"
 #include "effects.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
@@ -124,6 +125,8 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
+    model->box = scene->box;
+    if (s->effect_unbounded && contraction_box(scene, &model->box)) return VW_ERROR_MEMORY;
     lay_out_levels(config, model);
     lay_out_weights(model);
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);

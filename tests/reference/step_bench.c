@@ -20,6 +20,17 @@ static void stop_unless(const struct step_bench *bench, enum vw_status status) {
     if (status != VW_OK) fail_msg("%s: %s", bench->where, vw_error_message());
 }
 
+static void name_effects(const struct step_case *c, char *effects, size_t size_bytes) {
+    const struct {
+        bool on;
+        const char *name;
+    } all[] = {{c->distortion, "distortion"}, {c->background, "background"}, {c->unbounded, "unbounded"}};
+    effects[0] = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(all); i++)
+        if (all[i].on) snprintf(effects + strlen(effects), size_bytes - strlen(effects), "%s%s", effects[0] ? "," : "", all[i].name);
+    if (!effects[0]) snprintf(effects, size_bytes, "none");
+}
+
 static struct vw_config make_config(const struct step_case *c) {
     struct vw_config config = vw_config_default;
     config.seed = c->seed;
@@ -34,11 +45,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.optimizer = c->optimizer;
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;
-    snprintf(config.effects, sizeof config.effects, "%s",
-             c->distortion && c->background ? "distortion,background"
-             : c->distortion                ? "distortion"
-             : c->background                ? "background"
-                                            : "none");
+    name_effects(c, config.effects, sizeof config.effects);
     return config;
 }
 

@@ -20,7 +20,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background;
+    bool distortion, background, unbounded;
     bool wide;              // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     float grid_scale;       // the grid is uniform in +-this [0.5]
