@@ -37,7 +37,7 @@ struct model {
     uint32_t weight_tiles; // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count;    // activation rows of a chunk
     enum scatter_form scatter;
-    uint32_t ray_group;    // rays come in multiples of this, so that their samples fill whole workgroups
+    uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };

@@ -45,7 +45,8 @@ static vw_float4 draw_sample(enum input_kind kind, uint32_t ray, struct test_ran
 
 static struct inputs make_inputs(const struct step_bench *bench, enum input_kind kind, uint32_t ray_count) {
     static const float strides[] = {0.03f, 0.005f, 1e-7f, 0.0f, 0.05f};
-    static const float distances[][2] = {{0.1f, 1e3f}, {0.4f, 0.8f}, {2.0f, 2.000001f}, {0.5f, 0.5f}, {0.06f, 1e6f}}; // unbounded: near and far
+    static const float distances[][2] = {
+        {0.1f, 1e3f}, {0.4f, 0.8f}, {2.0f, 2.000001f}, {0.5f, 0.5f}, {0.06f, 1e6f}}; // unbounded: near and far
     struct test_random random = {.seed = bench->config.seed};
     struct inputs in = {.ray_count = ray_count, .samples = bench->config.samples};
     in.rays = vw_allocate(in.ray_count, sizeof *in.rays);
@@ -148,7 +149,8 @@ static struct twin_loss take_loss(const struct step_bench *bench, const struct i
 static void check_sample(const struct step_bench *bench, const struct twin *twin, const struct twin_loss *taken, uint32_t i,
                          const struct reference_d_point *expected, const vw_float4 *device, uint64_t index) {
     const double rgb[3] = {device->x, device->y, device->z};
-    double tau = twin->points[i].density * twin->points[i].length, light = exp(-twin->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST;
+    double tau = twin->points[i].density * twin->points[i].length, light = exp(-twin->tau_before[i] - tau) + LEAST_LIGHT,
+           raw_error = FLOAT_LEAST;
     for (int c = 0; c < 3; c++) {
         double slope = fabs(taken->d_colour[c]), slope_error = taken->d_colour_error[c];
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
