@@ -1,5 +1,6 @@
 // Emission-absorption compositing of one ray (Max, "Optical models for direct volume rendering", 1995), forward and backward.
-//   tau_i = density_i * length of stratum i, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)), colour = sum weight_i rgb_i + T_end background
+//   tau_i = density_i * length of its stratum, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)),
+//   colour = sum weight_i rgb_i + T_end background
 // The sum of tau is accumulated rather than a product of transmittances, and the backward pass needs no division.
 #ifndef COMPOSITE_GLSL
 #define COMPOSITE_GLSL
