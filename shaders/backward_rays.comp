@@ -6,6 +6,7 @@
 #include "background.glsl"
 #include "composite.glsl"
 #include "loss.glsl"
+#include "sampling.glsl"
 #include "sky.glsl"
 layout(local_size_x = 64) in;
 
@@ -21,13 +22,12 @@ void main() {
     if (index >= push.ray_count) return;
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
-    float stride = ray.direction_stride.w;
     uint first = index * SAMPLES;
 
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < SAMPLES; i++) {
         d_field[first + i].w = forward.tau; // kept for the way back
-        march(forward, field[first + i], stride);
+        march(forward, field[first + i], stratum_length(ray, i));
     }
     float left = transmittance(forward.tau);
     vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
@@ -41,5 +41,6 @@ void main() {
 
     vec3 d_colour = share * slope;
     if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
-    for (uint i = SAMPLES; i-- > 0u;) d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stride, d_colour);
+    for (uint i = SAMPLES; i-- > 0u;)
+        d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stratum_length(ray, i), d_colour);
 }

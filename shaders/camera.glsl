@@ -95,6 +95,16 @@ vec2 ray_limits(vw_gpu_camera camera, float stretch) {
     return vec2(max(limits.x, camera.more.y * stretch), camera.more.z * stretch);
 }
 
+// Without a box that ends them, rays run from the near to the far depth of their camera: see vw_ray.
+vw_ray unbounded_ray(vw_gpu_camera camera, vec3 origin, vec3 direction, float stretch) {
+    vw_ray ray;
+    float near = camera.more.y;
+    ray.origin_near = vec4(origin + (near - camera.reference.w) * stretch * direction, near * stretch);
+    ray.direction_stride = vec4(direction, camera.more.z * stretch);
+    ray.target_weight = vec4(0.0);
+    return ray;
+}
+
 vw_ray camera_ray(vw_gpu_camera camera, vec2 position_px) {
     vec2 focal = vec2(camera.right.w, camera.up.w);
     vec2 centre = vec2(camera.back.w, camera.more.x);
@@ -103,7 +113,9 @@ vw_ray camera_ray(vw_gpu_camera camera, vec2 position_px) {
     vec3 offset = camera.right.xyz * p.x + camera.up.xyz * p.y;
     float stretch = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
     float depth = camera.reference.w;
-    return box_ray(camera.reference.xyz + depth * offset, (offset - camera.back.xyz) / stretch, ray_limits(camera, stretch));
+    vec3 origin = camera.reference.xyz + depth * offset, direction = (offset - camera.back.xyz) / stretch;
+    if (EFFECT_UNBOUNDED != 0u) return unbounded_ray(camera, origin, direction, stretch);
+    return box_ray(origin, direction, ray_limits(camera, stretch));
 }
 
 #endif

@@ -1,5 +1,6 @@
 // Emission-absorption compositing of one ray (Max, "Optical models for direct volume rendering", 1995), forward and backward.
-//   tau_i = density_i * stride, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)), colour = sum weight_i rgb_i + T_end backdrop
+//   tau_i = density_i * length of its stratum, weight_i = exp(-sum of tau before i) (1 - exp(-tau_i)),
+//   colour = sum weight_i rgb_i + T_end backdrop
 // The sum of tau is accumulated rather than a product of transmittances, and the backward pass needs no division.
 #ifndef COMPOSITE_GLSL
 #define COMPOSITE_GLSL
@@ -19,16 +20,16 @@ struct ray_march {
     vec3 colour; // sum so far
 };
 
-void march(inout ray_march ray, vec4 rgb_density, float stride) {
-    float tau = rgb_density.w * stride;
+void march(inout ray_march ray, vec4 rgb_density, float stratum) {
+    float tau = rgb_density.w * stratum;
     ray.colour += transmittance(ray.tau) * opacity(tau) * rgb_density.rgb;
     ray.tau += tau;
 }
 
 // Backward, from the last sample to the first. `behind` is the colour composited behind sample i, seen from the camera: it starts as
 // T_end * backdrop. Returns the gradients by rgb_i and by the raw density: d tau / d raw = tau.
-vec4 march_back(inout vec3 behind, float tau_before, vec4 rgb_density, float stride, vec3 d_colour) {
-    float tau = rgb_density.w * stride;
+vec4 march_back(inout vec3 behind, float tau_before, vec4 rgb_density, float stratum, vec3 d_colour) {
+    float tau = rgb_density.w * stratum;
     float weight = transmittance(tau_before) * opacity(tau);
     vec3 seen = transmittance(tau_before + tau) * rgb_density.rgb;
     float d_tau = dot(d_colour, seen - behind);

@@ -4,6 +4,7 @@
 #include "common.glsl"
 #include "background.glsl"
 #include "composite.glsl"
+#include "sampling.glsl"
 #include "sky.glsl"
 layout(local_size_x = 64) in;
 
@@ -15,12 +16,12 @@ PUSH uniform Push { vw_push_samples push; };
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
-    uint ray = push.first_ray + index;
-    vec4 direction_stride = rays[ray].direction_stride;
+    uint ray_index = push.first_ray + index;
+    vw_ray ray = rays[ray_index];
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], direction_stride.w);
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stratum_length(ray, i));
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray, push.step_low, push.step_high);
-    if (EFFECT_SKY != 0u) backdrop = sky_colour(direction_stride.xyz);
-    colours[ray] = vec4(forward.colour + left * backdrop, left);
+    vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
+    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
+    colours[ray_index] = vec4(forward.colour + left * backdrop, left);
 }

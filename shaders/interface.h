@@ -166,7 +166,8 @@ struct vw_gpu_camera {
     vw_float4 distortion; // k1, k2, p1, p2
     vw_float4 higher;    // k3, k4, k5, k6
     vw_float4 more;      // x: centre_y_px; y, z: rays are sampled between these depths beyond the reference plane, in box edges,
-                         // everywhere when both are 0; w: 1 for a fisheye
+                         // everywhere when both are 0; w: 1 for a fisheye.
+                         // With the effect unbounded y and z are depths from the camera itself, 0 < y <= z
 };
 
 struct vw_pixel {
@@ -176,6 +177,8 @@ struct vw_pixel {
     vw_float4 rgba;      // target, straight alpha, [0,1]
 };
 
+// With the effect unbounded the two lengths of a ray are distances from the camera, between which its strata lie (sampling.glsl), and the
+// ray's origin is the point at the near one: so a camera far from the box loses no bits here either.
 struct vw_ray {
     vw_float4 origin_near;      // box coordinates; w: ray parameter of the first stratum's near edge, in box edges
     vw_float4 direction_stride; // unit vector; w: length of one stratum, 0 when the ray misses the box

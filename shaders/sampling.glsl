@@ -1,6 +1,10 @@
-// Where the samples of a ray lie: one in each of SAMPLES equal strata between the box's faces.
+// Where the samples of a ray lie: one in each of SAMPLES strata. They are equally long and lie between the box's faces; with the effect
+// unbounded they are equal parts of the disparity between a near and a far distance from the camera:
+//   u(s) = 1 / ((1 - s) / near + s / far) = near / w(s), w(s) = 1 - s + s near / far, for s = 0 at the near distance to 1 at the far one
+// This form subtracts nothing from its like, however far far is.
 #ifndef SAMPLING_GLSL
 #define SAMPLING_GLSL
+#include "contraction.glsl"
 #include "random.glsl"
 
 // Position within the stratum: drawn for training, the centre for validation (decision 1).
@@ -10,8 +14,32 @@ float stratum_offset(uint ray, uint sample_in_ray, uint step_low, uint step_high
     return random_unit(words[sample_in_ray & 3u]);
 }
 
-// In box coordinates; the clamp only meets rounding at the faces, and rays that miss.
+// w at stratum `place`, which may be a fraction.
+float disparity_share(vw_ray ray, float place) {
+    return (float(SAMPLES) - place + place * (ray.origin_near.w / ray.direction_stride.w)) / float(SAMPLES);
+}
+
+// 1 - near / far, good to its last digits.
+float disparity_gap(vw_ray ray) { return (ray.direction_stride.w - ray.origin_near.w) / ray.direction_stride.w; }
+
+// u(s) - near: how far behind the near distance, where the ray's origin is.
+float disparity_parameter(vw_ray ray, float place) {
+    return ray.origin_near.w * disparity_gap(ray) * place / (float(SAMPLES) * disparity_share(ray, place));
+}
+
+// Of one stratum, in box edges.
+float stratum_length(vw_ray ray, uint sample_in_ray) {
+    if (EFFECT_UNBOUNDED == 0u) return ray.direction_stride.w;
+    float place = float(sample_in_ray), shares = disparity_share(ray, place) * disparity_share(ray, place + 1.0);
+    return ray.origin_near.w * disparity_gap(ray) / (float(SAMPLES) * shares);
+}
+
+// In the field's unit cube; the clamp only meets rounding at the faces, and rays that miss.
 vec3 sample_position(vw_ray ray, uint sample_in_ray, float offset) {
+    if (EFFECT_UNBOUNDED != 0u) {
+        float behind = disparity_parameter(ray, float(sample_in_ray) + offset);
+        return clamp(contract(ray.origin_near.xyz + behind * ray.direction_stride.xyz), 0.0, 1.0);
+    }
     float t = ray.origin_near.w + (float(sample_in_ray) + offset) * ray.direction_stride.w;
     return clamp(ray.origin_near.xyz + t * ray.direction_stride.xyz, 0.0, 1.0);
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "contraction.h"
 #include "gpu/shaders.h"
 #include "pixels.h"
 #include "viewworth/memory.h"
@@ -11,11 +12,17 @@ enum { EVALUATOR_CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
 const char evaluator_role[] = "validation";
 
+struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box) {
+    struct vw_gpu_camera camera = pixels_camera(view, box);
+    if (model->specialization.effect_unbounded) contraction_set_depths(view, box, &camera);
+    return camera;
+}
+
 static enum vw_status create_cameras(struct field *field, const struct vw_scene *scene) {
     uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     if (!cameras) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < scene->view_count; i++) cameras[i] = pixels_camera(&scene->views[i], &scene->box);
+    for (uint32_t i = 0; i < scene->view_count; i++) cameras[i] = field_camera(field->model, &scene->views[i], &field->model->box);
     enum vw_status status =
         vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
     if (status == VW_OK) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);

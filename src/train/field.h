@@ -18,6 +18,9 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
                             struct field *field);
 void field_destroy(struct field *field);
 
+// The camera of a view, in coordinates of `box`, as the effects that are on see it.
+struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box);
+
 // Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky. Writes them behind `*count` and
 // advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);

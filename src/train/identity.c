@@ -38,6 +38,10 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
     vw_hasher_add_integer(&hasher, trainer->validate); // `train` records no validation: another ledger, if the same params
     for (uint32_t i = 0; i < trainer->effect_count; i++)
         if (trainer->effects[i].on) vw_hasher_add_text(&hasher, trainer->effects[i].name);
+    if (trainer->model.specialization.effect_unbounded) { // its box depends on points, which the scene's hash does not cover
+        for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, trainer->model.box.centre_world[i]);
+        vw_hasher_add_real(&hasher, trainer->model.box.half_extent_world);
+    }
     vw_hasher_add_bytes(&hasher, shaders, sizeof shaders);
     vw_hasher_add_text(&hasher, vw_version());
     vw_hasher_add_text(&hasher, info->name);

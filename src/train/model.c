@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "contraction.h"
 #include "effects.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
@@ -139,6 +140,8 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
+    model->box = scene->box;
+    if (s->effect_unbounded && contraction_box(scene, &model->box)) return VW_ERROR_MEMORY;
     lay_out_levels(config, model);
     choose_background(config, s);
     lay_out_weights(model);

@@ -28,6 +28,7 @@ enum scatter_form {
 
 struct model {
     struct vw_specialization specialization; // with training = 1
+    struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
     struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
     struct param_range sky;                  // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     uint64_t param_bytes;

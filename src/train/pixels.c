@@ -4,10 +4,6 @@
 
 #include "viewworth/random.h"
 
-// Points are sparse: surfaces lie somewhat nearer and farther than the points of a view say. A tenth of the depth on either side is more
-// than the 6 % of a view's depth range that its points may miss (near_far.c), and costs little sampling.
-static const double NEAR_MARGIN = 0.9, FAR_MARGIN = 1.1;
-
 // Beyond this distance from the box's centre (in box edges), rays start near the box instead of at the camera: see interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
@@ -29,8 +25,8 @@ struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_b
     if (distance2 < FAR_CAMERA_EDGES * FAR_CAMERA_EDGES || depth < 0.0) depth = 0.0;
     for (int row = 0; row < 3; row++) position[row] -= depth * axis[2][row];
     bool depths_known = view->far_world > 0.0;
-    double near = depths_known ? NEAR_MARGIN * view->near_world / edge - depth : 0.0;
-    double far = depths_known ? FAR_MARGIN * view->far_world / edge - depth : 0.0;
+    double near = depths_known ? PIXELS_NEAR_MARGIN * view->near_world / edge - depth : 0.0;
+    double far = depths_known ? PIXELS_FAR_MARGIN * view->far_world / edge - depth : 0.0;
     return (struct vw_gpu_camera){
         .right = {(float)axis[0][0], (float)axis[0][1], (float)axis[0][2], (float)camera->focal_x_px},
         .up = {(float)axis[1][0], (float)axis[1][1], (float)axis[1][2], (float)camera->focal_y_px},

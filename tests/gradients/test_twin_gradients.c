@@ -69,7 +69,7 @@ static void make_model(const struct twin_case *setup, enum vw_loss loss, const c
     assert_int_equal(model_create(&config, &empty_scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
 }
 
-static void make_rays(uint64_t seed, uint32_t samples, struct vw_ray rays[RAYS]) {
+static void make_rays(uint64_t seed, const struct vw_specialization *s, struct vw_ray rays[RAYS]) {
     for (uint32_t i = 0; i < RAYS; i++) {
         double direction[3], length = 0.0;
         for (uint32_t k = 0; k < 3; k++) direction[k] = draw(seed, 100 + 3 * i + k);
@@ -77,7 +77,8 @@ static void make_rays(uint64_t seed, uint32_t samples, struct vw_ray rays[RAYS])
         for (int k = 0; k < 3; k++) direction[k] /= sqrt(length);
         rays[i] = (struct vw_ray){
             .origin_near = {(float)(0.5 - 0.4 * direction[0]), (float)(0.5 - 0.4 * direction[1]), (float)(0.5 - 0.4 * direction[2]), 0.05f},
-            .direction_stride = {(float)direction[0], (float)direction[1], (float)direction[2], 0.8f / (float)samples},
+            .direction_stride = {(float)direction[0], (float)direction[1], (float)direction[2],
+                                 s->effect_unbounded ? 30.0f : 0.8f / (float)s->samples}, // the far distance; the length of a stratum
             .target_weight = {(float)fabs(draw(seed, 50 + i)), (float)fabs(draw(seed, 60 + i)), (float)fabs(draw(seed, 70 + i)),
                               i == 4 ? 0.0f : 1.0f},
         };
@@ -89,7 +90,7 @@ static void open_fixture(const struct twin_case *setup, enum vw_loss loss, const
     snprintf(f->where, sizeof f->where, "case \"%s\", seed %llu, loss %s, effects %s", setup->name, (unsigned long long)setup->seed,
              vw_loss_name(loss), choice);
     make_model(setup, loss, choice, &f->model);
-    make_rays(setup->seed, setup->samples, rays);
+    make_rays(setup->seed, &f->model.specialization, rays);
     float *params = vw_allocate(f->model.param_bytes, 1);
     model_initialise(&f->model, setup->seed, params);
     size_t grid = f->model.grid.size_bytes / sizeof *params;

@@ -58,7 +58,7 @@ static struct inputs make_inputs(const struct step_bench *bench, thickness *medi
 static void list_points(const struct inputs *in, uint32_t ray, struct reference_point *points) {
     for (uint32_t i = 0; i < in->samples; i++) {
         const vw_float4 *sample = &in->field[(size_t)ray * in->samples + i];
-        points[i] = (struct reference_point){{sample->x, sample->y, sample->z}, sample->w};
+        points[i] = (struct reference_point){{sample->x, sample->y, sample->z}, sample->w, in->ray[ray].direction_stride.w};
     }
 }
 
@@ -70,14 +70,14 @@ static void check_colour(struct hard_finding *finding, uint32_t ray, const vw_fl
     hard_compare(finding, "light that is left", ray, device->w, left, 1.0, tolerance);
 }
 
-static void check_gradient(struct hard_finding *finding, const struct inputs *in, uint32_t ray, const struct reference_point *points,
+static void check_gradient(struct hard_finding *finding, const struct inputs *in, const struct reference_point *points,
                            const double d_colour[3], const vw_float4 *device, double tolerance) {
     static const double black[3];
     struct reference_d_point *expected = vw_allocate(in->samples, sizeof *expected);
-    double stride = in->ray[ray].direction_stride.w, before = 0.0;
-    reference_composite_gradient(points, in->samples, stride, black, d_colour, expected);
+    double before = 0.0;
+    reference_composite_gradient(points, in->samples, black, d_colour, expected);
     for (uint32_t i = 0; i < in->samples; i++) {
-        double tau = points[i].density * stride, size = fabs(d_colour[0]) + fabs(d_colour[1]) + fabs(d_colour[2]);
+        double tau = points[i].density * points[i].length, size = fabs(d_colour[0]) + fabs(d_colour[1]) + fabs(d_colour[2]);
         const double d_rgb[3] = {device[i].x, device[i].y, device[i].z};
         for (int c = 0; c < 3; c++)
             hard_compare(finding, "gradient by a colour", i, d_rgb[c], expected[i].rgb[c],
@@ -106,13 +106,13 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
         static const double black[3];
         double colour[3], d_colour[3];
         list_points(&in, ray, points);
-        double left = reference_composite(points, in.samples, in.ray[ray].direction_stride.w, black, colour);
+        double left = reference_composite(points, in.samples, black, colour);
         check_colour(finding, ray, &colours[ray], colour, left, tolerance);
         for (int c = 0; c < 3; c++) {
             reference_loss(bench->config.loss, colour[c] - 1.0, &d_colour[c]);
             d_colour[c] /= 3.0;
         }
-        check_gradient(finding, &in, ray, points, d_colour, &d_field[(size_t)ray * in.samples], tolerance);
+        check_gradient(finding, &in, points, d_colour, &d_field[(size_t)ray * in.samples], tolerance);
     }
     free(colours);
     free(d_field);

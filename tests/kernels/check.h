@@ -43,6 +43,8 @@ pass_check check_generate_rays, check_forward_field, check_composite_rays, check
 
 // generate_rays: puts a camera at `position` that looks at `target`, both in box coordinates.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]);
+// The box whose coordinates the rays of a bench are in.
+struct vw_box rays_box(const struct step_bench *bench);
 // Makes the rays of bench->pixels with the cameras of bench->scene. Owned by the caller.
 struct vw_ray *rays_make(struct step_bench *bench);
 // The same, held against the twin, with distances `scale` times what they are off usually. Returns how many hit the box.

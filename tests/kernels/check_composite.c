@@ -58,6 +58,8 @@ static vw_float4 draw_direction(uint32_t ray, struct test_random *random) {
 
 static struct inputs make_inputs(const struct step_bench *bench, enum input_kind kind, uint32_t ray_count) {
     static const float strides[] = {0.03f, 0.005f, 1e-7f, 0.0f, 0.05f};
+    static const float distances[][2] = {
+        {0.1f, 1e3f}, {0.4f, 0.8f}, {2.0f, 2.000001f}, {0.5f, 0.5f}, {0.06f, 1e6f}}; // unbounded: near and far
     struct test_random random = {.seed = bench->config.seed};
     struct inputs in = {.ray_count = ray_count, .samples = bench->config.samples};
     in.rays = vw_allocate(in.ray_count, sizeof *in.rays);
@@ -66,6 +68,10 @@ static struct inputs make_inputs(const struct step_bench *bench, enum input_kind
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
         in.rays[ray].direction_stride = draw_direction(ray, &random);
         in.rays[ray].direction_stride.w = strides[ray % 5];
+        if (bench->model.specialization.effect_unbounded) {
+            in.rays[ray].origin_near.w = distances[ray % 5][0];
+            in.rays[ray].direction_stride.w = distances[ray % 5][1];
+        }
         in.rays[ray].target_weight = (vw_float4){unit(&random), unit(&random), unit(&random), ray % 11 != 3};
         if (is_empty(ray)) in.rays[ray].target_weight = (vw_float4){.w = 1.0f};
         for (uint32_t i = 0; i < in.samples; i++) in.field[ray * in.samples + i] = draw_sample(kind, ray, &random);
@@ -82,7 +88,7 @@ static void free_inputs(struct inputs *in) {
 struct twin {
     struct reference_point points[SAMPLES_MAX];
     double tau_before[SAMPLES_MAX], weight[SAMPLES_MAX], share_error[SAMPLES_MAX]; // share_error: relative, of the weight
-    double backdrop[3], backdrop_error[3], stride, colour[3], colour_error[3], left, left_error;
+    double backdrop[3], backdrop_error[3], colour[3], colour_error[3], left, left_error;
 };
 
 // Colours of the sky are good to the device's exp and, relative to the terms of their logit, its roundings; others are exact.
@@ -103,20 +109,21 @@ static void stand_behind(const struct step_bench *bench, const struct inputs *in
 // The thickness so far is a sum of floats, so that the light that passes it is off by as many roundings of it, relatively.
 static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training, struct twin *twin) {
     double tau = 0.0;
-    twin->stride = in->rays[ray].direction_stride.w;
+    struct reference_ray line = reference_ray_of(&in->rays[ray]);
     stand_behind(bench, in, ray, training, twin);
     for (int c = 0; c < 3; c++) twin->colour_error[c] = 0.0;
     for (uint32_t i = 0; i < in->samples; i++) {
         const vw_float4 *sample = &in->field[ray * in->samples + i];
         struct reference_point *point = &twin->points[i];
-        *point = (struct reference_point){{sample->x, sample->y, sample->z}, sample->w};
+        *point = (struct reference_point){
+            {sample->x, sample->y, sample->z}, sample->w, reference_stratum_length(&bench->model.specialization, &line, i)};
         twin->tau_before[i] = tau;
-        twin->weight[i] = exp(-tau) * -expm1(-point->density * twin->stride);
+        twin->weight[i] = exp(-tau) * -expm1(-point->density * point->length);
         twin->share_error[i] = SHARE_TOLERANCE + (i + 2.0) * FLOAT_ROUNDING * tau;
-        tau += point->density * twin->stride;
+        tau += point->density * point->length;
         for (int c = 0; c < 3; c++) twin->colour_error[c] += twin->weight[i] * twin->share_error[i] * point->rgb[c] + 3.0 * FLOAT_LEAST;
     }
-    twin->left = reference_composite(twin->points, in->samples, twin->stride, twin->backdrop, twin->colour);
+    twin->left = reference_composite(twin->points, in->samples, twin->backdrop, twin->colour);
     twin->left_error = twin->left * (SHARE_TOLERANCE + in->samples * FLOAT_ROUNDING * tau) + LEAST_LIGHT;
     for (int c = 0; c < 3; c++)
         twin->colour_error[c] += twin->left_error * twin->backdrop[c] + twin->left * twin->backdrop_error[c] +
@@ -172,7 +179,8 @@ static struct twin_loss take_loss(const struct step_bench *bench, const struct i
 static void check_sample(const struct step_bench *bench, const struct twin *twin, const struct twin_loss *taken, uint32_t i,
                          const struct reference_d_point *expected, const vw_float4 *device, uint64_t index) {
     const double rgb[3] = {device->x, device->y, device->z};
-    double tau = twin->points[i].density * twin->stride, light = exp(-twin->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST;
+    double tau = twin->points[i].density * twin->points[i].length, light = exp(-twin->tau_before[i] - tau) + LEAST_LIGHT,
+           raw_error = FLOAT_LEAST;
     for (int c = 0; c < 3; c++) {
         double slope = fabs(taken->d_colour[c]), slope_error = taken->d_colour_error[c];
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
@@ -210,7 +218,7 @@ static void check_ray(const struct step_bench *bench, const struct inputs *in, u
     composite(bench, in, ray, true, &twin);
     struct twin_loss taken = take_loss(bench, in, ray, &twin);
     check_value(bench->where, "ray_loss", ray, device_loss, taken.loss, taken.loss_error);
-    reference_composite_gradient(twin.points, in->samples, twin.stride, twin.backdrop, taken.d_colour, expected);
+    reference_composite_gradient(twin.points, in->samples, twin.backdrop, taken.d_colour, expected);
     if (d_sky) check_d_logit(bench, ray, &twin, &taken, &d_sky[ray]);
     for (uint32_t i = 0; i < in->samples; i++) {
         uint64_t index = (uint64_t)ray * in->samples + i;

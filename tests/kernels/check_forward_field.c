@@ -100,7 +100,7 @@ static void check_training_sample(const struct step_bench *bench, const struct t
     struct reference_ray ray = reference_ray_of(&out->rays[index / s->samples]);
     struct reference_sample sample;
     struct errors errors = {0};
-    reference_sample_position(&ray, index % s->samples, reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
+    reference_sample_position(s, &ray, index % s->samples, reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
                               sample.position);
     check_row(bench, out, "position", rows.position, index, 3, sample.position, NULL, POSITION_TOLERANCE);
 
@@ -140,7 +140,7 @@ static void check_validation_sample(const struct step_bench *bench, const struct
     struct reference_ray ray = reference_ray_of(&rays[index / s->samples]);
     struct reference_sample sample;
     struct errors errors;
-    reference_sample_position(&ray, index % s->samples, 0.5, sample.position);
+    reference_sample_position(s, &ray, index % s->samples, 0.5, sample.position);
     memcpy(sample.direction, ray.direction, sizeof sample.direction);
     reference_grid_encode(s, twin->params->grid, sample.position, sample.encoding);
     // Within a cell an encoding changes by at most 2 entries per cell and axis.

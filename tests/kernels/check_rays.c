@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "train/pixels.h"
+#include "train/contraction.h"
 #include "viewworth/memory.h"
 
 static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
@@ -38,9 +38,16 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
     }
 }
 
+struct vw_box rays_box(const struct step_bench *bench) {
+    struct vw_box box = bench->scene->box;
+    if (bench->model.specialization.effect_unbounded) assert_int_equal(contraction_box(bench->scene, &box), VW_OK);
+    return box;
+}
+
 struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_gpu_camera cameras[3];
-    for (uint32_t i = 0; i < 3; i++) cameras[i] = pixels_camera(&bench->scene->views[i], &bench->scene->box);
+    struct vw_box box = rays_box(bench);
+    for (uint32_t i = 0; i < 3; i++) cameras[i] = field_camera(&bench->model, &bench->scene->views[i], &box);
     struct vw_push_rays push = {.ray_count = bench->config.rays, .step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
@@ -101,6 +108,34 @@ static bool check_ray(const struct step_bench *bench, uint32_t index, const stru
     return true;
 }
 
+// Depths, in box edges, between which a view's samples lie with the effect unbounded: what contraction.c promises.
+static void expect_depths(const struct vw_view *view, const struct vw_box *box, const double camera[3], double depths[2]) {
+    double edge_world = 2.0 * box->half_extent_world, from_centre = distance(camera, (const double[3]){0.5, 0.5, 0.5});
+    bool known = view->far_world > 0.0;
+    depths[0] = known ? fmax(0.9 * view->near_world / edge_world, 1.0 / 16.0) : fmax((from_centre - 0.5) / 2.0, 1.0 / 8.0);
+    depths[1] = fmax(1.1 * view->far_world / edge_world, from_centre + 1000.0);
+}
+
+// With the effect unbounded: the origin lies on the twin's line at the near distance. Floats round it by its distance from the box.
+static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device, double scale) {
+    const struct vw_pixel *pixel = &bench->pixels[index];
+    const struct vw_view *view = &bench->scene->views[pixel->view];
+    struct vw_box box = rays_box(bench);
+    struct reference_ray ray = reference_ray_of(device);
+    double origin[3], direction[3], depths[2], forward = 0.0, expected[3];
+    assert_true(reference_camera_line(view, &box, pixel->x_px, pixel->y_px, origin, direction));
+    expect_depths(view, &box, origin, depths);
+    for (int i = 0; i < 3; i++) forward -= direction[i] * view->camera_to_world[i][2];
+    for (int i = 0; i < 3; i++) expected[i] = origin[i] + depths[0] / forward * direction[i];
+    double tolerance = scale * LINE_TOLERANCE * (1.0 + distance(expected, (const double[3]){0.5, 0.5, 0.5}));
+    check_value(bench->where, "near distance", index, ray.near * forward / depths[0], 1.0, 1e-6);
+    check_value(bench->where, "far distance", index, ray.far * forward / depths[1], 1.0, 1e-6);
+    check_value(bench->where, "origin off the line", index, distance_to_line(ray.origin, origin, direction), 0.0, tolerance);
+    check_value(bench->where, "origin off the near distance", index, distance(ray.origin, expected), 0.0,
+                tolerance + 1e-6 * depths[0] / forward);
+    for (int i = 0; i < 3; i++) check_value(bench->where, "direction", index, ray.direction[i], direction[i], 1e-6);
+}
+
 static void check_target(const struct step_bench *bench, uint32_t index, const struct vw_ray *device) {
     const struct vw_pixel *pixel = &bench->pixels[index < bench->config.rays ? index : bench->config.rays - 1];
     const double found[3] = {device->target_weight.x, device->target_weight.y, device->target_weight.z};
@@ -115,7 +150,13 @@ uint32_t rays_check(struct step_bench *bench, double scale) {
     uint32_t hits = 0;
     for (uint32_t i = 0; i < bench->step.padded_rays; i++) {
         check_target(bench, i, &rays[i]);
-        if (i < bench->config.rays) hits += check_ray(bench, i, &rays[i], scale);
+        if (i >= bench->config.rays) continue;
+        if (!bench->model.specialization.effect_unbounded) {
+            hits += check_ray(bench, i, &rays[i], scale);
+            continue;
+        }
+        check_unbounded_ray(bench, i, &rays[i], scale);
+        hits++; // no ray of an unbounded scene misses it
     }
     free(rays);
     return hits;

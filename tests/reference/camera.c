@@ -37,6 +37,7 @@ struct reference_ray reference_ray_of(const struct vw_ray *ray) {
         .near = ray->origin_near.w,
         .direction = {ray->direction_stride.x, ray->direction_stride.y, ray->direction_stride.z},
         .stride = ray->direction_stride.w,
+        .far = ray->direction_stride.w,
         .target = {ray->target_weight.x, ray->target_weight.y, ray->target_weight.z},
         .weight = ray->target_weight.w,
     };

@@ -23,6 +23,7 @@ enum {
 struct reference_ray {
     double origin[3], direction[3]; // direction: unit length
     double near, stride;            // ray parameter of the first stratum, length of one
+    double far;                     // with the effect unbounded `near` and this are distances from the camera, and `origin` is at `near`
     double target[3], weight;
 };
 
@@ -37,7 +38,16 @@ struct reference_ray reference_ray_of(const struct vw_ray *ray);
 
 // Position of a sample within its stratum: drawn in training, the centre otherwise.
 double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step);
-void reference_sample_position(const struct reference_ray *ray, uint32_t sample, double offset, double position[3]);
+// In the field's unit cube.
+void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample, double offset,
+                               double position[3]);
+// Of the stratum that a sample lies in, in box edges.
+double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
+
+// ---- contraction.c -----------------------------------------------------------------------------------------------------
+
+// From box coordinates to the field's unit cube, with the effect unbounded.
+void reference_contract(const double box[3], double field[3]);
 
 // ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f] --------------------------
 
@@ -128,14 +138,14 @@ void reference_weights_gradient(const struct vw_specialization *s, const struct 
 
 struct reference_point { // what compositing sees of a sample
     double rgb[3], density;
+    double length; // of its stratum
 };
 // Returns the transmittance that remains.
-double reference_composite(const struct reference_point *points, uint32_t count, double stride, const double background[3],
-                           double colour[3]);
+double reference_composite(const struct reference_point *points, uint32_t count, const double background[3], double colour[3]);
 struct reference_d_point {
     double rgb[3], raw; // by the rgb, and by the logarithm of the density (saturation is the networks' business)
 };
-void reference_composite_gradient(const struct reference_point *points, uint32_t count, double stride, const double background[3],
+void reference_composite_gradient(const struct reference_point *points, uint32_t count, const double background[3],
                                   const double d_colour[3], struct reference_d_point *d_points);
 
 // ---- loss.c ------------------------------------------------------------------------------------------------------------

@@ -51,10 +51,13 @@ void reference_step_destroy(struct reference_step *step) {
     free(step);
 }
 
-static void list_points(const struct reference_sample *samples, uint32_t count, struct reference_point *points) {
-    for (uint32_t i = 0; i < count; i++) {
+static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
+    const struct vw_specialization *s = &step->model->specialization;
+    const struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
+    for (uint32_t i = 0; i < s->samples; i++) {
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
         points[i].density = samples[i].density;
+        points[i].length = reference_stratum_length(s, &step->rays[ray], i);
     }
 }
 
@@ -62,8 +65,8 @@ static void forward_ray(struct reference_step *step, uint32_t index, struct refe
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
     double unused;
-    list_points(&step->samples[(size_t)index * s->samples], s->samples, points);
-    step->left[index] = reference_composite(points, s->samples, ray->stride, step->backdrops[index], step->colours[index]);
+    list_points(step, index, points);
+    step->left[index] = reference_composite(points, s->samples, step->backdrops[index], step->colours[index]);
     step->losses[index] = 0.0;
     for (int c = 0; c < 3; c++) {
         step->errors[index][c] = step->colours[index][c] - ray->target[c];
@@ -80,7 +83,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
-            reference_sample_position(&step->rays[ray], i, reference_stratum_offset(&s, ray, i, number), sample->position);
+            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, number), sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, &params->weights, sample);
@@ -106,8 +109,8 @@ void reference_step_backward(struct reference_step *step, const struct reference
             reference_loss(s->loss, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays[ray].weight / 3.0;
         }
-        list_points(samples, s->samples, points);
-        reference_composite_gradient(points, s->samples, step->rays[ray].stride, step->backdrops[ray], d_colour, d_points);
+        list_points(step, ray, points);
+        reference_composite_gradient(points, s->samples, step->backdrops[ray], d_colour, d_points);
         reference_sky_d_logit(step->backdrops[ray], step->left[ray], d_colour, d_logit);
         reference_sky_gradient(step->rays[ray].direction, d_logit, step->d_sky);
         for (uint32_t i = 0; i < s->samples; i++) {

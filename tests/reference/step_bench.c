@@ -24,7 +24,7 @@ static void choose_effects(const struct step_case *c, char *list, size_t list_by
     const struct {
         const char *name;
         bool on;
-    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky}};
+    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky}, {"unbounded", c->unbounded}};
     size_t used = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
         if (effects[i].on) used += (size_t)snprintf(list + used, list_bytes - used, "%s%s", used ? "," : "", effects[i].name);

@@ -20,7 +20,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky;
+    bool distortion, background, sky, unbounded;
     bool random_background;    // its form
     bool wide;                 // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device

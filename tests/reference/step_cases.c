@@ -75,5 +75,17 @@ const struct step_case step_cases[] = {
      .log2_table = 4,
      .width = 16,
      .background = true},
+    {.name = "unbounded", .seed = 10, .unbounded = true, .loss = VW_LOSS_L2},
+    {.name = "unbounded, distortion and background, 7 samples, wide gradient",
+     .seed = 11,
+     .samples = 7,
+     .rays = 256,
+     .levels = 4,
+     .features = 4,
+     .width = 16,
+     .wide = true,
+     .distortion = true,
+     .background = true,
+     .unbounded = true},
 };
 const uint32_t step_case_count = VW_ARRAY_COUNT(step_cases);

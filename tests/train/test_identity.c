@@ -33,6 +33,11 @@ static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++
 static void change_validation(struct parts *parts) { parts->validate = false; }
 static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
 static void change_background(struct parts *parts) { parts->config.background = VW_BACKGROUND_RANDOM; }
+static void change_to_unbounded(struct parts *parts) { strcpy(parts->config.effects, "+unbounded"); }
+static void change_box(struct parts *parts) { // which depends on points, that the scene's hash does not cover
+    change_to_unbounded(parts);
+    parts->scene->box.half_extent_world *= 0.5;
+}
 static void change_device(struct parts *parts) { parts->device->name[0] ^= 1; }
 static void change_driver(struct parts *parts) { parts->device->driver[0] ^= 1; }
 static void change_subset(struct parts *parts) {
@@ -45,7 +50,8 @@ static void every_part_of_a_run_names_it(void **state) {
     (void)state;
     static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,       change_rays,
                                                       change_learning_rate, change_burn_in, change_validation, change_effects,
-                                                      change_background,    change_device,  change_driver};
+                                                      change_background,    change_device,  change_driver,     change_to_unbounded,
+                                                      change_box};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

@@ -209,6 +209,7 @@ static void test_own_scenes(void **state) {
         {"distorted", 24, 0, true, false},
         {"cutout", 24, 0, false, true},
         {"sky", 24, 0, false, false},
+        {"unbounded", 28, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
         char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);

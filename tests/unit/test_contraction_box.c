@@ -1,0 +1,150 @@
+// The inner region of unbounded scenes: which box the field sees when the effect unbounded is on.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "train/contraction.h"
+#include "viewworth/memory.h"
+
+enum { VIEWS = 24, NEAR_POINTS = 600, FAR_POINTS = 400, POINTS = NEAR_POINTS + FAR_POINTS };
+
+// A ring of cameras of radius 3 around a heap of points within 1 of the middle, and points at a horizon of radius 1000. The box of the
+// scene holds everything.
+struct ring {
+    struct vw_view views[VIEWS];
+    struct vw_point points[POINTS];
+    struct vw_scene scene;
+};
+
+static void make_ring(double offset_world, double scale, struct ring *ring) {
+    *ring = (struct ring){.scene = {.view_count = VIEWS, .point_count = POINTS, .box.half_extent_world = 1000.0 * scale}};
+    ring->scene.views = ring->views;
+    ring->scene.points = ring->points;
+    for (int axis = 0; axis < 3; axis++) ring->scene.box.centre_world[axis] = offset_world;
+    for (int v = 0; v < VIEWS; v++) {
+        double angle = 2.0 * M_PI * v / VIEWS;
+        const double place[3] = {3.0 * cos(angle), 3.0 * sin(angle), 0.5};
+        for (int axis = 0; axis < 3; axis++) ring->views[v].camera_to_world[axis][3] = offset_world + scale * place[axis];
+    }
+    for (int p = 0; p < POINTS; p++) {
+        double angle = 2.4 * p, radius = p < NEAR_POINTS ? sqrt((p + 0.5) / NEAR_POINTS) : 1000.0;
+        const double place[3] = {radius * cos(angle), radius * sin(angle), 0.1 * (p % 10)};
+        for (int axis = 0; axis < 3; axis++) ring->points[p].position_world[axis] = offset_world + scale * place[axis];
+    }
+}
+
+static struct vw_box box_of(const struct ring *ring) {
+    struct vw_box box;
+    struct vw_scene scene = ring->scene;
+    assert_int_equal(contraction_box(&scene, &box), VW_OK);
+    return box;
+}
+
+static void holds_cameras_and_what_they_look_at(void **state) {
+    (void)state;
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    struct vw_box box = box_of(&ring);
+    assert_near(box.centre_world[0], 0.0, 0.15);
+    assert_near(box.centre_world[1], 0.0, 0.15);
+    assert_near(box.centre_world[2], 0.5, 0.1);
+    assert_near(box.half_extent_world, 3.3, 0.2); // the ring, and a tenth more
+}
+
+// Metres or miles, here or 10^6 m away: the same box, but for the rounding of the coordinates.
+static void follows_the_world(void **state) {
+    (void)state;
+    static const double offsets[] = {0.0, 1e6}, scales[] = {1.0, 1e-3, 1609.0};
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    struct vw_box plain = box_of(&ring);
+    for (size_t o = 0; o < VW_ARRAY_COUNT(offsets); o++) {
+        for (size_t s = 0; s < VW_ARRAY_COUNT(scales); s++) {
+            make_ring(offsets[o], scales[s], &ring);
+            struct vw_box box = box_of(&ring);
+            double rounding = 1e-9 + offsets[o] * 0x1p-50 / scales[s];
+            assert_near(box.half_extent_world / scales[s], plain.half_extent_world, rounding);
+            for (int axis = 0; axis < 3; axis++)
+                assert_near((box.centre_world[axis] - offsets[o]) / scales[s], plain.centre_world[axis], rounding);
+        }
+    }
+}
+
+// All cameras on one side of a wall: the ball holds both.
+static void holds_a_facade_and_its_cameras(void **state) {
+    (void)state;
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    for (int v = 0; v < VIEWS; v++)
+        for (int axis = 0; axis < 3; axis++) ring.views[v].camera_to_world[axis][3] = axis == 0 ? -20.0 : 0.1 * v;
+    struct vw_box box = box_of(&ring);
+    assert_near(box.centre_world[0], -10.0, 0.5);
+    assert_near(box.half_extent_world, 11.0, 1.0);
+}
+
+// Strays: a camera that is lost, and points that are few or none.
+static void keeps_its_place(void **state) {
+    (void)state;
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    struct vw_box plain = box_of(&ring);
+    ring.views[7].camera_to_world[1][3] = 1e9;
+    assert_near(box_of(&ring).half_extent_world, plain.half_extent_world, 0.5);
+    make_ring(0.0, 1.0, &ring);
+    ring.views[7].camera_to_world[1][3] = 1e9;
+    ring.views[7].split = VW_SPLIT_EXCLUDED;
+    assert_near(box_of(&ring).half_extent_world, plain.half_extent_world, 0.5);
+    make_ring(0.0, 1.0, &ring);
+    ring.scene.point_count = 63;
+    assert_near(box_of(&ring).half_extent_world, 1.1 * 3.0, 1e-9);
+    ring.scene.point_count = 0;
+    assert_near(box_of(&ring).half_extent_world, 1.1 * 3.0, 1e-9);
+}
+
+// A box that is smaller says where detail is wanted; a single camera without points says nothing.
+static void a_smaller_box_stays(void **state) {
+    (void)state;
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    ring.scene.box = (struct vw_box){{0.25, 0.5, 0.75}, 2.0};
+    struct vw_box box = box_of(&ring);
+    assert_memory_equal(&box, &ring.scene.box, sizeof box);
+    make_ring(0.0, 1.0, &ring);
+    ring.scene.view_count = 1;
+    ring.scene.point_count = 0;
+    box = box_of(&ring);
+    assert_memory_equal(&box, &ring.scene.box, sizeof box);
+}
+
+// The order in which cameras and points are listed does not count.
+static void order_does_not_count(void **state) {
+    (void)state;
+    struct ring ring;
+    make_ring(0.0, 1.0, &ring);
+    struct vw_box plain = box_of(&ring);
+    for (int p = 0; p < POINTS / 2; p++) {
+        struct vw_point kept = ring.points[p];
+        ring.points[p] = ring.points[POINTS - 1 - p];
+        ring.points[POINTS - 1 - p] = kept;
+    }
+    struct vw_box box = box_of(&ring);
+    assert_memory_equal(&box, &plain, sizeof box);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(holds_cameras_and_what_they_look_at),
+        cmocka_unit_test(follows_the_world),
+        cmocka_unit_test(holds_a_facade_and_its_cameras),
+        cmocka_unit_test(keeps_its_place),
+        cmocka_unit_test(a_smaller_box_stays),
+        cmocka_unit_test(order_does_not_count),
+    };
+    return cmocka_run_group_tests_name("contraction_box", tests, NULL, NULL);
+}
