@@ -78,7 +78,7 @@ static void make_rays(uint64_t seed, const struct vw_specialization *s, struct v
         rays[i] = (struct vw_ray){
             .origin_near = {(float)(0.5 - 0.4 * direction[0]), (float)(0.5 - 0.4 * direction[1]), (float)(0.5 - 0.4 * direction[2]), 0.05f},
             .direction_stride = {(float)direction[0], (float)direction[1], (float)direction[2],
-                                 s->effect_unbounded ? 30.0f : 0.8f / (float)s->samples}, // the far distance; the length of a stratum
+                                 s->effect_unbounded ? 3.0f : 0.8f / (float)s->samples}, // the far distance; the length of a stratum
             .target_weight = {(float)fabs(draw(seed, 50 + i)), (float)fabs(draw(seed, 60 + i)), (float)fabs(draw(seed, 70 + i)),
                               i == 4 ? 0.0f : 1.0f},
         };
