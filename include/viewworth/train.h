@@ -121,7 +121,7 @@ const char *vw_version(void);          // "0.1.0"
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays; // actually taken
+    uint32_t val_rays; // actually taken and scored
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 
@@ -132,7 +132,7 @@ struct vw_pass_cost {
     uint32_t dispatches;
     double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
 };
-enum { VW_PASS_COSTS_MAX = 16 };
+enum { VW_PASS_COSTS_MAX = 24 };
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);
 
 #endif

@@ -29,6 +29,9 @@ enum scatter_form {
 struct model {
     struct vw_specialization specialization; // with training = 1
     struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
+    // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden unit][CODE4]; codes: vec4
+    // [view][CODE4]. Those of views that are not trained on stay 0.
+    struct param_range appearance, code_weights, codes;
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding
@@ -44,8 +47,8 @@ struct model {
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain. A function of the seed
-// alone.
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, what belongs to photos 0. A
+// function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.
