@@ -26,7 +26,7 @@ struct vw_config {
     uint32_t burn_in_epochs; // first epochs that do not count into scores
     uint32_t rays;           // per step, 1 to 65536
     uint32_t samples;        // per ray, 1 to 4096
-    uint32_t val_rays;       // in total; at least 32 per validation view are taken
+    uint32_t val_rays;       // in total; at least 32 per validation view are taken. Those that appearance is fitted on come on top
     enum vw_loss loss;
     enum vw_optimizer optimizer;
     double learning_rate;     // 1e-12 to 1e6; constant

@@ -27,7 +27,8 @@ void appearance_training_state(const struct appearance *appearance, struct vw_bu
 
 // Behind generate_rays, which knows the photo; and behind reduce_loss, but before any other param moves.
 void appearance_record_forward(const struct appearance *appearance, const struct model *model, struct vw_batch *batch);
-void appearance_record_update(const struct appearance *appearance, struct vw_batch *batch, struct vw_push_update push, uint32_t padded_rays);
+void appearance_record_update(const struct appearance *appearance, struct vw_batch *batch, struct vw_push_update push,
+                              uint32_t padded_rays);
 
 // Whether validation fits gains and biases.
 bool appearance_fits_views(const struct model *model);

@@ -39,7 +39,7 @@ struct model {
     uint32_t weight_tiles; // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count;    // activation rows of a chunk
     enum scatter_form scatter;
-    uint32_t ray_group;    // rays come in multiples of this, so that their samples fill whole workgroups
+    uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };
@@ -47,8 +47,8 @@ struct model {
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, what belongs to photos 0. A
-// function of the seed alone.
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, what belongs to photos 0.
+// A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.

@@ -66,8 +66,7 @@ static void add_validation(const struct vw_trainer *trainer, struct vw_pass_cost
                               n.samples * (8 * n.gathers + 16)});
     add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
     if (trainer->view_fit.pass) // twice the rays that are not scored
-        add(costs, count,
-            (struct vw_pass_cost){"fit_views", NULL, 1, 0, 2.0 * VIEW_FIT_RAYS_MAX * trainer->val_count * (sizeof(struct vw_ray) + 16)});
+        add(costs, count, (struct vw_pass_cost){"fit_views", NULL, 1, 0, 2 * (n.rays - trainer->val_rays) * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
 }
 

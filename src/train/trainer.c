@@ -44,7 +44,8 @@ static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pi
     uint32_t written = 0;
     for (uint32_t i = 0; i < trainer->val_count; i++) {
         uint32_t view = trainer->val_views[i];
-        uint32_t count = pixels_stratify(trainer->scene, view, scored_columns(trainer, view), val_rays_of_view(trainer, i), pixels + written);
+        uint32_t count =
+            pixels_stratify(trainer->scene, view, scored_columns(trainer, view), val_rays_of_view(trainer, i), pixels + written);
         ranges[i] = (struct vw_ray_range){.first = written, .count = count};
         for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
         if (!trainer->val_pixel_counts[i])
@@ -87,14 +88,15 @@ static enum vw_status create_validation_passes(struct vw_trainer *trainer, const
 static enum vw_status create_validation(struct vw_trainer *trainer) {
     bool fits = appearance_fits_views(&trainer->model);
     uint64_t most = 0;
-    for (uint32_t i = 0; i < trainer->val_count; i++) most += val_rays_of_view(trainer, i) + (fits ? VIEW_FIT_RAYS_MAX : 0);
+    for (uint32_t i = 0; i < trainer->val_count; i++) most += (fits ? 2 : 1) * val_rays_of_view(trainer, i);
     struct vw_pixel *pixels = vw_allocate(most, sizeof *pixels);
     struct vw_ray_range *ranges = vw_allocate(trainer->val_count, 2 * sizeof *ranges); // scored, then to fit on
     trainer->val_pixel_counts = vw_allocate(trainer->val_count, sizeof *trainer->val_pixel_counts);
     enum vw_status status = pixels && ranges && trainer->val_pixel_counts ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK) status = choose_val_pixels(trainer, pixels, ranges);
     uint32_t count = trainer->val_rays;
-    if (status == VW_OK && fits) view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, pixels, &count, ranges + trainer->val_count);
+    if (status == VW_OK && fits)
+        view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, ranges, pixels, &count, ranges + trainer->val_count);
     if (status == VW_OK) status = create_validation_passes(trainer, pixels, count, ranges);
     free(pixels);
     free(ranges);

@@ -50,7 +50,8 @@ static double draw(uint64_t seed, uint32_t index) {
 
 enum { VIEW = 1 }; // whose step it is
 static struct vw_view empty_views[2];
-static const struct vw_scene empty_scene = {.background = {0.9f, 0.4f, 0.1f}, .views = empty_views, .view_count = VW_ARRAY_COUNT(empty_views)};
+static const struct vw_scene empty_scene = {
+    .background = {0.9f, 0.4f, 0.1f}, .views = empty_views, .view_count = VW_ARRAY_COUNT(empty_views)};
 
 static void make_model(const struct twin_case *setup, enum vw_loss loss, const char *choice, struct model *model) {
     struct vw_config config = vw_config_default;
@@ -220,7 +221,8 @@ static void compare_ranges(const struct twin_case *setup, enum vw_loss loss, con
     int skipped = 0;
     open_fixture(setup, loss, choice, &f);
     const struct model *m = &f.model;
-    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + m->appearance.size_bytes + m->code_weights.size_bytes + m->codes.size_bytes;
+    uint64_t ranges =
+        m->grid.size_bytes + m->weights.size_bytes + m->appearance.size_bytes + m->code_weights.size_bytes + m->codes.size_bytes;
     assert_in_range(m->param_bytes - ranges, 0, 3 * 256); // there is no other range; these begin at multiples of 256
     compare_weights(&f, &skipped);
     compare_grid(&f, &skipped);

@@ -177,7 +177,8 @@ static void check_photo(const struct step_bench *bench, const float *shares, con
     memcpy(&visits_after, own_after + 16, 4);
     check_value(bench->where, "visits", bench->view, visits_after, visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
     for (uint32_t i = 0; i < AFFINE; i++) {
-        double sum = 0.0, magnitude = 0.0, inverse_rays = bench->model.specialization.inverse_rays, value = before[AFFINE * bench->view + i];
+        double sum = 0.0, magnitude = 0.0, inverse_rays = bench->model.specialization.inverse_rays,
+               value = before[AFFINE * bench->view + i];
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
             sum += shares[AFFINE * ray + i];
             magnitude += fabs((double)shares[AFFINE * ray + i]);
@@ -339,7 +340,8 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
     struct vw_push_update push = {.step_low = step};
     double d_shift[REFERENCE_WIDTH_MAX];
     for (uint32_t i = 0; i < bench->config.width; i++)
-        d_shift[i] = (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] * bench->model.specialization.inverse_rays;
+        d_shift[i] =
+            (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] * bench->model.specialization.inverse_rays;
     struct code_state before = read_code(bench);
     step_bench_write(bench, bench->step.d_weights, d_weights);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
@@ -349,7 +351,8 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
     check_code_weights(bench, d_shift, step, &before, &after);
     check_code(bench, d_shift, &before, &after);
     check_same_bits(bench->where, "what comes before the codes", after.params, before.params, bench->model.code_weights.offset_bytes);
-    check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params), photos, 4 * REFERENCE_CODE);
+    check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params), photos,
+                    4 * REFERENCE_CODE);
     check_untouched(bench, "other codes' moments", after.moments, before.moments, photos, sizeof(struct vw_code_moments));
     free_code(&before);
     free_code(&after);

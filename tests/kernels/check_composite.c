@@ -200,8 +200,7 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
-    struct vw_appearance *shares =
-        bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
+    struct vw_appearance *shares = bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
     for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, shares);
     free(shares);
     free(losses);

@@ -137,7 +137,7 @@ double reference_loss(uint32_t loss, double error, double *slope);
 extern const double reference_photo_rate, reference_code_rate; // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
 
-struct reference_photo { // what belongs to one photo, or its gradient; 0 where the effect is off
+struct reference_photo {     // what belongs to one photo, or its gradient; 0 where the effect is off
     double gain[3], bias[3]; // gain: beyond 1
     double code[REFERENCE_CODE];
 };
@@ -189,7 +189,7 @@ double reference_recipe_trace(const struct reference_recipe *recipe, const doubl
 struct reference_params {
     struct reference_weights weights;
     double *grid;
-    struct reference_photo *photos;                             // of every view; NULL without such effects
+    struct reference_photo *photos; // of every view; NULL without such effects
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
 };
 
@@ -199,15 +199,15 @@ struct reference_step {
     const struct model *model;
     uint32_t ray_count;
     struct reference_ray *rays;
-    struct reference_sample *samples;     // ray by ray
-    struct reference_d_sample *d_samples; // likewise
-    double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
-    double (*errors)[3], *losses;         // per ray
-    double loss;                          // sum over rays
-    struct reference_weights d_weights;   // of the sum over rays
-    double *d_grid;                       // likewise
-    uint32_t view;                        // whose photo it is, in training
-    struct reference_photo d_photo;       // likewise
+    struct reference_sample *samples;                            // ray by ray
+    struct reference_d_sample *d_samples;                        // likewise
+    double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
+    double (*errors)[3], *losses;                                // per ray
+    double loss;                                                 // sum over rays
+    struct reference_weights d_weights;                          // of the sum over rays
+    double *d_grid;                                              // likewise
+    uint32_t view;                                               // whose photo it is, in training
+    struct reference_photo d_photo;                              // likewise
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
 };
 

@@ -21,11 +21,11 @@ struct step_case {
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
     bool distortion, background, appearance, appearance_code;
-    bool wide;              // 64-bit gradient words
+    bool wide;                 // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
-    float grid_scale;       // the grid is uniform in +-this [0.5]
-    float weight_scale;     // the networks' initial weights times this [1]
-    uint32_t chunk_samples; // [the whole step in one chunk]
+    float grid_scale;          // the grid is uniform in +-this [0.5]
+    float weight_scale;        // the networks' initial weights times this [1]
+    uint32_t chunk_samples;    // [the whole step in one chunk]
 };
 
 struct step_bench {
