@@ -3,6 +3,7 @@
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples' rgb and raw density,
 // and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their number.
 #include "common.glsl"
+#include "appearance.glsl"
 #include "background.glsl"
 #include "composite.glsl"
 #include "loss.glsl"
@@ -15,6 +16,9 @@ BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
+BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
+BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 void main() {
@@ -33,13 +37,19 @@ void main() {
     vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
     if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
     vec3 behind = left * backdrop;
-    vec3 error = forward.colour + behind - ray.target_weight.rgb;
+    vec3 rendered = forward.colour + behind, seen = rendered;
+    if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], rendered);
+    vec3 error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     ray_loss[ray_index] = share * (value.x + value.y + value.z);
 
     vec3 d_colour = share * slope;
+    if (EFFECT_APPEARANCE != 0u) {
+        vec3 d_seen = d_colour;
+        d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, d_colour);
+    }
     if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
     for (uint i = SAMPLES; i-- > 0u;)
         d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stratum_length(ray, i), d_colour);

@@ -15,6 +15,7 @@ BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { vec4 rows[]; };
 BUFFER(VW_SLOT_RELU) writeonly buffer Relu { uvec4 relu[]; };
+BUFFER(VW_SLOT_CODE_SHIFT) readonly buffer CodeShift { vec4 code_shift[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 #define GRID_READS
@@ -33,6 +34,10 @@ uint active_bits(vec4 value) {
 
 void main() {
     for (uint i = gl_LocalInvocationID.x; i < WEIGHT_COLUMNS; i += gl_WorkGroupSize.x) weight[i] = weights[i];
+    if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) { // see mix_code
+        barrier();
+        if (gl_LocalInvocationID.x < WIDTH4) weight[CONSTANT_COLUMN(gl_LocalInvocationID.x)] += code_shift[gl_LocalInvocationID.x];
+    }
     barrier();
     uint slot = invocation_index();
     uint ray_index = push.first_ray + slot / SAMPLES;

@@ -14,7 +14,11 @@ PUSH uniform Push { vw_push_rays push; };
 
 void main() {
     uint index = invocation_index();
-    if (index == 0u) state = vw_step_state(0u, 0u); // a step begins here
+    if (index == 0u) { // a step begins here
+        state.nonfinite = 0u;
+        state.clamped = 0u;
+        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u) state.view = pixels[push.first_pixel].view;
+    }
     if (index >= rays.length()) return;
     vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
     vw_ray ray = camera_ray(cameras[pixel.view], vec2(pixel.x_px, pixel.y_px));

@@ -151,7 +151,16 @@ VW_ENUM(VW_SLOT_CEILING_FROM, 25)   // vec4: copy_memory
 VW_ENUM(VW_SLOT_CEILING_TO, 26)     // vec4: copy_memory, multiply_registers
 VW_ENUM(VW_SLOT_SKY, 27)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
 VW_ENUM(VW_SLOT_D_SKY, 28)          // vec4 per ray: gradient by the sky's logit; likewise
-VW_ENUM(VW_SLOT_COUNT, 29)
+VW_ENUM(VW_SLOT_APPEARANCE, 29)      // vw_appearance per view: a range of the params
+VW_ENUM(VW_SLOT_D_APPEARANCE, 30)    // vw_appearance per ray: its share of the gradient, of the sum over rays; overwritten
+VW_ENUM(VW_SLOT_APPEARANCE_MOMENTS, 31) // vw_appearance_moments per view
+VW_ENUM(VW_SLOT_FITS, 32)            // vw_appearance per validation view; overwritten by fit_views
+VW_ENUM(VW_SLOT_CODE_WEIGHTS, 33)    // vec4 [hidden unit][CODE4]: a range of the params
+VW_ENUM(VW_SLOT_CODES, 34)           // vec4 [view][CODE4]: a range of the params
+VW_ENUM(VW_SLOT_CODE_SHIFT, 35)      // float per hidden unit: code weights times the code of the step's photo
+VW_ENUM(VW_SLOT_CODE_WEIGHT_MOMENTS, 36) // vec4 moment1 then vec4 moment2 per vec4 of the code weights
+VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
+VW_ENUM(VW_SLOT_COUNT, 38)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -188,6 +197,24 @@ struct vw_ray {
 struct vw_step_state {
     vw_uint nonfinite;   // not 0: the step must be skipped
     vw_uint clamped;     // gradient contributions clamped
+    vw_uint view;        // the photo of the step, for the effects that have params of its own
+};
+
+// What a photo makes of the colours that are rendered for it: (1 + gain) * rendered + bias, per channel. All 0: nothing. w is unused.
+struct vw_appearance {
+    vw_float4 gain, bias;
+};
+
+struct vw_appearance_moments { // of Adam, for one photo
+    vw_float4 gain1, gain2, bias1, bias2; // first and second moments
+    vw_uint visits;                       // its own step count
+};
+
+VW_ENUM(CODE4, 12) // numbers of a photo's code / 4: 48, as in NeRF-W (Martin-Brualla et al., CVPR 2021)
+
+struct vw_code_moments { // likewise
+    vw_float4 moment1[CODE4], moment2[CODE4];
+    vw_uint visits;
 };
 
 struct vw_ray_range {

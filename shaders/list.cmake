@@ -1,7 +1,9 @@
 # Every compute shader that is embedded, in the order the data passes through them.
 viewworth_add_shader(generate_rays)
+viewworth_add_shader(mix_code)
 viewworth_add_shader(forward_field)
 viewworth_add_shader(composite_rays)
+viewworth_add_shader(fit_views)
 viewworth_add_shader(reduce_views)
 viewworth_add_shader(backward_rays)
 viewworth_add_shader(backward_field)
@@ -12,6 +14,8 @@ viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
 viewworth_add_shader(reduce_loss)
+viewworth_add_shader(update_appearance)
+viewworth_add_shader(update_code)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_weights)
 viewworth_add_shader(trace_recipe) # draws the photos of recipes

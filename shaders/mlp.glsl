@@ -13,6 +13,7 @@ const uint DENSITY1 = 0u;                              // WIDTH4 x ENC4 blocks
 const uint DENSITY2 = DENSITY1 + 4u * WIDTH4 * ENC4;   // GEO4 x WIDTH4
 const uint COLOUR1 = DENSITY2 + 4u * GEO4 * WIDTH4;    // WIDTH4 x COLOUR4
 const uint COLOUR2 = COLOUR1 + 4u * WIDTH4 * COLOUR4;  // 1 x WIDTH4; the fourth output is unused and stays 0
+#define CONSTANT_COLUMN(block) (COLOUR1 + 4u * COLOUR4 * (block)) // that of its input 0, which is SH band 0: the hidden layer's bias
 const uint WEIGHT_COLUMNS = 4u * VW_WEIGHT_BLOCKS(ENC4, WIDTH4);
 
 // Rows of the activation buffer, in vec4: first the inputs of the four matrices, then the gradients of their outputs.

@@ -33,7 +33,7 @@ struct vw_config {
     uint32_t burn_in_epochs; // first epochs that do not count into scores
     uint32_t rays;           // per step, 1 to 65536
     uint32_t samples;        // per ray, 1 to 4096
-    uint32_t val_rays;       // in total; at least 32 per validation view are taken
+    uint32_t val_rays;       // in total; at least 32 per validation view are taken. Those that appearance is fitted on come on top
     enum vw_loss loss;
     enum vw_optimizer optimizer;
     double learning_rate;     // 1e-12 to 1e6; constant
@@ -130,7 +130,7 @@ const char *vw_version(void);          // "0.1.0"
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays; // actually taken
+    uint32_t val_rays; // actually taken and scored
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 
@@ -141,7 +141,7 @@ struct vw_pass_cost {
     uint32_t dispatches;
     double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
 };
-enum { VW_PASS_COSTS_MAX = 16 };
+enum { VW_PASS_COSTS_MAX = 24 };
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);
 
 #endif

@@ -8,6 +8,8 @@
 //   box               centre, half_extent: where the field lives; all content belongs inside
 //   background        [r,g,b], "sky" (a gradient) or "transparent" (photos carry alpha)                           (black)
 //   sun               direction (towards it), intensity; ambient: light that comes from everywhere     (no sun, ambient 1)
+//   exposure          what all photos differ in, those that test and validate as well: standard deviations `gain` of the logarithm of a
+//                       photo's gain, `tint` of that of each channel's own gain beside it, `bias` of each channel's bias (0)
 //   shapes            kind and centre, and for a
 //                       sphere:   radius                                box:   half_extent [x,y,z], turn_deg about z (0)
 //                       cylinder: radius, height (upright, closed)      plane: normal ([0,0,1]), radius of its disc (unlimited)

@@ -142,6 +142,14 @@ static void read_size(struct vw_json_reader *reader, const json_t *object, int k
     state->shape->turn = (vw_float4){(float)cos(turn_deg * M_PI / 180), (float)sin(turn_deg * M_PI / 180), 0, 0};
 }
 
+static void read_exposure(struct vw_json_reader *reader, const json_t *object, void *context) {
+    struct vw_recipe *recipe = context;
+    vw_json_check_keys(reader, object, "gain tint bias");
+    vw_json_number(reader, object, "gain", 0, 2, &recipe->gain_spread);
+    vw_json_number(reader, object, "tint", 0, 2, &recipe->tint_spread);
+    vw_json_number(reader, object, "bias", 0, 1, &recipe->bias_spread);
+}
+
 static void read_shape(struct vw_json_reader *reader, const json_t *object, void *context) {
     struct shape_reader *state = context;
     struct vw_recipe_shape *shape = state->shape = &state->recipe->shapes[state->recipe->shape_count];
@@ -159,7 +167,7 @@ static void read_shape(struct vw_json_reader *reader, const json_t *object, void
 
 void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe, struct vw_box *box) {
     int64_t version = 0, seed = 0;
-    vw_json_check_keys(reader, root, "viewworth_recipe seed image box background sun shapes cameras defects");
+    vw_json_check_keys(reader, root, "viewworth_recipe seed image box background sun exposure shapes cameras defects");
     vw_json_integer(reader, root, "viewworth_recipe", 1, 1, &version);
     vw_json_integer(reader, root, "seed", 0, INT64_MAX, &seed);
     recipe->seed = (uint64_t)seed;
@@ -169,6 +177,7 @@ void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, str
     vw_json_member(reader, root, "box", true, read_box, box);
     read_background(reader, root, recipe);
     vw_json_member(reader, root, "sun", false, read_sun, recipe);
+    vw_json_member(reader, root, "exposure", false, read_exposure, recipe);
     struct shape_reader shapes = {.recipe = recipe, .box = box, .edge_world = 2 * box->half_extent_world};
     vw_json_each(reader, root, "shapes", VW_RECIPE_SHAPES_MAX, read_shape, &shapes);
 }

@@ -28,7 +28,7 @@ struct vw_recipe_defect {
 };
 
 // What random numbers of a recipe are for: the last counter word of VW_RANDOM_RECIPE.
-enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE };
+enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE, VW_DRAW_EXPOSURE };
 
 struct vw_recipe {
     const char *path;
@@ -40,6 +40,7 @@ struct vw_recipe {
     float background_colour[3];
     double sun_direction[3];      // unit vector
     double sun_intensity, ambient;
+    double gain_spread, tint_spread, bias_spread; // of all photos
     struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];
     uint32_t shape_count;
     struct vw_recipe_defect *defects; // per view; owned
@@ -65,7 +66,7 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
 
-// recipe_spoil.c: the defect of one view's pixels; and the recorded pose of one with a wrong pose.
+// recipe_spoil.c: exposure and defect of one view's pixels; and the recorded pose of one with a wrong pose.
 enum vw_status vw_recipe_spoil_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo);
 void vw_recipe_spoil_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]);
 

@@ -33,13 +33,29 @@ static void add_noise(const struct vw_recipe *recipe, uint32_t view, float devia
     }
 }
 
-static void expose(float gain, float bias, struct vw_recipe_photo *photo) {
+static void expose(const float gain[3], const float bias[3], struct vw_recipe_photo *photo) {
     for (size_t i = 0; i < pixel_count(photo); i++) {
         vw_float4 *p = &photo->pixels[i].rgba;
-        p->x = clamp_unit(gain * p->x + bias);
-        p->y = clamp_unit(gain * p->y + bias);
-        p->z = clamp_unit(gain * p->z + bias);
+        p->x = clamp_unit(gain[0] * p->x + bias[0]);
+        p->y = clamp_unit(gain[1] * p->y + bias[1]);
+        p->z = clamp_unit(gain[2] * p->z + bias[2]);
     }
+}
+
+// What the photo was taken with: formation of the image, no defect.
+static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
+    float normals[8], gain[3], bias[3];
+    for (uint32_t i = 0; i < 2; i++) {
+        uint32_t words[4];
+        vw_random_words(recipe->seed, VW_RANDOM_RECIPE, i, view, VW_DRAW_EXPOSURE, words);
+        draw_normals(words[0], words[1], normals + 4 * i);
+        draw_normals(words[2], words[3], normals + 4 * i + 2);
+    }
+    for (int c = 0; c < 3; c++) {
+        gain[c] = (float)exp(recipe->gain_spread * normals[0] + recipe->tint_spread * normals[1 + c]);
+        bias[c] = (float)recipe->bias_spread * normals[4 + c];
+    }
+    if (recipe->gain_spread > 0 || recipe->tint_spread > 0 || recipe->bias_spread > 0) expose(gain, bias, photo);
 }
 
 // ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha ----------------------------------------
@@ -121,11 +137,13 @@ static void occlude(const struct vw_recipe *recipe, uint32_t view, double share,
 
 enum vw_status vw_recipe_spoil_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
     const struct vw_recipe_defect *defect = &recipe->defects[view];
+    const float gain = (float)defect->strength, bias = (float)defect->bias;
+    expose_photo(recipe, view, photo);
     switch (defect->kind) {
     case VW_DEFECT_NOISE: add_noise(recipe, view, (float)defect->strength, photo); break;
     case VW_DEFECT_BLUR: return blur(defect->strength, photo);
     case VW_DEFECT_OCCLUDER: occlude(recipe, view, defect->strength, photo); break;
-    case VW_DEFECT_EXPOSURE: expose((float)defect->strength, (float)defect->bias, photo); break;
+    case VW_DEFECT_EXPOSURE: expose((float[]){gain, gain, gain}, (float[]){bias, bias, bias}, photo); break;
     case VW_DEFECT_NONE:
     case VW_DEFECT_WRONG_POSE: break;
     }

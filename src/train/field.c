@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "appearance.h"
 #include "contraction.h"
 #include "gpu/shaders.h"
 #include "pixels.h"
@@ -130,6 +131,7 @@ static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
     };
     uint32_t count = 4;
     field_bind(evaluator->field, bindings, &count);
+    appearance_bind(evaluator->field, NULL, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;

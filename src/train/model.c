@@ -134,6 +134,27 @@ static void lay_out_sky(struct model *model) {
     model->param_bytes += model->sky.size_bytes;
 }
 
+// Behind all that is laid out already.
+static struct param_range append_range(struct model *model, const char *name, uint64_t size_bytes) {
+    struct param_range range = {name, round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
+    model->param_bytes = range.offset_bytes + size_bytes;
+    return range;
+}
+
+static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
+    const struct vw_specialization *s = &model->specialization;
+    uint64_t views = scene->view_count, trained = scene->split_count[VW_SPLIT_TRAIN], code = 4 * CODE4, width = 4 * s->width4;
+    if (s->effect_appearance) {
+        model->appearance = append_range(model, "appearance", sizeof(struct vw_appearance) * views);
+        model->param_count += 6 * trained;
+    }
+    if (s->effect_appearance_code) {
+        model->code_weights = append_range(model, "code_weights", 4 * code * width);
+        model->codes = append_range(model, "codes", 4 * code * views);
+        model->param_count += code * (width + trained);
+    }
+}
+
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
     *model = (struct model){0};
@@ -146,6 +167,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     choose_background(config, s);
     lay_out_weights(model);
     lay_out_sky(model);
+    lay_out_photos(scene, model);
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
     choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
 
@@ -198,6 +220,10 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     float *last = next;
     next = fill_matrix(next, grid, 1, width4, seed);
     for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
-    assert((uint64_t)((char *)next - (char *)params) == model->weights.offset_bytes + model->weights.size_bytes);
-    memset((char *)params + model->sky.offset_bytes, 0, model->sky.size_bytes);
+    uint64_t filled = (uint64_t)((char *)next - (char *)params);
+    assert(filled == model->weights.offset_bytes + model->weights.size_bytes);
+    memset(next, 0, model->param_bytes - filled);
+    // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the second visit on.
+    if (model->code_weights.size_bytes)
+        fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), grid, width4, CODE4, seed);
 }

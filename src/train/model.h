@@ -31,6 +31,9 @@ struct model {
     struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
     struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
     struct param_range sky;                  // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
+    // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden unit][CODE4]; codes: vec4
+    // [view][CODE4]. Those of views that are not trained on stay 0.
+    struct param_range appearance, code_weights, codes;
     uint64_t param_bytes;
     uint64_t param_count;    // trainable numbers, without padding
     uint32_t pair_count;     // of all levels, with padding
@@ -48,7 +51,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
 // Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, the sky mid
-// grey. A function of the seed alone.
+// grey, what belongs to photos 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.

@@ -50,6 +50,13 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
             (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
                                   n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
+    if (trainer->step.appearance.update_appearance) // per ray the gradient by gain and bias
+        add(costs, count, (struct vw_pass_cost){"update_appearance", NULL, 1, 0, n.rays * sizeof(struct vw_appearance)});
+    if (trainer->step.appearance.update_code) { // a code times its weights, and back
+        double code_weights = (double)model->code_weights.size_bytes / 4;
+        add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, code_weights, 4 * code_weights});
+        add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
+    }
     add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     add(costs, count, (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 16 + 16 * moments + 8)});
 }
@@ -62,6 +69,8 @@ static void add_validation(const struct vw_trainer *trainer, struct vw_pass_cost
         (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
                               n.samples * (8 * n.gathers + 16)});
     add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
+    if (trainer->view_fit.pass) // twice the rays that are not scored
+        add(costs, count, (struct vw_pass_cost){"fit_views", NULL, 1, 0, 2 * (n.rays - trainer->val_rays) * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
 }
 

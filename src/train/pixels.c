@@ -68,11 +68,15 @@ static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
 }
 
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, uint32_t count, struct vw_pixel *pixels) {
-    const struct vw_image *image = &scene->views[view].image;
-    uint32_t width = image->width_px, height = image->height_px;
+struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view) {
+    return (struct pixel_columns){0, scene->views[view].image.width_px};
+}
+
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint32_t count,
+                         struct vw_pixel *pixels) {
+    uint32_t width = columns.end - columns.begin, height = scene->views[view].image.height_px;
     if ((uint64_t)width * height <= count) {
-        for (uint32_t i = 0; i < width * height; i++) pixels[i] = pixels_at(scene, view, i % width, i / width);
+        for (uint32_t i = 0; i < width * height; i++) pixels[i] = pixels_at(scene, view, columns.begin + i % width, i / width);
         return width * height;
     }
     // Bands of rows whose height is near the width of the strata in them; band b takes its share of the count.
@@ -85,7 +89,7 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, uint32_t c
             vw_random_words(0, VW_RANDOM_VALIDATION, 0, view, written, words);
             uint32_t x_px = draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
             uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));
-            pixels[written] = pixels_at(scene, view, x_px, y_px);
+            pixels[written] = pixels_at(scene, view, columns.begin + x_px, y_px);
         }
     }
     return written;

@@ -22,8 +22,14 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
 void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw, uint32_t count,
                  struct vw_pixel *pixels);
 
-// `count` fixed pixels of a view, one in each of `count` strata of nearly equal area (all pixels when the view has no more than `count`).
-// Independent of the seed, so that all runs are measured on the same pixels. Returns how many were written.
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, uint32_t count, struct vw_pixel *pixels);
+struct pixel_columns {
+    uint32_t begin, end;
+};
+struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view);
+
+// `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when there are no more
+// than `count`). Independent of the seed, so that all runs are measured on the same pixels. Returns how many were written.
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint32_t count,
+                         struct vw_pixel *pixels);
 
 #endif

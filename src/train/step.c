@@ -60,6 +60,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     };
     uint32_t count = 10;
     field_bind(step->field, bindings, &count);
+    appearance_bind(step->field, &step->appearance, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -77,7 +78,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
     if (status == VW_OK && step->d_sky) status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
-    return status;
+    return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
@@ -118,6 +119,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                                  .padded_rays = model_pad_rays(field->model, config->rays),
                                  .chunk_rays = field->model->specialization.chunk_samples / config->samples};
     enum vw_status status = create_buffers(step);
+    if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, scalars, i);
     if (status != VW_OK) step_destroy(step);
@@ -137,13 +139,17 @@ void step_destroy(struct step_passes *step) {
                                     &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
                                     &step->grid_moment1,    &step->grid_moment2, &step->grid_visits,    &step->d_sky};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+    appearance_destroy(&step->appearance);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
-void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]) {
-    struct vw_buffer *const state[TRAINING_STATE_BUFFERS] = {step->field->params, step->weight_moments, step->grid_moment1,
-                                                             step->grid_moment2, step->grid_visits};
+uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
+    struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1, step->grid_moment2,
+                                       step->grid_visits};
+    uint32_t count = VW_ARRAY_COUNT(state);
     memcpy(buffers, state, sizeof state);
+    appearance_training_state(&step->appearance, buffers, &count);
+    return count;
 }
 
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
@@ -176,6 +182,7 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
+    appearance_record_forward(&step->appearance, model, batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         uint32_t left = step->padded_rays - first;
         struct vw_push_samples chunk = {.first_ray = first,
@@ -189,6 +196,7 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
     vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
     struct vw_push_update update = {
         .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
+    appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

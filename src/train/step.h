@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_STEP_H
 #define VIEWWORTH_TRAIN_STEP_H
 
+#include "appearance.h"
 #include "field.h"
 
 struct step_passes {
@@ -15,6 +16,7 @@ struct step_passes {
     struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights, *reduce_loss, *update_weights;
     struct vw_pass *gradient_sky;
     struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
+    struct appearance appearance;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
@@ -23,8 +25,9 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
 void step_destroy(struct step_passes *step);
 
 // Everything a step changes that the next one starts from: params, moments, visits. With it and the step's number, training goes on.
-enum { TRAINING_STATE_BUFFERS = 5 };
-void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]);
+// Returns how many buffers that is.
+enum { TRAINING_STATE_BUFFERS_MAX = 16 };
+uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
 // Records the passes that add the encoding gradients of the chunk's samples to d_grid.
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);

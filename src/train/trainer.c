@@ -35,52 +35,69 @@ static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t inde
     return share < VAL_RAYS_PER_VIEW_MIN ? VAL_RAYS_PER_VIEW_MIN : share;
 }
 
+static struct pixel_columns scored_columns(const struct vw_trainer *trainer, uint32_t view) {
+    return appearance_fits_views(&trainer->model) ? view_fit_right_half(trainer->scene, view) : pixels_all_columns(trainer->scene, view);
+}
+
 // The fixed pixels of every validation view, one after another, and each view's range.
 static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pixel *pixels, struct vw_ray_range *ranges) {
     uint32_t written = 0;
     for (uint32_t i = 0; i < trainer->val_count; i++) {
         uint32_t view = trainer->val_views[i];
-        uint32_t count = pixels_stratify(trainer->scene, view, val_rays_of_view(trainer, i), pixels + written);
+        uint32_t count =
+            pixels_stratify(trainer->scene, view, scored_columns(trainer, view), val_rays_of_view(trainer, i), pixels + written);
         ranges[i] = (struct vw_ray_range){.first = written, .count = count};
         for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
         if (!trainer->val_pixel_counts[i])
-            return vw_fail(VW_ERROR_INPUT, "%s: this validation view has no usable pixel; leave it out of the validation list",
-                           trainer->scene->views[view].name);
+            return vw_fail(VW_ERROR_INPUT, "%s: this validation view has no usable pixel%s; leave it out of the validation list",
+                           trainer->scene->views[view].name,
+                           appearance_fits_views(&trainer->model) ? " in its right half, where appearance is scored" : "");
         written += count;
     }
     trainer->val_rays = written;
     return VW_OK;
 }
 
-static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels,
+static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels, uint32_t pixel_count,
                                                const struct vw_ray_range *ranges) {
     uint64_t range_bytes = sizeof *ranges * trainer->val_count;
-    enum vw_status status = evaluator_create(&trainer->field, trainer->val_rays, &trainer->validation);
-    if (status == VW_OK) status = evaluator_set_pixels(&trainer->validation, pixels, trainer->val_rays);
+    enum vw_status status = evaluator_create(&trainer->field, pixel_count, &trainer->validation);
+    if (status == VW_OK) status = evaluator_set_pixels(&trainer->validation, pixels, pixel_count);
     if (status == VW_OK)
         status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes},
                                   &trainer->val_ranges);
     if (status == VW_OK) status = vw_buffer_write(trainer->val_ranges, 0, ranges, range_bytes);
+    if (status == VW_OK && appearance_fits_views(&trainer->model))
+        status = view_fit_create(&trainer->validation, ranges + trainer->val_count, trainer->val_count, &trainer->view_fit);
     if (status != VW_OK) return status;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_RAYS, .buffer = trainer->validation.rays},
         {.slot = VW_SLOT_COLOURS, .buffer = trainer->validation.colours},
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = trainer->val_ranges},
         {.slot = VW_SLOT_SCALARS, .buffer = trainer->scalars},
+        {.slot = VW_SLOT_FITS, .buffer = trainer->view_fit.fits ? trainer->view_fit.fits : trainer->field.step_state},
     };
-    struct vw_pass_params params = {.shader = &vw_shader_reduce_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    struct vw_pass_params params = {.shader = &vw_shader_reduce_views,
+                                    .specialization = (const uint32_t *)&trainer->model.specialization,
+                                    .specialization_count = VW_SPECIALIZATION_COUNT,
+                                    .bindings = bindings,
+                                    .binding_count = VW_ARRAY_COUNT(bindings)};
     return vw_pass_create(trainer->gpu, &params, &trainer->reduce_views);
 }
 
 static enum vw_status create_validation(struct vw_trainer *trainer) {
+    bool fits = appearance_fits_views(&trainer->model);
     uint64_t most = 0;
-    for (uint32_t i = 0; i < trainer->val_count; i++) most += val_rays_of_view(trainer, i);
+    for (uint32_t i = 0; i < trainer->val_count; i++) most += (fits ? 2 : 1) * val_rays_of_view(trainer, i);
     struct vw_pixel *pixels = vw_allocate(most, sizeof *pixels);
-    struct vw_ray_range *ranges = vw_allocate(trainer->val_count, sizeof *ranges);
+    struct vw_ray_range *ranges = vw_allocate(trainer->val_count, 2 * sizeof *ranges); // scored, then to fit on
     trainer->val_pixel_counts = vw_allocate(trainer->val_count, sizeof *trainer->val_pixel_counts);
     enum vw_status status = pixels && ranges && trainer->val_pixel_counts ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK) status = choose_val_pixels(trainer, pixels, ranges);
-    if (status == VW_OK) status = create_validation_passes(trainer, pixels, ranges);
+    uint32_t count = trainer->val_rays;
+    if (status == VW_OK && fits)
+        view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, ranges, pixels, &count, ranges + trainer->val_count);
+    if (status == VW_OK) status = create_validation_passes(trainer, pixels, count, ranges);
     free(pixels);
     free(ranges);
     return status;
@@ -170,6 +187,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&trainer->slots[i].batch); // waits
     noise_probe_destroy(&trainer->noise_probe);
     vw_pass_destroy(&trainer->reduce_views);
+    view_fit_destroy(&trainer->view_fit);
     evaluator_destroy(&trainer->validation);
     vw_buffer_destroy(&trainer->val_ranges);
     step_destroy(&trainer->step);
@@ -215,6 +233,7 @@ void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch
     if (!trainer->validate) return;
     struct vw_push_reduce push = {.count = trainer->val_count, .scalar_row = scalar_row};
     evaluator_record(&trainer->validation, batch);
+    view_fit_record(&trainer->view_fit, batch, trainer->val_count);
     vw_batch_dispatch(batch, trainer->reduce_views, &push, sizeof push, 64ull * trainer->val_count);
 }
 

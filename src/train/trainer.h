@@ -4,6 +4,7 @@
 
 #include "noise_probe.h"
 #include "step.h"
+#include "view_fit.h"
 
 enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and files the last one's records
 
@@ -35,7 +36,8 @@ struct vw_trainer {
     struct vw_buffer *val_ranges; // vw_ray_range per validation view
     uint32_t *val_views, val_count;
     uint32_t *val_pixel_counts; // pixels with weight, per validation view
-    uint32_t val_rays;
+    uint32_t val_rays;          // that are scored; those to fit views on lie behind them
+    struct view_fit view_fit;
 
     struct noise_probe *noise_probe; // NULL without --noise-floor
 

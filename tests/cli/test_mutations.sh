@@ -16,7 +16,7 @@ every_test_exists() {
         [[ -n $(find tests -name "$test" -o -name "$test.c") ]] && continue
         echo "tests/mutations*.txt: there is no test $test"
         missing=1
-    done < <(cat tests/mutations*.txt | sed -n 's/^tests: //p' | tr ',' '\n')
+    done < <(sed -n 's/^tests: //p' tests/mutations*.txt | tr ',' '\n')
     return "$missing"
 }
 

@@ -95,6 +95,7 @@ static struct reference_step *run_twin(struct step_bench *bench, const struct re
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     vw_uint4 *relu = step_bench_read(bench, bench->field.relu);
     struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+    twin->view = bench->view;
     reference_step_forward(twin, params, true, number);
     uint64_t wrong = reference_adopt_gates(twin, relu, GATE_TOLERANCE);
     if (wrong) fail_msg("%s: %llu hidden units are on the wrong side of 0", bench->where, (unsigned long long)wrong);
@@ -103,6 +104,24 @@ static struct reference_step *run_twin(struct step_bench *bench, const struct re
     free(rays);
     free(relu);
     return twin;
+}
+
+// What update_appearance will find: per ray, here summed.
+static void check_photo_gradient(struct step_bench *bench, const struct reference_step *twin) {
+    if (!bench->step.appearance.d_appearance) return;
+    struct vw_appearance *rays = step_bench_read(bench, bench->step.appearance.d_appearance);
+    double gain[3] = {0}, bias[3] = {0}, scale = fmax(largest(twin->d_photo.gain, 3), largest(twin->d_photo.bias, 3));
+    assert_true(scale > 0.0);
+    for (uint32_t ray = 0; ray < twin->ray_count; ray++)
+        for (int c = 0; c < 3; c++) {
+            gain[c] += (&rays[ray].gain.x)[c];
+            bias[c] += (&rays[ray].bias.x)[c];
+        }
+    for (uint64_t c = 0; c < 3; c++) {
+        check_value(bench->where, "d_gain", c, gain[c], twin->d_photo.gain[c], WEIGHT_TOLERANCE * scale);
+        check_value(bench->where, "d_bias", c, bias[c], twin->d_photo.bias[c], WEIGHT_TOLERANCE * scale);
+    }
+    free(rays);
 }
 
 static void gradients_match_the_twin(void **state) {
@@ -120,6 +139,7 @@ static void gradients_match_the_twin(void **state) {
         check_weight_gradients(bench, twin, d_weights);
         check_sky_gradient(bench, twin, d_weights);
         check_grid_gradients(bench, twin, words);
+        check_photo_gradient(bench, twin);
         free(d_weights);
         free(words);
         free(scalars);
@@ -154,6 +174,31 @@ static void check_slope(const struct step_bench *bench, struct reference_step *t
     free(direction);
 }
 
+// From the device's gradients by what is seen of each ray, and by the weights of the colour network's input 0.
+static void check_photo_slopes(struct step_bench *bench, struct reference_step *twin, struct reference_params *params,
+                               const float *d_weights) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    struct reference_photo *photo = params->photos ? &params->photos[bench->view] : NULL;
+    if (s->effect_appearance) {
+        struct vw_appearance *rays = step_bench_read(bench, bench->step.appearance.d_appearance);
+        double gain[3] = {0}, bias[3] = {0};
+        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++)
+            for (int c = 0; c < 3; c++) {
+                gain[c] += (&rays[ray].gain.x)[c];
+                bias[c] += (&rays[ray].bias.x)[c];
+            }
+        check_slope(bench, twin, params, "gain", photo->gain, gain, 3);
+        check_slope(bench, twin, params, "bias", photo->bias, bias, 3);
+        free(rays);
+    }
+    if (!s->effect_appearance_code) return;
+    double d_shift[REFERENCE_WIDTH_MAX], d_code[REFERENCE_CODE], d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
+    for (uint32_t i = 0; i < 4 * s->width4; i++) d_shift[i] = d_weights[reference_block_index(s, 2, i, 0)];
+    reference_mix_code_gradient(4 * s->width4, params->code_weights, photo->code, d_shift, d_code_weights, d_code);
+    check_slope(bench, twin, params, "code weights", params->code_weights, d_code_weights, 4 * s->width4 * REFERENCE_CODE);
+    check_slope(bench, twin, params, "code", photo->code, d_code, REFERENCE_CODE);
+}
+
 static void check_slopes(struct step_bench *bench, struct reference_step *twin, struct reference_params *params) {
     const struct vw_specialization *s = &bench->model.specialization;
     size_t features = 2 * (size_t)bench->model.pair_count;
@@ -174,6 +219,7 @@ static void check_slopes(struct step_bench *bench, struct reference_step *twin, 
     reference_unpack_grid(&bench->model, words, quanta);
     for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
     check_slope(bench, twin, params, "grid", params->grid, gradient, features);
+    check_photo_slopes(bench, twin, params, d_weights);
     free(d_weights);
     free(words);
     free(quanta);
@@ -190,6 +236,7 @@ static void the_loss_changes_as_the_gradients_say(void **state) {
         struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
         struct reference_params *params = reference_params_create(&bench->model, bench->params);
         struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+        twin->view = bench->view;
         check_slopes(bench, twin, params);
         free(rays);
         reference_step_destroy(twin);
@@ -200,18 +247,42 @@ static void the_loss_changes_as_the_gradients_say(void **state) {
 
 // ---- Descent and rendering -------------------------------------------------------------------------------------------------
 
+// Of the step's photo and of the code weights, by their own rates; other photos stay.
+static void check_photos_moved(const struct step_bench *bench, const struct reference_step *twin, const struct reference_params *before,
+                               const float *after) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++) {
+        struct reference_photo device = reference_photo_of(&bench->model, after, view), expected = before->photos[view];
+        double mean = view == bench->view ? 1.0 / bench->config.rays : 0.0, ridge = view == bench->view ? reference_photo_ridge : 0.0,
+               rate = s->learning_rate * reference_photo_rate, code_rate = s->learning_rate * reference_code_rate;
+        for (uint64_t c = 0; c < 3 && s->effect_appearance; c++) {
+            double gain = expected.gain[c] - rate * (mean * twin->d_photo.gain[c] + ridge * expected.gain[c]),
+                   bias = expected.bias[c] - rate * (mean * twin->d_photo.bias[c] + ridge * expected.bias[c]);
+            check_value(bench->where, "gain moved", c, device.gain[c], gain, 1e-5);
+            check_value(bench->where, "bias moved", c, device.bias[c], bias, 1e-5);
+        }
+        for (uint64_t k = 0; k < REFERENCE_CODE && s->effect_appearance_code; k++)
+            check_value(bench->where, "code moved", k, device.code[k],
+                        expected.code[k] - code_rate * (mean * twin->d_photo.code[k] + ridge * expected.code[k]), 1e-5);
+    }
+    for (uint32_t i = 0; i < bench->model.code_weights.size_bytes / sizeof *after; i++)
+        check_value(bench->where, "code weights moved", i, after[bench->model.code_weights.offset_bytes / sizeof *after + i],
+                    before->code_weights[i] - s->learning_rate / bench->config.rays * twin->d_code_weights[i], 1e-5);
+}
+
 // Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the twin's mean gradient.
-static void gradient_descent_follows_the_twin(void **state) {
-    (void)state;
-    static const struct step_case descent = {.name = "gradient descent",
-                                             .seed = 131,
-                                             .rays = 40,
-                                             .loss = VW_LOSS_L2,
-                                             .optimizer = VW_OPTIMIZER_SGD,
-                                             .learning_rate = 0.5,
-                                             .levels = 4,
-                                             .width = 16,
-                                             .sky = true};
+static void descend(bool photos) {
+    const struct step_case descent = {.name = photos ? "gradient descent, photos of their own" : "gradient descent",
+                                      .seed = 131,
+                                      .rays = 40,
+                                      .loss = VW_LOSS_L2,
+                                      .optimizer = VW_OPTIMIZER_SGD,
+                                      .learning_rate = 0.5,
+                                      .levels = 4,
+                                      .width = 16,
+                                      .sky = true,
+                                      .appearance = photos,
+                                      .appearance_code = photos};
     struct step_bench *bench = step_bench_open(&descent);
     const struct vw_specialization *s = &bench->model.specialization;
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
@@ -241,6 +312,7 @@ static void gradient_descent_follows_the_twin(void **state) {
             check_value(bench->where, "sky", i, after[bench->model.sky.offset_bytes / 4 + i / 3 * 4 + i % 3],
                         params->sky[i / 3][i % 3] - rate * twin->d_sky[i / 3][i % 3],
                         WEIGHT_TOLERANCE * rate * largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
+        check_photos_moved(bench, twin, params, after);
         free(expected);
         free(before);
         free(after);
@@ -248,6 +320,12 @@ static void gradient_descent_follows_the_twin(void **state) {
         reference_params_destroy(params);
     }
     step_bench_close(bench);
+}
+
+static void gradient_descent_follows_the_twin(void **state) {
+    (void)state;
+    descend(false);
+    descend(true);
 }
 
 // Validation: bin-centre samples, other passes, the same field.

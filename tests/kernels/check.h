@@ -35,6 +35,7 @@ void check_between(const char *where, const char *what, uint64_t index, double d
 // ---- Passes --------------------------------------------------------------------------------------------------------------
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
+pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays, check_backward_field,
     check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid, check_reduce_loss, check_update_grid,
     check_update_weights, check_trace_recipe, check_multiply_registers, check_copy_memory;
@@ -81,13 +82,14 @@ void weights_check_update(struct step_bench *bench, const float *d_weights, uint
 enum { REDUCED_VIEWS = 5, REDUCED_RAYS = 3000 };
 extern const struct vw_ray_range reduced_ranges[REDUCED_VIEWS];
 struct view_reduction {
-    struct vw_buffer *rays, *colours, *views, *scalars;
-    struct vw_pass *pass;
+    struct vw_buffer *rays, *colours, *views, *scalars, *fits;
+    struct vw_pass *pass, *fit_pass;
     struct vw_batch *batch;
     struct vw_ray *ray_data; // targets and weights
     vw_float4 *colour_data;  // what was rendered
 };
-void reduction_open(struct vw_gpu *gpu, struct view_reduction *reduction);
+// `fitted`: reduce_views applies the fits, which are 0 until fit_pass or a test writes them.
+void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *reduction);
 void reduction_close(struct view_reduction *reduction);
 // Random targets, and colours that are off by errors of the kind.
 void reduction_fill(struct view_reduction *reduction, enum input_kind kind, uint64_t seed);

@@ -160,18 +160,24 @@ struct twin_loss {
 // How much the slope of a loss changes per error.
 static double curvature(enum vw_loss loss) { return loss == VW_LOSS_L2 ? 2.0 : loss == VW_LOSS_HUBER ? 10.0 : 0.0; }
 
-static struct twin_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index, const struct twin *twin) {
+// `d_seen` are the gradients by the colours as the photo sees them.
+static struct twin_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index, const struct twin *twin,
+                                  double d_seen[3]) {
     struct reference_ray ray = reference_ray_of(&in->rays[index]);
+    struct reference_photo photo = reference_photo_of(&bench->model, bench->params, bench->view);
     struct twin_loss taken = {0};
-    double share = ray.weight / 3.0;
+    double share = ray.weight / 3.0, seen[3];
+    reference_appear(&photo, twin->colour, seen);
     for (int c = 0; c < 3; c++) {
-        double error = twin->colour[c] - ray.target[c], error_error = twin->colour_error[c] + FLOAT_ROUNDING, slope;
+        double gain = 1.0 + photo.gain[c], error = seen[c] - ray.target[c], slope,
+               error_error = gain * twin->colour_error[c] + (bench->model.appearance.size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
         if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error && ray.target[c] > 0.0)
             fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, index);
         taken.loss += share * reference_loss(bench->config.loss, error, &slope);
         taken.loss_error += share * error_error * 2.0 + 4.0 * FLOAT_ROUNDING;
-        taken.d_colour[c] = share * slope;
-        taken.d_colour_error[c] = share * (curvature(bench->config.loss) * error_error + 2.0 * FLOAT_ROUNDING);
+        d_seen[c] = share * slope;
+        taken.d_colour[c] = gain * d_seen[c];
+        taken.d_colour_error[c] = gain * share * (curvature(bench->config.loss) * error_error + 4.0 * FLOAT_ROUNDING);
     }
     return taken;
 }
@@ -211,12 +217,26 @@ static void check_d_logit(const struct step_bench *bench, uint32_t ray, const st
     check_value(bench->where, "padding of the sky's logit", ray, device->w, 0.0, 0.0);
 }
 
+// The ray's share of the photo's gradient.
+static void check_share(const struct step_bench *bench, const struct twin *twin, const struct twin_loss *taken, const double d_seen[3],
+                        uint32_t ray, const struct vw_appearance *device) {
+    for (int c = 0; c < 3; c++) {
+        check_value(bench->where, "d_bias", ray, (&device->bias.x)[c], d_seen[c], 2.0 * taken->d_colour_error[c]);
+        check_value(bench->where, "d_gain", ray, (&device->gain.x)[c], d_seen[c] * twin->colour[c],
+                    2.0 * taken->d_colour_error[c] * (twin->colour[c] + twin->colour_error[c]) + fabs(d_seen[c]) * twin->colour_error[c] +
+                        FLOAT_ROUNDING * fabs(d_seen[c] * twin->colour[c]) + FLOAT_LEAST);
+    }
+}
+
+// `d_sky` and `shares`: NULL without their effects.
 static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss, const vw_float4 *d_field,
-                      const vw_float4 *d_sky) {
+                      const vw_float4 *d_sky, const struct vw_appearance *shares) {
+    double d_seen[3];
     struct twin twin;
     struct reference_d_point expected[SAMPLES_MAX];
     composite(bench, in, ray, true, &twin);
-    struct twin_loss taken = take_loss(bench, in, ray, &twin);
+    struct twin_loss taken = take_loss(bench, in, ray, &twin, d_seen);
+    if (shares) check_share(bench, &twin, &taken, d_seen, ray, &shares[ray]);
     check_value(bench->where, "ray_loss", ray, device_loss, taken.loss, taken.loss_error);
     reference_composite_gradient(twin.points, in->samples, twin.backdrop, taken.d_colour, expected);
     if (d_sky) check_d_logit(bench, ray, &twin, &taken, &d_sky[ray]);
@@ -231,11 +251,15 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
     step_bench_write(bench, bench->step.samples, in.field);
+    step_bench_write_params(bench);
+    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
     vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
-    for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, d_sky);
+    struct vw_appearance *shares = bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
+    for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares);
+    free(shares);
     free(losses);
     free(d_sky);
     free(d_field);

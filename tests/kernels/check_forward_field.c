@@ -27,6 +27,7 @@ struct outputs {
 struct twin {
     struct reference_params *params;
     struct reference_matrix matrices[REFERENCE_MATRICES];
+    double mix_error[REFERENCE_WIDTH_MAX]; // by the photo's code
     double grid_largest;
 };
 
@@ -46,6 +47,7 @@ static void find_errors(const struct twin *twin, const struct reference_sample *
     product_errors(&twin->matrices[1], sample->hidden1, errors->hidden1, errors->geo);
     for (int i = 0; i < REFERENCE_COLOUR_IN; i++) errors->colour_in[i] = i > 0 && i < REFERENCE_GEO ? errors->geo[i] : HARMONICS_TOLERANCE;
     product_errors(&twin->matrices[2], sample->colour_in, errors->colour_in, errors->hidden2);
+    for (uint32_t i = 0; i < twin->matrices[2].out; i++) errors->hidden2[i] += twin->mix_error[i];
     product_errors(&twin->matrices[3], sample->hidden2, errors->hidden2, errors->logit);
 }
 
@@ -179,6 +181,21 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     return params;
 }
 
+// Adds what the code of the photo does in training, or takes it away again.
+static void mix(const struct step_bench *bench, struct twin *twin, double sign) {
+    uint32_t width = bench->config.width;
+    double shift[REFERENCE_WIDTH_MAX];
+    if (!bench->model.codes.size_bytes) return;
+    const double *code = twin->params->photos[bench->view].code;
+    reference_mix_code(width, twin->params->code_weights, code, shift);
+    for (uint32_t i = 0; i < width; i++) {
+        double magnitude = 0.0;
+        for (uint32_t k = 0; k < REFERENCE_CODE; k++) magnitude += fabs(twin->params->code_weights[i * REFERENCE_CODE + k] * code[k]);
+        twin->params->weights.colour1[i * REFERENCE_COLOUR_IN] += sign * shift[i];
+        twin->mix_error[i] = sign > 0.0 ? (REFERENCE_CODE + 2.0) * FLOAT_ROUNDING * (magnitude + 1.0) : 0.0;
+    }
+}
+
 void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
     assert_true(((uint64_t)s->seed_high << 32 | s->seed_low) == bench->config.seed); // of the jitter
@@ -187,7 +204,9 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     reference_matrices(s, &twin.params->weights, twin.matrices);
     twin.grid_largest = largest(twin.params->grid, 2 * (size_t)bench->model.pair_count);
     step_bench_write(bench, bench->field.params, params);
+    mix(bench, &twin, 1.0);
     check_training(bench, &twin);
+    mix(bench, &twin, -1.0);
     check_validation(bench, &twin);
     step_bench_write_params(bench);
     reference_params_destroy(twin.params);

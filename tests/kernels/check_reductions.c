@@ -30,17 +30,30 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
 
 // ---- reduce_views ----------------------------------------------------------------------------------------------------------
 
-void reduction_open(struct vw_gpu *gpu, struct view_reduction *r) {
-    *r = (struct view_reduction){.rays = make_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
-                                 .colours = make_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
-                                 .views = make_buffer(gpu, "views", sizeof reduced_ranges),
-                                 .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS)};
+static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
+    const struct vw_specialization specialization = {.effect_appearance = fitted};
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_RAYS, .buffer = r->rays},
                                           {.slot = VW_SLOT_COLOURS, .buffer = r->colours},
                                           {.slot = VW_SLOT_VAL_VIEWS, .buffer = r->views},
+                                          {.slot = VW_SLOT_FITS, .buffer = r->fits},
                                           {.slot = VW_SLOT_SCALARS, .buffer = r->scalars}};
-    struct vw_pass_params params = {.shader = &vw_shader_reduce_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    struct vw_pass_params params = {.shader = &vw_shader_reduce_views,
+                                    .specialization = (const uint32_t *)&specialization,
+                                    .specialization_count = VW_SPECIALIZATION_COUNT,
+                                    .bindings = bindings,
+                                    .binding_count = VW_ARRAY_COUNT(bindings)};
     ok(vw_pass_create(gpu, &params, &r->pass));
+    params.shader = &vw_shader_fit_views;
+    ok(vw_pass_create(gpu, &params, &r->fit_pass));
+}
+
+void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
+    *r = (struct view_reduction){.rays = make_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
+                                 .colours = make_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
+                                 .views = make_buffer(gpu, "views", sizeof reduced_ranges),
+                                 .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
+                                 .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance))};
+    make_passes(gpu, fitted, r);
     ok(vw_batch_create(gpu, &r->batch));
     ok(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
     r->ray_data = vw_allocate(REDUCED_RAYS, sizeof *r->ray_data);
@@ -50,6 +63,8 @@ void reduction_open(struct vw_gpu *gpu, struct view_reduction *r) {
 void reduction_close(struct view_reduction *r) {
     vw_batch_destroy(&r->batch);
     vw_pass_destroy(&r->pass);
+    vw_pass_destroy(&r->fit_pass);
+    vw_buffer_destroy(&r->fits);
     vw_buffer_destroy(&r->rays);
     vw_buffer_destroy(&r->colours);
     vw_buffer_destroy(&r->views);
@@ -109,7 +124,7 @@ void reduction_check(const char *where, struct view_reduction *r, vw_float4 sums
 void check_reduce_views(struct step_bench *bench, enum input_kind kind) {
     struct view_reduction reduction;
     vw_float4 sums[REDUCED_VIEWS];
-    reduction_open(bench->gpu, &reduction);
+    reduction_open(bench->gpu, false, &reduction);
     reduction_fill(&reduction, kind, bench->config.seed);
     reduction_check(bench->where, &reduction, sums);
     reduction_close(&reduction);

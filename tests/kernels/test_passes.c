@@ -20,6 +20,10 @@ static const struct pass {
     pass_check *check;
     enum scatter_form scatter;
 } passes[] = {
+    {"mix_code", &vw_shader_mix_code, check_mix_code, SCATTER_ATOMICS},
+    {"fit_views", &vw_shader_fit_views, check_fit_views, SCATTER_ATOMICS},
+    {"update_appearance", &vw_shader_update_appearance, check_update_appearance, SCATTER_ATOMICS},
+    {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
     {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
@@ -40,7 +44,7 @@ static const struct pass {
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
 };
 
-enum { BENCHES_MAX = 16 };
+enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
 
 static int open_benches(void **state) {

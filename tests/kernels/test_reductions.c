@@ -73,7 +73,7 @@ static void the_last_bits_of_k_pixels_count(void **state) {
     (void)state;
     static const uint32_t counts[] = {1, 2, 10, 100, 1000, REDUCED_RAYS};
     struct view_reduction reduction;
-    reduction_open(test_gpu(), &reduction);
+    reduction_open(test_gpu(), false, &reduction);
     for (size_t i = 0; i < VW_ARRAY_COUNT(counts); i++) {
         for (int anywhere = 0; anywhere < 2; anywhere++) {
             struct outcome before, after;
@@ -97,7 +97,7 @@ static void the_last_bit_of_one_pixel_counts(void **state) {
     static const uint32_t rays[] = {0, 1, 70, 190, 200, REDUCED_RAYS - 1};
     struct view_reduction reduction;
     struct outcome before, after;
-    reduction_open(test_gpu(), &reduction);
+    reduction_open(test_gpu(), false, &reduction);
     reduction_fill(&reduction, INPUT_ORDINARY, 92);
     for (size_t i = 0; i < VW_ARRAY_COUNT(rays); i++) {
         uint32_t view = 0;

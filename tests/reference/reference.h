@@ -16,6 +16,7 @@ enum {
     REFERENCE_GEO = 16,       // density MLP outputs: raw density and 15 features
     REFERENCE_COLOUR_IN = 24, // colour MLP inputs: SH band 0, 15 features, SH bands 1 and 2
     REFERENCE_RGB = 3,
+    REFERENCE_CODE = 48, // numbers of a photo's code
 };
 
 // ---- camera.c: box coordinates throughout ------------------------------------------------------------------------------
@@ -153,6 +154,28 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
 // One channel's loss, and its slope by the error.
 double reference_loss(uint32_t loss, double error, double *slope);
 
+// ---- appearance.c ------------------------------------------------------------------------------------------------------
+
+extern const double reference_photo_rate, reference_code_rate; // times the learning rate
+extern const double reference_photo_ridge, reference_fit_ridge;
+
+struct reference_photo {     // what belongs to one photo, or its gradient; 0 where the effect is off
+    double gain[3], bias[3]; // gain: beyond 1
+    double code[REFERENCE_CODE];
+};
+uint32_t reference_photo_count(const struct model *model);
+struct reference_photo reference_photo_of(const struct model *model, const float *params, uint32_t view);
+void reference_appear(const struct reference_photo *photo, const double rendered[3], double seen[3]);
+// Accumulates into d_photo.
+void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
+                               struct reference_photo *d_photo, double d_rendered[3]);
+// What a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE]. The gradients are overwritten.
+void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift);
+void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], const double *d_shift,
+                                 double *d_code_weights, double d_code[REFERENCE_CODE]);
+// The gain beyond 1 and the bias that bring rendered values nearest to targets.
+void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias);
+
 // ---- fixed_point.c -----------------------------------------------------------------------------------------------------
 
 // What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's weight, rounded.
@@ -189,6 +212,8 @@ struct reference_params {
     struct reference_weights weights;
     double *grid;
     double sky[VW_SKY_COLUMNS][3]; // 0 without the effect
+    struct reference_photo *photos; // of every view; NULL without such effects
+    double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
 };
 
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's ReLU decisions in the
@@ -197,15 +222,18 @@ struct reference_step {
     const struct model *model;
     uint32_t ray_count;
     struct reference_ray *rays;
-    struct reference_sample *samples;     // ray by ray
-    struct reference_d_sample *d_samples; // likewise
-    double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
-    double (*backdrops)[3];               // per ray: the colour behind the field
-    double (*errors)[3], *losses;         // per ray
-    double loss;                          // sum over rays
-    struct reference_weights d_weights;   // of the sum over rays
-    double *d_grid;                       // likewise
-    double d_sky[VW_SKY_COLUMNS][3];      // likewise
+    struct reference_sample *samples;                            // ray by ray
+    struct reference_d_sample *d_samples;                        // likewise
+    double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
+    double (*backdrops)[3];                                      // per ray: the colour behind the field
+    double (*errors)[3], *losses;                                // per ray
+    double loss;                                                 // sum over rays
+    struct reference_weights d_weights;                          // of the sum over rays
+    double *d_grid;                                              // likewise
+    double d_sky[VW_SKY_COLUMNS][3];                             // likewise
+    uint32_t view;                                               // whose photo it is, in training
+    struct reference_photo d_photo;                              // likewise
+    double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
 };
 
 struct reference_params *reference_params_create(const struct model *model, const float *params); // of the whole params block

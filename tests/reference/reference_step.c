@@ -12,11 +12,17 @@ struct reference_params *reference_params_create(const struct model *model, cons
     for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) twin->grid[i] = params[i];
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params, &twin->weights);
     reference_sky_read(model, params, twin->sky);
+    uint32_t photos = reference_photo_count(model);
+    if (photos) twin->photos = vw_allocate(photos, sizeof *twin->photos);
+    for (uint32_t i = 0; i < photos; i++) twin->photos[i] = reference_photo_of(model, params, i);
+    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
+        twin->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
     return twin;
 }
 
 void reference_params_destroy(struct reference_params *params) {
     if (params) free(params->grid);
+    if (params) free(params->photos);
     free(params);
 }
 
@@ -61,23 +67,39 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
     }
 }
 
-static void forward_ray(struct reference_step *step, uint32_t index, struct reference_point *points) {
+// `photo`: NULL outside of training.
+static void forward_ray(struct reference_step *step, uint32_t index, const struct reference_photo *photo, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
-    double unused;
+    double unused, seen[3];
     list_points(step, index, points);
     step->left[index] = reference_composite(points, s->samples, step->backdrops[index], step->colours[index]);
     step->losses[index] = 0.0;
+    memcpy(seen, step->colours[index], sizeof seen);
+    if (photo) reference_appear(photo, step->colours[index], seen);
     for (int c = 0; c < 3; c++) {
-        step->errors[index][c] = step->colours[index][c] - ray->target[c];
+        step->errors[index][c] = seen[c] - ray->target[c];
         step->losses[index] += ray->weight / 3.0 * reference_loss(s->loss, step->errors[index][c], &unused);
     }
     step->loss += step->losses[index];
 }
 
+// The weights as the step's photo sees them.
+static struct reference_weights *mix_weights(const struct reference_step *step, const struct reference_params *params, bool training) {
+    struct reference_weights *mixed = vw_allocate(1, sizeof *mixed);
+    double shift[REFERENCE_WIDTH_MAX] = {0};
+    uint32_t width = 4 * step->model->specialization.width4;
+    *mixed = params->weights;
+    if (training && params->photos) reference_mix_code(width, params->code_weights, params->photos[step->view].code, shift);
+    for (uint32_t i = 0; i < width; i++) mixed->colour1[i * REFERENCE_COLOUR_IN] += shift[i];
+    return mixed;
+}
+
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number) {
     struct vw_specialization s = step->model->specialization;
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
+    struct reference_weights *weights = mix_weights(step, params, training);
+    const struct reference_photo *photo = training && params->photos ? &params->photos[step->view] : NULL;
     s.training = training;
     step->loss = 0.0;
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
@@ -86,19 +108,22 @@ void reference_step_forward(struct reference_step *step, const struct reference_
             reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, number), sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
-            reference_networks_forward(&s, &params->weights, sample);
+            reference_networks_forward(&s, weights, sample);
         }
         reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, number, step->backdrops[ray]);
-        forward_ray(step, ray, points);
+        forward_ray(step, ray, photo, points);
     }
     free(points);
+    free(weights);
 }
 
 void reference_step_backward(struct reference_step *step, const struct reference_params *params) {
     const struct vw_specialization *s = &step->model->specialization;
     struct reference_point *points = vw_allocate(s->samples, sizeof *points);
     struct reference_d_point *d_points = vw_allocate(s->samples, sizeof *d_points);
+    double d_shift[REFERENCE_WIDTH_MAX];
     memset(step->d_sky, 0, sizeof step->d_sky);
+    step->d_photo = (struct reference_photo){0};
     memset(&step->d_weights, 0, sizeof step->d_weights);
     memset(step->d_grid, 0, 2 * (size_t)step->model->pair_count * sizeof *step->d_grid);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
@@ -108,6 +133,10 @@ void reference_step_backward(struct reference_step *step, const struct reference
         for (int c = 0; c < 3; c++) {
             reference_loss(s->loss, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays[ray].weight / 3.0;
+        }
+        if (params->photos) {
+            const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
+            reference_appear_gradient(&params->photos[step->view], step->colours[ray], d_seen, &step->d_photo, d_colour);
         }
         list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->backdrops[ray], d_colour, d_points);
@@ -121,6 +150,10 @@ void reference_step_backward(struct reference_step *step, const struct reference
     }
     free(points);
     free(d_points);
+    if (!params->photos) return;
+    for (uint32_t i = 0; i < 4 * s->width4; i++) d_shift[i] = step->d_weights.colour1[i * REFERENCE_COLOUR_IN];
+    reference_mix_code_gradient(4 * s->width4, params->code_weights, params->photos[step->view].code, d_shift, step->d_code_weights,
+                                step->d_photo.code);
 }
 
 static uint64_t adopt(const uint32_t words[2], uint32_t count, const double *before, bool *active, double tolerance) {

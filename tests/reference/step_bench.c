@@ -20,15 +20,18 @@ static void stop_unless(const struct step_bench *bench, enum vw_status status) {
     if (status != VW_OK) fail_msg("%s: %s", bench->where, vw_error_message());
 }
 
-static void choose_effects(const struct step_case *c, char *list, size_t list_bytes) {
+static void choose_effects(const struct step_case *c, struct vw_config *config) {
     const struct {
         const char *name;
         bool on;
-    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky}, {"unbounded", c->unbounded}};
-    size_t used = 0;
+    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
+                   {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code}};
+    char *text = config->effects;
+    text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
-        if (effects[i].on) used += (size_t)snprintf(list + used, list_bytes - used, "%s%s", used ? "," : "", effects[i].name);
-    if (!used) snprintf(list, list_bytes, "none");
+        if (effects[i].on)
+            snprintf(text + strlen(text), sizeof config->effects - strlen(text), "%s%s", text[0] ? "," : "", effects[i].name);
+    if (!text[0]) strcpy(text, "none");
 }
 
 static struct vw_config make_config(const struct step_case *c) {
@@ -46,7 +49,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;
     config.background = c->random_background ? VW_BACKGROUND_RANDOM : VW_BACKGROUND_FIXED;
-    choose_effects(c, config.effects, sizeof config.effects);
+    choose_effects(c, &config);
     return config;
 }
 
@@ -63,6 +66,13 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     s->gradient_clamp = 1024.0f;
 }
 
+// Photos start at 0; here they have come some way.
+static void draw_photos(struct step_bench *bench, const struct param_range *range, float scale, struct test_random *random) {
+    float *values = bench->params + range->offset_bytes / sizeof(float);
+    for (size_t i = 0; i < range->size_bytes / sizeof(float); i++)
+        values[i] = range == &bench->model.appearance && i % 4 == 3 ? 0.0f : scale * test_random_next(random);
+}
+
 static void make_params(const struct step_case *c, struct step_bench *bench) {
     struct test_random random = {.seed = c->seed};
     float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f, weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
@@ -71,15 +81,19 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
     for (size_t i = 0; i < grid; i++) bench->params[i] = grid_scale * test_random_next(&random);
-    for (size_t i = grid; i < sky; i++) bench->params[i] *= weight_scale;
+    size_t all = bench->model.param_bytes / sizeof(float);
+    for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
     for (size_t i = sky; i < sky_end; i++) bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
+    draw_photos(bench, &bench->model.appearance, 0.3f, &random);
+    draw_photos(bench, &bench->model.codes, 0.5f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
-    pixels_draw(bench->scene, 0, bench->config.seed, 1, 0, rays / 2, bench->pixels);
-    pixels_draw(bench->scene, 1, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
+    bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes; // not 0, where it matters
+    pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
+    pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }
 
 static struct step_bench *open_benches[32]; // so that a failed test's objects can be destroyed before the device
@@ -196,6 +210,7 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     struct vw_push_reduce loss = {.count = step->padded_rays};
     vw_batch_begin(bench->batch);
     vw_batch_dispatch(bench->batch, step->generate, &rays, sizeof rays, step->padded_rays);
+    appearance_record_forward(&step->appearance, model, bench->batch);
     vw_batch_dispatch(bench->batch, step->forward, &push, sizeof push, samples);
     vw_batch_dispatch(bench->batch, step->backward_rays, &push, sizeof push, step->padded_rays);
     vw_batch_dispatch(bench->batch, step->backward_field, NULL, 0, samples);

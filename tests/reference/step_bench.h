@@ -20,7 +20,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky, unbounded;
+    bool distortion, background, sky, unbounded, appearance, appearance_code;
     bool random_background;    // its form
     bool wide;                 // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
@@ -42,6 +42,7 @@ struct step_bench {
     struct vw_batch *batch;
     struct evaluator evaluator; // after step_bench_evaluator
     struct vw_pixel *pixels;    // config.rays of them, of view 0 and 1
+    uint32_t view;              // of the first, whose photo the step takes for its own
     float *params;              // what the params block was set to
     uint32_t padded_samples;    // of the step
 };

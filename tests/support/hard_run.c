@@ -67,14 +67,35 @@ static void file_record(struct hard_run *run, const struct vw_step_record *recor
     run->first.views = run->last.views = NULL;
 }
 
+// The view's gain and bias by the twin, from what the twin rendered; 0 where nothing is fitted.
+static struct reference_photo fit(const struct reference_step *twin, struct vw_ray_range range) {
+    struct reference_photo photo = {0};
+    double *rendered = vw_allocate(range.count, sizeof *rendered), *target = vw_allocate(range.count, sizeof *target);
+    for (int c = 0; c < 3 && range.count; c++) {
+        uint32_t count = 0;
+        for (uint32_t ray = range.first; ray < range.first + range.count; ray++) {
+            if (twin->rays[ray].weight == 0.0) continue;
+            rendered[count] = twin->colours[ray][c];
+            target[count++] = twin->rays[ray].target[c];
+        }
+        reference_fit_channel(rendered, target, count, &photo.gain[c], &photo.bias[c]);
+    }
+    free(rendered);
+    free(target);
+    return photo;
+}
+
 // Pixels without weight count neither as errors nor in the means.
-static void compare_view(struct hard_finding *finding, const struct reference_step *twin, struct vw_ray_range range, uint32_t view,
-                         const struct vw_view_error *device) {
+static void compare_view(struct hard_finding *finding, const struct reference_step *twin, struct vw_ray_range range,
+                         const struct reference_photo *photo, uint32_t view, const struct vw_view_error *device) {
     double squared = 0.0, absolute = 0.0, values = 0.0;
     for (uint32_t ray = range.first; ray < range.first + range.count; ray++) {
+        double seen[3];
+        reference_appear(photo, twin->colours[ray], seen);
         for (int c = 0; c < 3 && twin->rays[ray].weight != 0.0; c++) {
-            squared += pow(twin->errors[ray][c], 2.0);
-            absolute += fabs(twin->errors[ray][c]);
+            double error = seen[c] - twin->rays[ray].target[c];
+            squared += error * error;
+            absolute += fabs(error);
             values += 1.0;
         }
     }
@@ -86,9 +107,14 @@ static void compare_validation(struct hard_finding *finding, const float *params
     struct vw_ray *rays = read_whole(trainer->validation.rays);
     struct vw_ray_range *ranges = read_whole(trainer->val_ranges);
     struct reference_params *twin_params = reference_params_create(&trainer->model, params);
-    struct reference_step *twin = reference_step_create(&trainer->model, rays, trainer->val_rays);
+    struct vw_ray_range *fit_ranges = trainer->view_fit.ranges ? read_whole(trainer->view_fit.ranges) : NULL;
+    struct reference_step *twin = reference_step_create(&trainer->model, rays, trainer->validation.ray_count);
     reference_step_forward(twin, twin_params, false, 0);
-    for (uint32_t i = 0; i < run->view_count; i++) compare_view(finding, twin, ranges[i], i, &run->views[i]);
+    for (uint32_t i = 0; i < run->view_count; i++) {
+        struct reference_photo photo = fit(twin, fit_ranges ? fit_ranges[i] : (struct vw_ray_range){0});
+        compare_view(finding, twin, ranges[i], &photo, i, &run->views[i]);
+    }
+    free(fit_ranges);
     reference_step_destroy(twin);
     reference_params_destroy(twin_params);
     free(rays);

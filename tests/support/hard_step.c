@@ -118,6 +118,7 @@ static struct reference_step *run_twin(struct hard_finding *finding, struct step
     struct reference_params *twin_params = reference_params_create(&bench->model, params);
     struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     double sizes = 1.0;
+    twin->view = bench->view;
     reference_step_forward(twin, twin_params, true, number);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         sizes = fmax(sizes,

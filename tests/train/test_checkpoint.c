@@ -18,14 +18,15 @@ static struct vw_config configs[] = {{.beta1 = 0.0},
                                      {.beta1 = 0.9},
                                      {.noise_floor = true},
                                      {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
-                                     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"}};
+                                     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
+                                     {.noise_floor = true, .effects = "appearance,appearance_code"}};
 
 static struct vw_config config_of(size_t index) {
     struct vw_config config = test_config();
     config.beta1 = configs[index].beta1;
     config.noise_floor = configs[index].noise_floor;
+    if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
     config.optimizer = configs[index].optimizer;
-    if (*configs[index].effects) strcpy(config.effects, configs[index].effects);
     config.burn_in_epochs = 0; // so that probes come early
     return config;
 }

@@ -36,6 +36,8 @@ static void test_refusals(void **state) {
         {"\"background\": [0, 0, 0]", "\"background\": [0, 0]", "background: expected an array of 3 numbers"},
         {"\"background\": [0, 0, 0]", "\"background\": \"night\"", "background: is not allowed"},
         {"\"background\": [0, 0, 0]", "\"sun\": {\"direction\": [0, 0, 0], \"intensity\": 1}", "sun.direction: has no length"},
+        {"\"seed\": 3", "\"seed\": 3, \"exposure\": {\"gain\": 3}", "exposure.gain: 3 is out of range"},
+        {"\"seed\": 3", "\"seed\": 3, \"exposure\": {\"strength\": 1}", "exposure.strength: unknown key"},
         {"\"kind\": \"sphere\"", "\"kind\": \"cone\"", "shapes[0].kind: is not allowed; use one of: sphere box plane cylinder"},
         {"\"kind\": \"sphere\", ", "", "shapes[0].kind: is missing"},
         {"\"radius\": 0.5, ", "", "shapes[0].radius: is missing"},
@@ -210,6 +212,7 @@ static void test_own_scenes(void **state) {
         {"cutout", 24, 0, false, true},
         {"sky", 24, 0, false, false},
         {"unbounded", 28, 0, false, false},
+        {"exposure", 30, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
         char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);

@@ -110,9 +110,7 @@ static void test_sphere_through_a_distorted_lens(void **state) {
 }
 
 // Signed distances of the shapes below from a point.
-static double from_sphere(const double p[3]) {
-    return sqrt(pow(p[0] - 0.2, 2) + pow(p[1] + 0.1, 2) + pow(p[2] - 0.3, 2)) - 0.5;
-}
+static double from_sphere(const double p[3]) { return sqrt(pow(p[0] - 0.2, 2) + pow(p[1] + 0.1, 2) + pow(p[2] - 0.3, 2)) - 0.5; }
 static double from_plane(const double p[3]) { return fmax(fabs(p[2] + 0.25), hypot(p[0], p[1]) - 0.9); }
 static double from_box(const double p[3]) { // turned by 30 degrees
     double c = cos(M_PI / 6), s = sin(M_PI / 6);
@@ -272,6 +270,27 @@ static void test_defects(void **state) {
     vw_scene_close(&clean);
 }
 
+// Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for a seed.
+static void test_exposure(void **state) {
+    (void)state;
+    const char *grey = "\"background\": [0.5, 0.5, 0.5], \"exposure\": {\"gain\": 0.2, \"tint\": 0.05}";
+    struct vw_scene *scene = draw("\"background\": [0, 0, 0]", grey, NULL, NULL),
+                    *again = draw("\"background\": [0, 0, 0]", grey, NULL, NULL);
+    double gains = 0, tints = 0;
+    for (uint32_t v = 0; v < 24; v++) {
+        const uint8_t *pixel = scene->views[v].image.pixels;
+        double red = log(pixel[0] / 127.5), green = log(pixel[1] / 127.5), blue = log(pixel[2] / 127.5), gain = (red + green + blue) / 3;
+        gains += gain * gain;
+        tints += ((red - gain) * (red - gain) + (green - gain) * (green - gain) + (blue - gain) * (blue - gain)) / 2;
+        assert_memory_equal(scene->views[v].sha256, again->views[v].sha256, 32);
+        assert_string_equal(scene->views[v].truth, "clean");
+    }
+    assert_near(sqrt(gains / 24), 0.2, 0.2 * 3 / sqrt(2 * 24.0));
+    assert_near(sqrt(tints / 24), 0.05, 0.05 * 3 / sqrt(2 * 48.0));
+    vw_scene_close(&scene);
+    vw_scene_close(&again);
+}
+
 // A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd * sqrt(2 pi)).
 static void test_blur(void **state) {
     (void)state;
@@ -378,6 +397,7 @@ int main(void) {
         cmocka_unit_test(test_same_bits_twice),
         cmocka_unit_test(test_far_from_the_origin),
         cmocka_unit_test(test_defects),
+        cmocka_unit_test(test_exposure),
         cmocka_unit_test(test_blur),
         cmocka_unit_test(test_transparent_background),
         cmocka_unit_test(test_tracks),

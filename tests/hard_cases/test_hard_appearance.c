@@ -1,0 +1,265 @@
+// Hard photos for gains, biases and codes: black, masked, saturated and of one, two or three columns; halves of validation photos that are
+// flat or hold a single usable pixel; and gains of 0 and beyond the floats.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/gpu_fixture.h"
+#include "support/hard_run.h"
+#include "support/hard_step.h"
+#include "support/synthetic_scene.h"
+#include "train/view_fit.h"
+#include "viewworth/memory.h"
+
+enum { WIDTH_PX = 12, HEIGHT_PX = 8, PIXELS = WIDTH_PX * HEIGHT_PX, TRAIN_VIEWS = 5, VAL_VIEWS = 3, VIEWS = TRAIN_VIEWS + VAL_VIEWS };
+
+static const double FIT_TOLERANCE = 2e-5; // of gains, biases and colours of order 1: float sums of up to 3,000 products
+
+static const struct step_case setup = {.name = "photos of their own",
+                                       .seed = 371,
+                                       .rays = 64,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2,
+                                       .appearance = true,
+                                       .appearance_code = true};
+
+static struct vw_scene *scene;
+
+static void tear_down(void) {
+    hard_run_close();
+    vw_scene_close(&scene);
+}
+
+static void open_scene(uint32_t width_px) {
+    scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = TRAIN_VIEWS, .val_views = VAL_VIEWS, .width_px = width_px, .height_px = HEIGHT_PX});
+}
+
+static struct vw_config config_with(const char *effects) {
+    struct vw_config config = hard_run_config();
+    strcpy(config.effects, effects);
+    return config;
+}
+
+// With each form, and with both.
+static void train_well(struct hard_finding *finding) {
+    static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
+        struct vw_config config = config_with(forms[i]);
+        hard_train_well(finding, scene, &config);
+    }
+}
+
+// ---- Fits ------------------------------------------------------------------------------------------------------------------
+
+// Hand-made rays of one view (index REDUCED_VIEWS - 1), fitted by the device and by the twin.
+static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench, struct vw_appearance *fit) {
+    static double rendered[REDUCED_RAYS], target[REDUCED_RAYS];
+    const struct vw_ray_range *range = &reduced_ranges[REDUCED_VIEWS - 1];
+    struct vw_push_reduce push = {.count = REDUCED_VIEWS};
+    struct vw_appearance fits[REDUCED_VIEWS];
+    step_bench_write(bench, r->rays, r->ray_data);
+    step_bench_write(bench, r->colours, r->colour_data);
+    step_bench_dispatch(bench, r->fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
+    assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
+    *fit = fits[REDUCED_VIEWS - 1];
+    for (int c = 0; c < 3; c++) {
+        double gain, bias;
+        uint32_t count = 0;
+        for (uint32_t i = range->first; i < range->first + range->count; i++) {
+            if (r->ray_data[i].target_weight.w == 0.0f) continue;
+            rendered[count] = (&r->colour_data[i].x)[c];
+            target[count++] = (&r->ray_data[i].target_weight.x)[c];
+        }
+        reference_fit_channel(rendered, target, count, &gain, &bias);
+        hard_compare(finding, "fitted gain", (uint64_t)c, (&fit->gain.x)[c], gain, 1.0 + fabs(gain), FIT_TOLERANCE);
+        hard_compare(finding, "fitted bias", (uint64_t)c, (&fit->bias.x)[c], bias, 1.0 + fabs(bias), FIT_TOLERANCE);
+    }
+}
+
+static void fill(struct view_reduction *r, vw_float4 colour, vw_float4 target) {
+    for (uint32_t i = 0; i < REDUCED_RAYS; i++) {
+        r->colour_data[i] = colour;
+        r->ray_data[i].target_weight = target;
+    }
+}
+
+static void flat_halves(struct hard_finding *finding) {
+    struct step_bench *bench = step_bench_open(&setup);
+    struct view_reduction r;
+    struct vw_appearance fit;
+    reduction_open(bench->gpu, true, &r);
+    fill(&r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f}, (vw_float4){0.3f, 0.4f, 1.0f, 1.0f}); // red differs, green is rendered black, blue fits
+    check_fit(finding, &r, bench, &fit);
+    hard_require(finding, fabsf(fit.gain.x) < 0.2f && fabsf((1.0f + fit.gain.x) * 0.5f + fit.bias.x - 0.3f) < 1e-3f,
+                 "a flat half is met, with a gain near 1");
+    hard_require(finding, fit.gain.y == 0.0f && fabsf(fit.bias.y - 0.4f) < 1e-3f, "where black is rendered, only a bias can help");
+    hard_require(finding, fit.gain.z == 0.0f && fit.bias.z == 0.0f, "what fits is left as it is");
+    fill(&r, (vw_float4){0.5f, 0.5f, 0.5f, 0.0f}, (vw_float4){0.3f, 0.4f, 0.6f, 0.0f}); // no ray counts
+    check_fit(finding, &r, bench, &fit);
+    hard_require(finding, fit.gain.x == 0.0f && fit.bias.x == 0.0f, "without a ray nothing is fitted");
+    r.ray_data[2000].target_weight.w = 1.0f;
+    check_fit(finding, &r, bench, &fit);
+    fill(&r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f}, (vw_float4){1.0f, 0.0f, 1.0f, 1.0f}); // saturated, but for half of the rays
+    for (uint32_t i = 0; i < REDUCED_RAYS; i += 2) r.colour_data[i] = (vw_float4){1e-7f, 0.999999f, 1e3f, 0.0f};
+    check_fit(finding, &r, bench, &fit);
+    reduction_close(&r);
+    step_bench_close(bench);
+
+    open_scene(WIDTH_PX);
+    for (uint32_t view = TRAIN_VIEWS; view < VIEWS; view++)
+        for (uint32_t i = 0; i < PIXELS; i++)
+            if (i % WIDTH_PX < WIDTH_PX / 2) memcpy((uint8_t *)scene->views[view].image.pixels + 4 * i, (uint8_t[]){90, 0, 255, 255}, 4);
+    train_well(finding);
+}
+
+// All masked but for one pixel of the left half, in one view not even that; the right halves stay.
+static void one_usable_pixel(struct hard_finding *finding) {
+    open_scene(WIDTH_PX);
+    for (uint32_t view = TRAIN_VIEWS; view < VIEWS; view++) {
+        scene->views[view].image.unusable = vw_allocate(PIXELS, 1);
+        for (uint32_t i = 0; i < PIXELS; i++) scene->views[view].image.unusable[i] = i % WIDTH_PX < WIDTH_PX / 2;
+        if (view > TRAIN_VIEWS) scene->views[view].image.unusable[2 * WIDTH_PX + view - TRAIN_VIEWS] = 0;
+    }
+    train_well(finding);
+}
+
+// ---- Widths ----------------------------------------------------------------------------------------------------------------
+
+// One column has no halves: refused by name. Two and three are a left and a right column, the third is in neither.
+static void few_columns(struct hard_finding *finding) {
+    for (uint32_t width_px = 1; width_px <= 9; width_px++) {
+        open_scene(width_px);
+        struct pixel_columns left = view_fit_left_half(scene, 0), right = view_fit_right_half(scene, 0);
+        hard_equal(finding, "columns left and right", width_px, left.end - left.begin, right.end - right.begin);
+        hard_equal(finding, "columns in both halves or none", width_px, right.begin - left.end, width_px % 2);
+        hard_equal(finding, "columns in all", width_px, left.begin == 0 && right.end == width_px, 1.0);
+        if (width_px == 2 || width_px == 3) train_well(finding);
+        vw_scene_close(&scene);
+    }
+    open_scene(1);
+    struct vw_config config = config_with("appearance");
+    struct vw_trainer *trainer = NULL;
+    enum vw_status status =
+        vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
+    hard_require(finding, status == VW_ERROR_INPUT && strstr(vw_error_message(), "view_005") && strstr(vw_error_message(), "right half"),
+                 "a photo of one column is refused by name");
+}
+
+// ---- Photos ----------------------------------------------------------------------------------------------------------------
+
+// The photo's numbers after a step, from the gradients that the rays left on the device.
+static void check_photo(struct hard_finding *finding, struct step_bench *bench, const float *before, const float *after,
+                        const struct vw_appearance_moments *moments, const struct vw_appearance_moments *moments_after) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    struct vw_appearance *shares = step_bench_read(bench, bench->step.appearance.d_appearance);
+    uint32_t first = (uint32_t)(bench->model.appearance.offset_bytes / sizeof(float)) + 8 * bench->view;
+    for (uint32_t i = 0; i < 8; i++) {
+        double sum = 0.0;
+        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) sum += (&shares[ray].gain.x)[i];
+        const float *own = &moments[bench->view].gain1.x + i / 4 * 8 + i % 4;
+        double moment1 = own[0], moment2 = own[4], gradient = sum * s->inverse_rays + reference_photo_ridge * before[first + i];
+        double moved = reference_photo_rate * reference_adam(s, gradient, moments_after[bench->view].visits, &moment1, &moment2);
+        hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i], before[first + i] - moved,
+                     fabs(moved) + 0x1p-8, 2e-3);
+    }
+    free(shares);
+}
+
+// Steps from photos whose gains and biases are these, on pixels of this colour and weight.
+static void step_from(struct hard_finding *finding, float gain, float bias, float colour, float weight) {
+    struct step_bench *bench = step_bench_open(&setup);
+    float *photos = bench->params + bench->model.appearance.offset_bytes / sizeof(float);
+    for (uint32_t i = 0; i < 8 * bench->scene->view_count; i++) photos[i] = i % 4 == 3 ? 0.0f : i % 8 < 4 ? gain : bias;
+    step_bench_write_params(bench);
+    for (uint32_t i = 0; i < bench->config.rays; i++) {
+        bench->pixels[i].rgba = (vw_float4){colour, colour, colour, 1.0f};
+        bench->pixels[i].weight = weight;
+    }
+    hard_write_pixels(bench);
+    for (uint64_t number = 1; number <= 3; number++) {
+        float *before = step_bench_read(bench, bench->field.params);
+        struct vw_appearance_moments *moments = step_bench_read(bench, bench->step.appearance.moments);
+        hard_check_step(finding, bench, number);
+        float *after = step_bench_read(bench, bench->field.params);
+        struct vw_appearance_moments *moments_after = step_bench_read(bench, bench->step.appearance.moments);
+        hard_equal(finding, "visits", number, moments_after[bench->view].visits, (double)number);
+        hard_equal(finding, "visits of another photo", number, moments_after[1 - bench->view].visits, 0.0);
+        check_photo(finding, bench, before, after, moments, moments_after);
+        free(before);
+        free(after);
+        free(moments);
+        free(moments_after);
+    }
+    step_bench_close(bench);
+}
+
+static void paint(uint32_t view, uint8_t value) {
+    for (uint32_t i = 0; i < 4 * PIXELS; i++) ((uint8_t *)scene->views[view].image.pixels)[i] = i % 4 == 3 ? 255 : value;
+}
+
+// Nothing of the field is seen through a gain of 0: its gradient is 0, that of the gain is not.
+static void gain_of_zero(struct hard_finding *finding) {
+    step_from(finding, -1.0f, 0.0f, 0.5f, 1.0f);
+    step_from(finding, -1.0f, 0.25f, 0.0f, 1.0f);
+    open_scene(WIDTH_PX);
+    paint(0, 0);
+    paint(TRAIN_VIEWS, 0);
+    train_well(finding);
+}
+
+static void masked_photo(struct hard_finding *finding) {
+    step_from(finding, 0.0f, 0.0f, 0.5f, 0.0f);
+    open_scene(WIDTH_PX);
+    scene->views[1].image.unusable = vw_allocate(PIXELS, 1);
+    memset(scene->views[1].image.unusable, 1, PIXELS);
+    train_well(finding);
+}
+
+static void saturated_photos(struct hard_finding *finding) {
+    step_from(finding, 1.0f, 0.3f, 1.0f, 1.0f);
+    open_scene(WIDTH_PX);
+    for (uint32_t view = 0; view < VIEWS; view++) paint(view, 255);
+    train_well(finding);
+}
+
+// Gradients of 10^8 are finite; errors of 10^30 have squares that are not, and gains of 10^38 times anything.
+static void huge_gains(struct hard_finding *finding) {
+    const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        float *photo = bench->params + bench->model.appearance.offset_bytes / sizeof(float) + 8 * bench->view;
+        for (int c = 0; c < 3; c++) photo[c] = gains[i];
+        step_bench_write_params(bench);
+        struct hard_gradients gradients = hard_take_gradients(bench, 1);
+        struct hard_state before = hard_state_read(bench);
+        step_bench_step(bench, 1);
+        struct hard_state after = hard_state_read(bench);
+        hard_require(finding, after.skipped == (fabsf(gains[i]) > 1e9f), "the step is skipped where its loss is infinite");
+        hard_check_update(finding, bench, 1, &gradients, &before, &after);
+        hard_state_free(&before);
+        hard_state_free(&after);
+        hard_gradients_free(&gradients);
+        step_bench_close(bench);
+    }
+}
+
+static const struct hard_case cases[] = {
+    {"flat left half, or no ray in it", "0/0 in the fit; gains of anything", flat_halves},
+    {"one usable pixel in the left half", "a fit of two numbers to one", one_usable_pixel},
+    {"validation photos of 1, 2 and 3 columns", "columns in both halves, or halves of none", few_columns},
+    {"gain of zero: a black photo", "0/0 in Adam; a gain that never comes back", gain_of_zero},
+    {"all pixels of a photo masked", "numbers that run off without a gradient", masked_photo},
+    {"saturated colours", "gains that grow without end", saturated_photos},
+    {"gains of 10^8 to 10^38", "infinite losses that no flag tells", huge_gains},
+};
+
+int main(void) { return hard_cases_run("appearance", cases, VW_ARRAY_COUNT(cases), tear_down); }

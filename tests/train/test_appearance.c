@@ -1,0 +1,146 @@
+// Photos with an exposure and a code of their own, in whole trainings: what is learned, what stays, and that validation remains a function
+// of the params.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "support/trainer_fixture.h"
+#include "viewworth/memory.h"
+
+static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
+
+static struct vw_config config_with(const char *effects) {
+    struct vw_config config = test_config();
+    strcpy(config.effects, effects);
+    return config;
+}
+
+// Off, there is nothing of it.
+static void what_is_off_takes_no_room(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_with("none");
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
+    static const struct appearance nothing;
+    assert_memory_equal(&trainer->step.appearance, &nothing, sizeof nothing);
+    assert_null(trainer->view_fit.pass);
+    assert_null(trainer->view_fit.fits);
+    assert_int_equal(trainer->model.appearance.size_bytes + trainer->model.code_weights.size_bytes + trainer->model.codes.size_bytes, 0);
+    assert_int_equal(trainer->model.param_bytes, trainer->model.grid.size_bytes + trainer->model.weights.size_bytes);
+    uint64_t bare = trainer->model.param_count;
+    vw_trainer_destroy(&trainer);
+    const uint64_t more[] = {6 * 5, 48 * (16 + 5), 6 * 5 + 48 * (16 + 5)};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
+        config = config_with(forms[i]);
+        trainer = test_trainer_create(scene, &config, true, 1);
+        assert_int_equal(trainer->model.param_count, bare + more[i]);
+        vw_trainer_destroy(&trainer);
+    }
+    vw_scene_close(&scene);
+}
+
+// The pixels of both halves, and that --val-rays counts those that are scored.
+static void halves_share_no_column(void **state) {
+    (void)state;
+    struct vw_scene *scene =
+        synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
+    struct vw_config config = config_with("appearance");
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
+    const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.pixels);
+    struct vw_ray_range fitted[TEST_VALS];
+    assert_ok(vw_buffer_read(trainer->view_fit.ranges, 0, fitted, sizeof fitted));
+    assert_int_equal(trainer->val_rays, config.val_rays);
+    for (uint32_t i = 0; i < trainer->val_rays; i++) assert_true(pixels[i].x_px > 13.0f);
+    for (uint32_t view = 0; view < TEST_VALS; view++) {
+        assert_int_equal(fitted[view].count, config.val_rays / TEST_VALS);
+        assert_true(fitted[view].first >= trainer->val_rays);
+        for (uint32_t i = fitted[view].first; i < fitted[view].first + fitted[view].count; i++) {
+            assert_true(pixels[i].x_px < 12.0f);
+            assert_int_equal(pixels[i].view, trainer->val_views[view]);
+        }
+    }
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+// A repeated measurement and one after a step of learning rate 0 have the same bits; batches change none.
+static void validation_is_a_function_of_the_params(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
+        struct vw_config config = config_with(forms[i]);
+        config.epochs = 9; // so that every photo is probed
+        config.burn_in_epochs = 0;
+        struct test_run *bare = test_run(scene, &config, true, 1);
+        config.noise_floor = true;
+        struct test_run *run = test_run(scene, &config, true, 4);
+        uint32_t exact = 0;
+        for (uint32_t k = 0; k < run->probe_count; k++) {
+            const struct vw_probe *probe = &run->probes[k];
+            if (probe->kind == VW_PROBE_REDRAW) continue;
+            assert_true(test_same_bits(probe->val_psnr, run->records[probe->step - 1].val_psnr));
+            assert_true(test_same_bits(probe->val_l1, run->records[probe->step - 1].val_l1));
+            exact++;
+        }
+        assert_true(exact > 0);
+        for (uint32_t k = 0; k < bare->count; k++) assert_true(test_same_bits(bare->records[k].val_psnr, run->records[k].val_psnr));
+        assert_memory_equal(bare->params, run->params, 4 * bare->param_words);
+        test_run_free(bare);
+        test_run_free(run);
+    }
+    vw_scene_close(&scene);
+}
+
+static void darken(struct vw_view *view, double gain) {
+    uint8_t *pixels = view->image.pixels;
+    for (uint32_t i = 0; i < 4 * view->image.width_px * view->image.height_px; i++)
+        if (i % 4 != 3) pixels[i] = (uint8_t)lrint(gain * pixels[i]);
+}
+
+// One train photo and one validation photo taken with half the light: of the train photos that one alone gets darker, photos that are not
+// trained on keep gain and bias of 0, and fitted, the validation photo's errors are those of a photo that is half as bright.
+static void gains_are_found(void **state) {
+    (void)state;
+    enum { DARK = 2, DARK_VAL = 1 };
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_with("appearance");
+    config.epochs = 30;
+    struct test_run *before = test_run(scene, &config, true, 0);
+    darken(&scene->views[DARK], 0.5);
+    darken(&scene->views[5 + DARK_VAL], 0.5);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    test_run_finish(trainer, run);
+    for (uint32_t view = 0; view < scene->view_count; view++) {
+        struct reference_photo photo = reference_photo_of(&trainer->model, (const float *)run->params, view),
+                               before_photo = reference_photo_of(&trainer->model, (const float *)before->params, view);
+        for (int c = 0; c < 3; c++) { // by what they make of grey
+            double grey = 0.5 * (1.0 + photo.gain[c]) + photo.bias[c], bright = 0.5 * (1.0 + before_photo.gain[c]) + before_photo.bias[c];
+            if (view >= 5) assert_true(photo.gain[c] == 0.0 && photo.bias[c] == 0.0);
+            else if ((grey < 0.75 * bright) != (view == DARK)) fail_msg("photo %u: %g, before %g", view, grey, bright);
+        }
+    }
+    double bright = before->views[before->count - 1][DARK_VAL].l1, dark = run->views[run->count - 1][DARK_VAL].l1;
+    if (dark > 0.75 * bright) fail_msg("an L1 of %g where the bright photo has %g", dark, bright);
+    vw_trainer_destroy(&trainer);
+    test_run_free(run);
+    test_run_free(before);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_off_takes_no_room),
+        cmocka_unit_test(halves_share_no_column),
+        cmocka_unit_test(validation_is_a_function_of_the_params),
+        cmocka_unit_test(gains_are_found),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}
