@@ -29,9 +29,12 @@ float disparity_parameter(vw_ray ray, float place) {
 
 // Of one stratum, in box edges.
 float stratum_length(vw_ray ray, uint sample_in_ray) {
-    if (EFFECT_UNBOUNDED == 0u) return ray.direction_stride.w;
-    float place = float(sample_in_ray), shares = disparity_share(ray, place) * disparity_share(ray, place + 1.0);
-    return ray.origin_near.w * disparity_gap(ray) / (float(SAMPLES) * shares);
+    float extent = ray.direction_stride.w;
+    if (EFFECT_UNBOUNDED != 0u) {
+        float place = float(sample_in_ray), shares = disparity_share(ray, place) * disparity_share(ray, place + 1.0);
+        extent = ray.origin_near.w * disparity_gap(ray) / (float(SAMPLES) * shares);
+    }
+    return extent;
 }
 
 // In the field's unit cube; the clamp only meets rounding at the faces, and rays that miss.

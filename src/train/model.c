@@ -128,7 +128,8 @@ static void lay_out_weights(struct model *model) {
 
 static void lay_out_sky(struct model *model) {
     uint32_t columns = model->specialization.effect_sky ? VW_SKY_COLUMNS : 0;
-    model->param_count += 3 * (uint64_t)columns; // the fourth number is padding
+    assert(model->param_bytes == model->weights.offset_bytes + model->weights.size_bytes); // update_weights moves both as one
+    model->param_count += 3 * (uint64_t)columns;                                           // the fourth number is padding
     model->sky = (struct param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
     model->moved_columns += columns;
     model->param_bytes += model->sky.size_bytes;

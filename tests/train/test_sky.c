@@ -52,7 +52,7 @@ static void a_sky_leaves_nothing_to_the_form_of_the_background(void **state) {
     vw_scene_close(&scene);
 }
 
-// A render of the view by a trainer whose field was loaded from `path`.
+// What a trainer renders of a view with these params.
 static float *render_field(const struct vw_scene *scene, const struct vw_config *config, const void *params, uint32_t view) {
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
     float *rgb = NULL;
