@@ -254,7 +254,7 @@ static void check_photos_moved(const struct step_bench *bench, const struct refe
     for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++) {
         struct reference_photo device = reference_photo_of(&bench->model, after, view), expected = before->photos[view];
         double mean = view == bench->view ? 1.0 / bench->config.rays : 0.0, ridge = view == bench->view ? reference_photo_ridge : 0.0,
-               rate = s->learning_rate * reference_photo_rate, code_rate = s->learning_rate * reference_code_rate;
+               rate = s->learning_rate * reference_photo_rate;
         for (uint64_t c = 0; c < 3 && s->effect_appearance; c++) {
             double gain = expected.gain[c] - rate * (mean * twin->d_photo.gain[c] + ridge * expected.gain[c]),
                    bias = expected.bias[c] - rate * (mean * twin->d_photo.bias[c] + ridge * expected.bias[c]);
@@ -263,7 +263,7 @@ static void check_photos_moved(const struct step_bench *bench, const struct refe
         }
         for (uint64_t k = 0; k < REFERENCE_CODE && s->effect_appearance_code; k++)
             check_value(bench->where, "code moved", k, device.code[k],
-                        expected.code[k] - code_rate * (mean * twin->d_photo.code[k] + ridge * expected.code[k]), 1e-5);
+                        expected.code[k] - rate * (mean * twin->d_photo.code[k] + ridge * expected.code[k]), 1e-5);
     }
     for (uint32_t i = 0; i < bench->model.code_weights.size_bytes / sizeof *after; i++)
         check_value(bench->where, "code weights moved", i, after[bench->model.code_weights.offset_bytes / sizeof *after + i],

@@ -324,7 +324,7 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
                                              .visits = visits_after,
                                              .gradient = gradient,
                                              .gradient_error = 70.0 * FLOAT_ROUNDING * magnitude + 64.0 * FLOAT_LEAST,
-                                             .rate = reference_code_rate,
+                                             .rate = reference_photo_rate,
                                              .value = (float)value,
                                              .moment1 = own[k],
                                              .moment2 = own[REFERENCE_CODE + k],

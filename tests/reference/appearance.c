@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-const double reference_photo_rate = 10.0, reference_code_rate = 3.0, reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
+const double reference_photo_rate = 10.0, reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
 
 uint32_t reference_photo_count(const struct model *model) {
     if (model->appearance.size_bytes) return (uint32_t)(model->appearance.size_bytes / (8 * sizeof(float)));
