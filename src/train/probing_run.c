@@ -1,0 +1,116 @@
+#include "probing_run.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "occupied_share.h"
+#include "pixels.h"
+#include "trainer.h"
+#include "viewworth/memory.h"
+
+enum {
+    STEPS = 256,
+    STEPS_PER_BATCH = 32,
+    PHOTOS_MAX = 64, // whose exposure is measured, evenly spaced: bounds the work
+    PIXELS_PER_PHOTO = 64,
+    PIXELS_MIN = 16, // of a photo, usable ones, for their median to mean something
+};
+static const double DARK = 0.06, SATURATED = 0.94; // as for colours of points
+
+static struct vw_config probing_config(void) {
+    struct vw_config config = vw_config_default;
+    config.rays = 256;
+    config.levels = 4;
+    config.growth = 1.8;
+    config.width = 16;
+    config.learning_rate = 1e-2;
+    config.epochs = STEPS; // more than enough
+    return config;
+}
+
+// The number of steps depends on the sizes of batches alone, which are fixed.
+static enum vw_status take_steps(struct vw_trainer *trainer) {
+    const struct vw_step_record *records;
+    uint32_t count = 1;
+    uint64_t last = 0;
+    enum vw_status status = VW_OK;
+    while (status == VW_OK && count > 0 && last < STEPS) {
+        status = vw_trainer_advance(trainer, &records, &count);
+        if (status == VW_OK && count > 0) last = records[count - 1].step;
+    }
+    while (status == VW_OK && count > 0) status = vw_trainer_collect(trainer, &records, &count);
+    return status;
+}
+
+// ---- Exposure -----------------------------------------------------------------------------------------------------------------
+
+static enum vw_status render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
+    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
+    if (status != VW_OK) return status;
+    vw_batch_begin(evaluator->batch);
+    evaluator_record(evaluator, evaluator->batch);
+    status = vw_batch_submit(evaluator->batch);
+    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
+    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
+}
+
+// The median over a photo's pixels of log(photo / render) in one channel; NaN when too few can be compared.
+static double log_gain(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, int channel) {
+    double logs[PIXELS_PER_PHOTO];
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double photo = (&pixels[i].rgba.x)[channel], rendered = (&colours[i].x)[channel];
+        bool comparable = photo > DARK && photo < SATURATED && rendered > DARK && rendered < SATURATED;
+        if (pixels[i].weight == 1.0f && pixels[i].rgba.w == 1.0f && comparable) logs[used++] = log(photo / rendered);
+    }
+    return used >= PIXELS_MIN ? median_of(logs, used) : NAN;
+}
+
+// Few photos are trained on often enough to tell their exposure from their content, so photos that train are measured, on fixed pixels.
+static enum vw_status measure_gains(struct vw_trainer *trainer, struct evaluator *evaluator, struct vw_pixel *pixels, vw_float4 *colours,
+                                    double *spread) {
+    double gains[3 * PHOTOS_MAX];
+    uint32_t count = 0, stride = (trainer->train_count + PHOTOS_MAX - 1) / PHOTOS_MAX;
+    for (uint32_t i = 0; i < trainer->train_count; i += stride) {
+        uint32_t taken = pixels_stratify(trainer->scene, trainer->train_views[i], PIXELS_PER_PHOTO, pixels);
+        if (!trainer->masks) pixels_unmask(trainer->scene, pixels, taken);
+        enum vw_status status = render(evaluator, pixels, taken, colours);
+        if (status != VW_OK) return status;
+        for (int channel = 0; channel < 3; channel++) {
+            gains[count] = log_gain(pixels, colours, taken, channel);
+            count += !isnan(gains[count]);
+        }
+    }
+    if (count >= 12) *spread = robust_spread(gains, count);
+    return VW_OK;
+}
+
+static enum vw_status measure_exposure(struct vw_trainer *trainer, double *spread) {
+    struct evaluator evaluator = {0};
+    struct vw_pixel *pixels = vw_allocate(PIXELS_PER_PHOTO, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(PIXELS_PER_PHOTO, sizeof *colours);
+    enum vw_status status = pixels && colours ? evaluator_create(&trainer->field, PIXELS_PER_PHOTO, &evaluator) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = measure_gains(trainer, &evaluator, pixels, colours, spread);
+    evaluator_destroy(&evaluator);
+    free(pixels);
+    free(colours);
+    return status;
+}
+
+enum vw_status probing_run(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count,
+                           struct probe_findings *findings) {
+    const struct vw_config config = probing_config();
+    struct vw_trainer *trainer = NULL;
+    double occupied = NAN;
+    *findings = (struct probe_findings){.gain_spread = NAN, .empty_share = NAN};
+    enum vw_status status = vw_trainer_create(
+        &(struct vw_trainer_params){
+            .gpu = gpu, .scene = scene, .config = &config, .effects = verdicts, .effect_count = count, .steps_per_batch = STEPS_PER_BATCH},
+        &trainer);
+    if (status == VW_OK) status = take_steps(trainer);
+    if (status == VW_OK) status = measure_exposure(trainer, &findings->gain_spread);
+    if (status == VW_OK) status = occupied_share(trainer, &occupied);
+    findings->empty_share = 1.0 - occupied;
+    vw_trainer_destroy(&trainer);
+    return status;
+}
