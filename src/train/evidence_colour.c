@@ -13,6 +13,7 @@ enum {
     PHOTO_POINTS_MIN = 16, // for the median over a photo's points to mean something
     PHOTOS_MIN = 4,        // for a spread over photos to
     FIT_ROUNDS = 20,
+    GAIN_ROUNDS = 3, // of taking gains out, so that a point's median over photos means one exposure
 };
 
 // A point's colour in one photo beside that in the others.
@@ -22,7 +23,8 @@ struct sight {
 
 // The sights of all photos in one channel, photo after photo.
 struct sights {
-    uint32_t *ends; // of each view
+    uint32_t *ends;    // of each view
+    double *log_gains; // of each view, taken out of its colours before they are compared
     struct sight *sights;
 };
 
@@ -50,7 +52,7 @@ static void add_point(const struct survey *survey, const struct vw_point *point,
     uint32_t count = 0;
     for (uint32_t t = 0; t < point->track_count; t++) {
         double colour;
-        logs[t] = colour_of(survey, &tracks[t], channel, &colour) ? log(colour) : NAN;
+        logs[t] = colour_of(survey, &tracks[t], channel, &colour) ? log(colour) - all->log_gains[tracks[t].view] : NAN;
         if (!isnan(logs[t])) sorted[count++] = logs[t];
     }
     if (count < 2) return;
@@ -118,19 +120,45 @@ static double residual_spread(const struct sight *sights, uint32_t count, double
 
 typedef double photo_measure(const struct sight *sights, uint32_t count, double *room);
 
-// A measure of every photo and channel that has enough points, into `values` (room for 3 per view).
-static enum vw_status measure_photos(const struct survey *survey, photo_measure *measure, double *values, uint32_t *count) {
-    const struct vw_scene *scene = survey->scene;
-    struct sights all = {.ends = vw_allocate((size_t)scene->view_count + 1, sizeof *all.ends),
-                         .sights = vw_allocate(scene->track_count, sizeof *all.sights)};
-    double *room = vw_allocate(scene->track_count, sizeof *room);
-    enum vw_status status = all.ends && all.sights && room ? VW_OK : VW_ERROR_MEMORY;
+// A measure of every photo that has enough points; NaN of the others.
+static void measure_photos(const struct survey *survey, const struct sights *all, photo_measure *measure, double *room, double *values) {
+    for (uint32_t v = 0, begin = 0; v < survey->scene->view_count; begin = all->ends[v++]) {
+        uint32_t count = all->ends[v] - begin;
+        values[v] = count >= PHOTO_POINTS_MIN ? measure(all->sights + begin, count, room) : NAN;
+    }
+}
+
+// The measure of every photo in one channel, after `rounds` of taking the photos' gains out.
+static enum vw_status measure_channel(const struct survey *survey, int channel, int rounds, photo_measure *measure, struct sights *all,
+                                      double *room, double *values) {
+    uint32_t views = survey->scene->view_count;
+    memset(all->log_gains, 0, views * sizeof *all->log_gains);
+    for (int round = 0;; round++) {
+        enum vw_status status = gather_sights(survey, channel, all);
+        if (status != VW_OK) return status;
+        measure_photos(survey, all, round < rounds ? log_gain : measure, room, values);
+        if (round == rounds) return VW_OK;
+        for (uint32_t v = 0; v < views; v++)
+            if (!isnan(values[v])) all->log_gains[v] += values[v];
+    }
+}
+
+// The same in all channels, without the photos that have too few points: into `values`, room for 3 per view.
+static enum vw_status measure_scene(const struct survey *survey, int rounds, photo_measure *measure, double *values, uint32_t *count) {
+    uint32_t views = survey->scene->view_count, tracks = survey->scene->track_count;
+    struct sights all = {.ends = vw_allocate((size_t)views + 1, sizeof *all.ends),
+                         .log_gains = vw_allocate(views, sizeof *all.log_gains),
+                         .sights = vw_allocate(tracks, sizeof *all.sights)};
+    double *room = vw_allocate(tracks, sizeof *room);
+    enum vw_status status = all.ends && all.log_gains && all.sights && room ? VW_OK : VW_ERROR_MEMORY;
     for (int channel = 0; channel < 3 && !status; channel++) {
-        status = gather_sights(survey, channel, &all);
-        for (uint32_t v = 0, begin = 0; v < scene->view_count && !status; begin = all.ends[v++])
-            if (all.ends[v] - begin >= PHOTO_POINTS_MIN) values[(*count)++] = measure(all.sights + begin, all.ends[v] - begin, room);
+        status = measure_channel(survey, channel, rounds, measure, &all, room, values + *count);
+        uint32_t first = *count;
+        for (uint32_t v = 0; v < views && !status; v++)
+            if (!isnan(values[first + v])) values[(*count)++] = values[first + v];
     }
     free(all.ends);
+    free(all.log_gains);
     free(all.sights);
     free(room);
     return status;
@@ -139,7 +167,7 @@ static enum vw_status measure_photos(const struct survey *survey, photo_measure 
 enum vw_status evidence_appearance(const struct survey *survey, double *evidence) {
     double *gains = vw_allocate(survey->scene->view_count, 3 * sizeof *gains);
     uint32_t count = 0;
-    enum vw_status status = gains ? measure_photos(survey, log_gain, gains, &count) : VW_ERROR_MEMORY;
+    enum vw_status status = gains ? measure_scene(survey, 0, log_gain, gains, &count) : VW_ERROR_MEMORY;
     if (!status) *evidence = count >= 3 * PHOTOS_MIN ? robust_spread(gains, count) : survey->probe.gain_spread;
     free(gains);
     return status;
@@ -148,7 +176,7 @@ enum vw_status evidence_appearance(const struct survey *survey, double *evidence
 enum vw_status evidence_appearance_code(const struct survey *survey, double *evidence) {
     double *spreads = vw_allocate(survey->scene->view_count, 3 * sizeof *spreads);
     uint32_t count = 0;
-    enum vw_status status = spreads ? measure_photos(survey, residual_spread, spreads, &count) : VW_ERROR_MEMORY;
+    enum vw_status status = spreads ? measure_scene(survey, GAIN_ROUNDS, residual_spread, spreads, &count) : VW_ERROR_MEMORY;
     if (!status) *evidence = count >= 3 * PHOTOS_MIN ? median_of(spreads, count) : NAN;
     free(spreads);
     return status;

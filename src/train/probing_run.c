@@ -9,13 +9,15 @@
 #include "viewworth/memory.h"
 
 enum {
-    STEPS = 256,
+    STEPS = 128,
     STEPS_PER_BATCH = 32,
-    PHOTOS_MAX = 64, // whose exposure is measured, evenly spaced: bounds the work
-    PIXELS_PER_PHOTO = 64,
-    PIXELS_MIN = 16, // of a photo, usable ones, for their median to mean something
+    PHOTOS_MAX = 32, // whose exposure is measured, evenly spaced: bounds the work
+    PHOTOS_MIN = 4,
+    PIXELS_PER_PHOTO = 256,
+    PIXELS_MIN = 12, // of half a photo, comparable ones
 };
 static const double DARK = 0.06, SATURATED = 0.94; // as for colours of points
+static const double MISFIT = 0.1; // what photos of one exposure show at most after so few steps (0.02 to 0.1, tests/train/test_detection.c)
 
 static struct vw_config probing_config(void) {
     struct vw_config config = vw_config_default;
@@ -54,34 +56,47 @@ static enum vw_status render(struct evaluator *evaluator, const struct vw_pixel 
     return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
 }
 
-// The median over a photo's pixels of log(photo / render) in one channel; NaN when too few can be compared.
-static double log_gain(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, int channel) {
-    double logs[PIXELS_PER_PHOTO];
-    uint32_t used = 0;
+// The log gain of either half of a photo, of all that can be compared: log(sum of photo / sum of render), which blur alone does not move.
+static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, double middle_px, int channel,
+                       double gains[2]) {
+    double here[2] = {0.0}, rendered[2] = {0.0};
+    uint32_t used[2] = {0};
     for (uint32_t i = 0; i < count; i++) {
-        double photo = (&pixels[i].rgba.x)[channel], rendered = (&colours[i].x)[channel];
-        bool comparable = photo > DARK && photo < SATURATED && rendered > DARK && rendered < SATURATED;
-        if (pixels[i].weight == 1.0f && pixels[i].rgba.w == 1.0f && comparable) logs[used++] = log(photo / rendered);
+        double photo = (&pixels[i].rgba.x)[channel], render = (&colours[i].x)[channel];
+        bool comparable = photo > DARK && photo < SATURATED && render > DARK && render < SATURATED;
+        if (pixels[i].weight != 1.0f || pixels[i].rgba.w != 1.0f || !comparable) continue;
+        int half = pixels[i].x_px > middle_px;
+        here[half] += photo;
+        rendered[half] += render;
+        used[half]++;
     }
-    return used >= PIXELS_MIN ? median_of(logs, used) : NAN;
+    for (int half = 0; half < 2; half++) gains[half] = log(here[half] / rendered[half]);
+    return used[0] >= PIXELS_MIN && used[1] >= PIXELS_MIN;
 }
 
-// Few photos are trained on often enough to tell their exposure from their content, so photos that train are measured, on fixed pixels.
+// A photo's exposure moves both halves alike; what the short run has not fitted yet moves each in its own way, by as much as they differ.
+static double common_spread(double *means, double *halved_differences, uint32_t count) {
+    double all = robust_spread(means, count), own = robust_spread(halved_differences, count);
+    return sqrt(fmax(all * all - own * own - MISFIT * MISFIT, 0.0));
+}
+
+// Of photos that are trained on, at fixed pixels.
 static enum vw_status measure_gains(struct vw_trainer *trainer, struct evaluator *evaluator, struct vw_pixel *pixels, vw_float4 *colours,
                                     double *spread) {
-    double gains[3 * PHOTOS_MAX];
+    double means[3 * PHOTOS_MAX], halved_differences[3 * PHOTOS_MAX], gains[2];
     uint32_t count = 0, stride = (trainer->train_count + PHOTOS_MAX - 1) / PHOTOS_MAX;
     for (uint32_t i = 0; i < trainer->train_count; i += stride) {
-        uint32_t taken = pixels_stratify(trainer->scene, trainer->train_views[i], PIXELS_PER_PHOTO, pixels);
+        uint32_t view = trainer->train_views[i], taken = pixels_stratify(trainer->scene, view, PIXELS_PER_PHOTO, pixels);
         if (!trainer->masks) pixels_unmask(trainer->scene, pixels, taken);
         enum vw_status status = render(evaluator, pixels, taken, colours);
         if (status != VW_OK) return status;
         for (int channel = 0; channel < 3; channel++) {
-            gains[count] = log_gain(pixels, colours, taken, channel);
-            count += !isnan(gains[count]);
+            if (!half_gains(pixels, colours, taken, trainer->scene->views[view].image.width_px / 2.0, channel, gains)) continue;
+            means[count] = 0.5 * (gains[0] + gains[1]);
+            halved_differences[count++] = 0.5 * (gains[0] - gains[1]);
         }
     }
-    if (count >= 12) *spread = robust_spread(gains, count);
+    if (count >= 3 * PHOTOS_MIN) *spread = common_spread(means, halved_differences, count);
     return VW_OK;
 }
 
