@@ -17,6 +17,10 @@ const char *vw_split_name(enum vw_split split); // "train", "val", "test", "excl
 
 enum { VW_HASH_BYTES = 32 };
 
+// Why a pixel of a photo is not to be looked at, as bytes of vw_view.mask.
+enum { VW_MASK_HIDE = 0, VW_MASK_BEYOND_LENS = 1, VW_MASK_KEEP = 255 }; // by the mask file; the lens model has no inverse there
+
+
 // How a lens bends rays, after OpenCV. Pixel (column, row) has its centre at (column + 0.5, row + 0.5) px; y runs down.
 // With x = X/Z, y = Y/Z in the OpenCV camera frame (x right, y down, z forward), r2 = x*x + y*y:
 //   VW_LENS_POLYNOMIAL: radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3) / (1 + k4 r2 + k5 r2^2 + k6 r2^3)
@@ -42,7 +46,8 @@ struct vw_view {
     double camera_to_world[3][4];        // rotation and position; OpenGL camera axes: x right, y up, looking along -z; world units
     double near_world, far_world;        // depths along the axis between which the points that it sees lie; 0, 0 when unknown
     struct vw_image image;
-    uint8_t *mask;                       // owned; a byte per pixel of image, rows top to bottom, 0: not to be looked at. NULL: look at all
+    bool has_mask;                       // a mask file is there
+    uint8_t *mask;                       // owned; a byte per pixel of image, rows top to bottom: VW_MASK_*. NULL: VW_MASK_KEEP everywhere
     uint8_t sha256[VW_HASH_BYTES];       // of the image file's bytes; of the 8-bit pixels for a recipe
 };
 
@@ -99,8 +104,10 @@ struct vw_scene_params {
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
 
-// Whether a pixel is trained and validated on: neither masked out nor unusable (NaN, infinite or negative in the file).
+// Whether a pixel is trained and validated on: neither masked out nor unusable (beyond the lens; NaN, infinite or negative in the file).
 bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
+// The same where mask files are ignored: not unusable.
+bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 
 // The direction in camera axes (OpenGL, unnormalised, z = -1) of the ray through image position (x_px, y_px), distortion undone by
 // Newton's method in double. Returns false when the distortion has no inverse there, or a fisheye looks 1.55 radians off its axis or

@@ -71,15 +71,21 @@ enum { VW_EFFECT_COUNT_MAX = 16 };
 struct vw_effect_verdict {
     const char *name; // "distortion", "background"
     bool called_for;  // evidence >= threshold
-    double evidence;  // what was measured of the scene
+    double evidence;  // what was measured of the scene; NaN where it cannot tell, which calls for nothing
     double threshold;
     const char *meaning; // what the evidence is, with its unit
     bool on;             // after --effects
 };
 
-// Verdicts for every known effect, in registry order. VW_ERROR_USAGE when `effects` names an unknown one.
-enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *effects, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
-                                 uint32_t *count);
+// Every known effect, in registry order, with nothing measured and nothing on.
+void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+// Switches effects on as they are called for and as `effects` wants it. VW_ERROR_USAGE when it names an unknown one.
+enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
+// Measures the scene and chooses. Some evidence takes a probing run on `gpu`, of about a second; without a device (NULL), without photos to
+// train on, or where `effects` leaves nothing to the evidence, there is none, and what it would tell is NaN. The same scene on the same
+// device gets the same verdicts.
+enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const char *effects,
+                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
 // ---- The trainer ---------------------------------------------------------------------------------------------------
 
@@ -89,6 +95,8 @@ struct vw_trainer_params {
     struct vw_gpu *gpu;           // outlives the trainer
     const struct vw_scene *scene; // outlives the trainer; split train and (when validating) val not empty
     const struct vw_config *config;
+    const struct vw_effect_verdict *effects; // decided or recorded verdicts, in registry order; NULL: vw_effects_decide() without a device
+    uint32_t effect_count;
     bool validate;            // render the validation rays after every step (`value`), or not (`train`)
     uint32_t steps_per_batch; // 0: chosen from the time a step takes; does not change a bit of the result
 };
@@ -97,6 +105,8 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
 void vw_trainer_destroy(struct vw_trainer **trainer);
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer); // epochs * train views; steps run from 1 to this
+// The verdicts that the trainer follows, in registry order.
+const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
 // The views validated on, in the order of vw_step_record.views: scene indices.
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
 // Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until the next call.

@@ -14,5 +14,7 @@ extern const char vw_effects_heading[];
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]);
 // [{name, called_for, evidence, threshold, meaning, on}]; NULL when memory is short.
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count);
+// The verdicts that a ledger holds (run.effects_json), in the order of the effects known today; what it does not name is off.
+enum vw_status vw_effects_from_json(const char *json, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
 #endif

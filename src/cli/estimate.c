@@ -3,7 +3,6 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "cli/open.h"
 #include "viewworth/log.h"
 
 static const double MEASURED_SECONDS = 0.3;
@@ -34,12 +33,10 @@ static enum vw_status measure(struct vw_trainer *trainer, struct vw_estimate *es
     return status;
 }
 
-static enum vw_status take_first_steps(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
-                                       struct vw_estimate *estimate) {
+static enum vw_status take_first_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_stats stats;
-    const struct vw_trainer_params params = {.gpu = gpu, .scene = scene, .config = &options->config, .validate = true};
-    enum vw_status status = vw_trainer_create(&params, &trainer);
+    enum vw_status status = vw_trainer_create(params, &trainer);
     if (status) return status;
     vw_trainer_get_stats(trainer, &stats);
     estimate->param_count = stats.param_count;
@@ -50,17 +47,15 @@ static enum vw_status take_first_steps(const struct vw_options *options, const s
     return status;
 }
 
-enum vw_status vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu **gpu,
-                               struct vw_estimate *estimate) {
-    *estimate = (struct vw_estimate){.host_bytes = count_host_bytes(scene)};
-    enum vw_status status = *gpu ? VW_OK : vw_open_gpu(options->device, false, gpu);
-    if (status && options->device) return status;
-    if (!status) {
-        snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(*gpu)->name);
-        status = take_first_steps(options, scene, *gpu, estimate);
-    }
-    if (status) snprintf(estimate->missing, sizeof estimate->missing, "%.*s", (int)sizeof estimate->missing - 1, vw_error_message());
-    return VW_OK;
+void vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
+                     const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate) {
+    estimate->host_bytes = count_host_bytes(scene);
+    if (!gpu) return;
+    snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(gpu)->name);
+    const struct vw_trainer_params params = {
+        .gpu = gpu, .scene = scene, .config = &options->config, .effects = effects, .effect_count = effect_count, .validate = true};
+    if (take_first_steps(&params, estimate))
+        snprintf(estimate->missing, sizeof estimate->missing, "%.*s", (int)sizeof estimate->missing - 1, vw_error_message());
 }
 
 void vw_estimate_print(const struct vw_estimate *estimate) {

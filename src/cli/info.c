@@ -60,12 +60,13 @@ static void count_cameras(struct description *description) {
     }
 }
 
-static enum vw_status describe(const struct vw_scene *scene, struct description *description) {
-    *description = (struct description){.scene = scene, .cameras = vw_allocate(scene->view_count, sizeof *description->cameras)};
+static enum vw_status describe(struct vw_gpu *gpu, const struct vw_scene *scene, struct description *description) {
+    description->scene = scene;
+    description->cameras = vw_allocate(scene->view_count, sizeof *description->cameras);
     if (!description->cameras) return VW_ERROR_MEMORY;
     count_cameras(description);
     measure_range(description);
-    return vw_effects_decide(scene, "auto", description->effects, &description->effect_count);
+    return vw_effects_decide(gpu, scene, "auto", description->effects, &description->effect_count);
 }
 
 // ---- For people -------------------------------------------------------------------------------------------------------
@@ -172,6 +173,14 @@ static json_t *to_json(const struct description *description) {
                      vw_effects_to_json(description->effects, description->effect_count));
 }
 
+// Without a device there is neither a probing run nor an estimate; that is no failure unless --device asked for one.
+static enum vw_status open_device(const struct vw_options *options, struct vw_gpu **gpu, struct vw_estimate *estimate) {
+    enum vw_status status = *gpu ? VW_OK : vw_open_gpu(options->device, false, gpu);
+    if (!status || options->device) return status;
+    snprintf(estimate->missing, sizeof estimate->missing, "%.*s", (int)sizeof estimate->missing - 1, vw_error_message());
+    return VW_OK;
+}
+
 // The evidence for effects is in the pixels, and the pixels of a recipe are made by a device.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
     enum vw_status status = vw_open_scene(options, options->operand, NULL, true, scene);
@@ -186,8 +195,9 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_scene *scene = NULL;
     struct description description = {0};
     enum vw_status status = open_scene(options, &gpu, &scene);
-    if (!status) status = describe(scene, &description);
-    if (!status) status = vw_estimate_run(options, scene, &gpu, &description.estimate);
+    if (!status) status = open_device(options, &gpu, &description.estimate);
+    if (!status) status = describe(gpu, scene, &description);
+    if (!status) vw_estimate_run(options, scene, gpu, description.effects, description.effect_count, &description.estimate);
     if (!status && options->json) status = vw_json_print(to_json(&description));
     else if (!status) print_text(&description);
     free(description.cameras);

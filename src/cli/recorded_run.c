@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/effects_table.h"
 #include "cli/open.h"
 #include "viewworth/file.h"
 
@@ -13,6 +14,7 @@ enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
     if (status) return status;
     status = vw_config_from_json(run->row.config_json, &run->config);
+    if (!status) status = vw_effects_from_json(run->row.effects_json, run->effects, &run->effect_count);
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 

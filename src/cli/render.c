@@ -18,6 +18,7 @@ struct rendering {
     const struct vw_options *options;
     struct vw_recorded_run run;
     bool on_background; // transparent pixels show the background
+    bool masked;        // mask files are obeyed
     struct vw_trainer *trainer;
 };
 
@@ -29,17 +30,16 @@ static enum vw_status check_target(const char *to) {
     return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
 }
 
-static enum vw_status decide_background(struct rendering *rendering) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count = 0;
-    enum vw_status status = vw_effects_decide(rendering->run.scene, rendering->run.config.effects, verdicts, &count);
-    for (uint32_t i = 0; !status && i < count; i++)
-        if (strcmp(verdicts[i].name, "background") == 0) rendering->on_background = verdicts[i].on;
-    return status;
+static bool is_on(const struct vw_recorded_run *run, const char *name) {
+    for (uint32_t i = 0; i < run->effect_count; i++)
+        if (strcmp(run->effects[i].name, name) == 0) return run->effects[i].on;
+    return false;
 }
 
 static enum vw_status load_field(struct rendering *rendering) {
-    const struct vw_trainer_params params = {.gpu = rendering->run.gpu, .scene = rendering->run.scene, .config = &rendering->run.config};
+    const struct vw_recorded_run *run = &rendering->run;
+    const struct vw_trainer_params params = {
+        .gpu = run->gpu, .scene = run->scene, .config = &run->config, .effects = run->effects, .effect_count = run->effect_count};
     char *path = vw_path_join(rendering->options->operand, "field.vwf");
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_create(&params, &rendering->trainer);
@@ -53,8 +53,9 @@ static enum vw_status open_rendering(const struct vw_options *options, struct re
     enum vw_status status = check_target(options->to);
     if (!status) status = vw_recorded_open(options->operand, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, options->device);
-    if (!status) status = decide_background(rendering);
     if (!status) status = load_field(rendering);
+    rendering->on_background = is_on(&rendering->run, "background");
+    rendering->masked = is_on(&rendering->run, "masks");
     return status;
 }
 
@@ -118,7 +119,7 @@ static double compare(const struct rendering *rendering, const struct vw_view *v
         for (uint32_t x = 0; x < photo->width_px; x++) {
             const float *rendered = render + 3 * ((size_t)y * photo->width_px + x);
             float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x), *right = left + 3 * (size_t)photo->width_px;
-            bool counts = vw_view_keeps(view, x, y);
+            bool counts = rendering->masked ? vw_view_keeps(view, x, y) : vw_view_can_use(view, x, y);
             photo_colour(rendering, photo, x, y, left);
             for (int c = 0; c < 3; c++) {
                 right[c] = rendered[c];

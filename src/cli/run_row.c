@@ -7,11 +7,9 @@
 #include "cli/effects_table.h"
 #include "viewworth/memory.h"
 
-static enum vw_status make_effects_json(const struct vw_scene *scene, const char *effects, char **text) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+static enum vw_status make_effects_json(const struct vw_trainer *trainer, char **text) {
     uint32_t count = 0;
-    enum vw_status status = vw_effects_decide(scene, effects, verdicts, &count);
-    if (status) return status;
+    const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
     json_t *array = vw_effects_to_json(verdicts, count);
     *text = array ? json_dumps(array, JSON_COMPACT) : NULL;
     json_decref(array);
@@ -24,7 +22,7 @@ enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
     *row = (struct vw_run_row){.config_json = vw_config_to_json(config, false)};
     if (!row->config_json) return VW_ERROR_MEMORY;
-    enum vw_status status = make_effects_json(scene, config->effects, &row->effects_json);
+    enum vw_status status = make_effects_json(trainer, &row->effects_json);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
     if (status) return status;
     vw_trainer_subset_hash(trainer, subset);

@@ -60,6 +60,23 @@ static void say_effects(const struct vw_training_run *run) {
     }
 }
 
+// What a run goes on with is what was called for when it began, though this device or version might see it otherwise; --effects is heard.
+static enum vw_status take_recorded_effects(struct vw_training_run *run) {
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_run recorded;
+    enum vw_status status = vw_ledger_open(run->ledger_path, &ledger);
+    if (!status) status = vw_ledger_get_run(ledger, &recorded);
+    if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
+    if (!status) status = vw_effects_choose(run->options->config.effects, run->effects, run->effect_count);
+    vw_ledger_close(&ledger);
+    return status;
+}
+
+static enum vw_status decide_effects(struct vw_training_run *run) {
+    if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
+    return vw_effects_decide(run->gpu, run->scene, run->options->config.effects, run->effects, &run->effect_count);
+}
+
 static void say_field(const struct vw_trainer *trainer) {
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(trainer, &stats);
@@ -76,10 +93,15 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
     if (!status) status = vw_open_scene(options, options->operand, run->gpu, false, &run->scene);
     if (status) return status;
     say_scene(run->scene);
-    status = vw_effects_decide(run->scene, options->config.effects, run->effects, &run->effect_count);
+    status = decide_effects(run);
     if (status) return status;
     say_effects(run);
-    const struct vw_trainer_params params = {.gpu = run->gpu, .scene = run->scene, .config = &options->config, .validate = validate};
+    const struct vw_trainer_params params = {.gpu = run->gpu,
+                                             .scene = run->scene,
+                                             .config = &options->config,
+                                             .effects = run->effects,
+                                             .effect_count = run->effect_count,
+                                             .validate = validate};
     status = vw_trainer_create(&params, &run->trainer);
     if (status) return status;
     say_field(run->trainer);

@@ -107,7 +107,12 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_option
     enum vw_status status = find_validated(run, &validated);
     if (!status) status = vw_recorded_open_scene(run, options->device ? options->device : run->row.device);
     if (status) return status;
-    const struct vw_trainer_params params = {.gpu = run->gpu, .scene = run->scene, .config = &run->config, .validate = validated};
+    const struct vw_trainer_params params = {.gpu = run->gpu,
+                                             .scene = run->scene,
+                                             .config = &run->config,
+                                             .effects = run->effects,
+                                             .effect_count = run->effect_count,
+                                             .validate = validated};
     status = vw_trainer_create(&params, &trainer);
     if (!status) status = check_same_run(run, trainer);
     vw_interrupt_watch();

@@ -26,11 +26,11 @@ enum vw_status vw_lens_mask(struct vw_view *view, uint64_t *hidden_count) {
     if (!view->mask) {
         view->mask = vw_allocate(pixel_count, 1);
         if (!view->mask) return VW_ERROR_MEMORY;
-        memset(view->mask, 255, pixel_count);
+        memset(view->mask, VW_MASK_KEEP, pixel_count);
     }
     for (size_t i = 0; i < pixel_count; i++) {
         if (distance_of(camera, (double)(i % camera->width_px) + 0.5, (double)(i / camera->width_px) + 0.5) < reach) continue;
-        view->mask[i] = 0;
+        view->mask[i] = VW_MASK_BEYOND_LENS;
         ++*hidden_count;
     }
     return VW_OK;

@@ -8,6 +8,7 @@
 #include "viewworth/file.h"
 #include "viewworth/image.h"
 #include "viewworth/memory.h"
+#include "viewworth/scene.h"
 
 // ---- Finding -------------------------------------------------------------------------------------------------------------
 
@@ -92,7 +93,7 @@ static enum vw_status make_mask(const char *path, const struct masking *masking,
     for (uint32_t y = 0; y < masking->height_px; y++) {
         for (uint32_t x = 0; x < masking->width_px; x++) {
             bool kept = keeps(masking, x, y);
-            made[(size_t)y * masking->width_px + x] = kept ? 255 : 0;
+            made[(size_t)y * masking->width_px + x] = kept ? VW_MASK_KEEP : VW_MASK_HIDE;
             kept_count += kept;
         }
     }

@@ -19,12 +19,13 @@ static enum vw_status find_masks(struct vw_draft *draft) {
     struct vw_scene *scene = draft->scene;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_draft_photo *photo = &draft->photos[v];
-        const struct vw_view *view = &scene->views[v];
+        struct vw_view *view = &scene->views[v];
         if (view->split == VW_SPLIT_EXCLUDED) continue;
         enum vw_status status = photo->mask_path ? VW_OK : vw_mask_find(draft->folder, photo->image_path, &photo->mask_path);
         if (!status && photo->mask_path) status = vw_mask_probe(photo->mask_path, view->camera.width_px, view->camera.height_px);
         if (status) return status;
-        scene->masked_view_count += photo->mask_path != NULL;
+        view->has_mask = photo->mask_path != NULL;
+        scene->masked_view_count += view->has_mask;
     }
     uint32_t used_count = scene->view_count - scene->split_count[VW_SPLIT_EXCLUDED];
     if (!scene->masked_view_count || scene->masked_view_count == used_count) return VW_OK;

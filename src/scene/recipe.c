@@ -55,6 +55,7 @@ static enum vw_status store_photo(const struct vw_recipe_photo *photo, struct vw
 static enum vw_status make_photo(struct vw_recipe_tracer *tracer, const struct vw_recipe *recipe, uint32_t view, struct vw_scene *scene,
                                  struct vw_recipe_photo *photo, float *depths) {
     enum vw_status status = vw_recipe_trace(tracer, view, photo);
+    if (!status) status = vw_recipe_capture(recipe, view, photo, &scene->views[view]);
     if (!status) status = vw_recipe_spoil_photo(recipe, view, photo);
     if (!status) status = store_photo(photo, &scene->views[view]);
     for (size_t i = 0; !status && i < (size_t)photo->width_px * photo->height_px; i++) depths[i] = photo->pixels[i].depth;
@@ -87,6 +88,8 @@ enum vw_status vw_recipe_load(const struct vw_scene_params *params, struct vw_sc
     recipe->downscale = params->downscale ? params->downscale : 1;
     enum vw_status status = read_recipe(recipe, scene);
     if (!status && !params->headers_only) status = make_photos(params->gpu, recipe, scene);
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        scene->masked_view_count += scene->views[v].has_mask && scene->views[v].split != VW_SPLIT_EXCLUDED;
     for (uint32_t v = 0; !status && v < scene->view_count; v++) vw_recipe_spoil_pose(recipe, v, scene->views[v].camera_to_world);
     scene->has_alpha = recipe->background == BACKGROUND_TRANSPARENT;
     for (int c = 0; c < 3; c++) scene->background[c] = scene->has_alpha ? 1 : 0; // white, as for photos with alpha

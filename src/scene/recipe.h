@@ -20,6 +20,8 @@
 //   defects           kind and strength: noise (standard deviation), blur (standard deviation in px), occluder (share of the photo
 //                       covered), exposure (gain; with bias, added after it), wrong_pose (degrees the recorded pose is turned);
 //                     views: [indices], or every: n (each n-th clean train view), or share: of the train views, chosen by seed
+//   transients        share of all photos with a disc of a random colour in front, which the photo's mask hides; size: share of the photo
+//                       that it covers (0.1)
 // View i is "view_iii"; without `split` it is val when i % 8 == 0, test when i % 8 == 4, train else. Only train views can be
 // spoiled, each by one defect. Points come from the true geometry; a view with a wrong pose has no tracks.
 #ifndef VIEWWORTH_RECIPE_H

@@ -63,6 +63,15 @@ static void read_sun(struct vw_json_reader *reader, const json_t *object, void *
     recipe->ambient = ambient;
 }
 
+static void read_transients(struct vw_json_reader *reader, const json_t *object, void *context) {
+    struct vw_recipe *recipe = context;
+    vw_json_check_keys(reader, object, "share size");
+    recipe->transient_share = NAN;
+    recipe->transient_size = 0.1;
+    vw_json_number(reader, object, "share", 0, 1, &recipe->transient_share);
+    vw_json_number(reader, object, "size", 1e-3, 0.7, &recipe->transient_size);
+}
+
 static void read_background(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe) {
     double colour[3] = {0};
     int word = 0;
@@ -167,7 +176,7 @@ static void read_shape(struct vw_json_reader *reader, const json_t *object, void
 
 void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe, struct vw_box *box) {
     int64_t version = 0, seed = 0;
-    vw_json_check_keys(reader, root, "viewworth_recipe seed image box background sun exposure shapes cameras defects");
+    vw_json_check_keys(reader, root, "viewworth_recipe seed image box background sun exposure shapes cameras transients defects");
     vw_json_integer(reader, root, "viewworth_recipe", 1, 1, &version);
     vw_json_integer(reader, root, "seed", 0, INT64_MAX, &seed);
     recipe->seed = (uint64_t)seed;
@@ -178,6 +187,7 @@ void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, str
     read_background(reader, root, recipe);
     vw_json_member(reader, root, "sun", false, read_sun, recipe);
     vw_json_member(reader, root, "exposure", false, read_exposure, recipe);
+    vw_json_member(reader, root, "transients", false, read_transients, recipe);
     struct shape_reader shapes = {.recipe = recipe, .box = box, .edge_world = 2 * box->half_extent_world};
     vw_json_each(reader, root, "shapes", VW_RECIPE_SHAPES_MAX, read_shape, &shapes);
 }

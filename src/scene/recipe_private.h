@@ -28,7 +28,7 @@ struct vw_recipe_defect {
 };
 
 // What random numbers of a recipe are for: the last counter word of VW_RANDOM_RECIPE.
-enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE, VW_DRAW_EXPOSURE };
+enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE, VW_DRAW_EXPOSURE, VW_DRAW_TRANSIENT };
 
 struct vw_recipe {
     const char *path;
@@ -41,6 +41,7 @@ struct vw_recipe {
     double sun_direction[3];      // unit vector
     double sun_intensity, ambient;
     double gain_spread, tint_spread, bias_spread; // of all photos
+    double transient_share, transient_size;
     struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];
     uint32_t shape_count;
     struct vw_recipe_defect *defects; // per view; owned
@@ -66,9 +67,15 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
 
+// recipe_capture.c: what passes by before a photo is taken: a transient disc, whose mask goes to the view.
+enum vw_status vw_recipe_capture(const struct vw_recipe *recipe, uint32_t index, struct vw_recipe_photo *photo, struct vw_view *view);
+
 // recipe_spoil.c: exposure and defect of one view's pixels; and the recorded pose of one with a wrong pose.
 enum vw_status vw_recipe_spoil_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo);
 void vw_recipe_spoil_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]);
+
+// Two independent standard normal numbers.
+void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]);
 
 // recipe_points.c: points and tracks from the depths of all views, [view][pixel], while the scene still has the true poses.
 enum vw_status vw_recipe_make_points(const struct vw_recipe *recipe, const float *depths, struct vw_scene *scene);

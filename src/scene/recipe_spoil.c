@@ -11,8 +11,8 @@ static float clamp_unit(float value) { return fminf(fmaxf(value, 0), 1); }
 
 static size_t pixel_count(const struct vw_recipe_photo *photo) { return (size_t)photo->width_px * photo->height_px; }
 
-// Two independent standard normal numbers (Box and Muller).
-static void draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]) {
+// Box and Muller.
+void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]) {
     float radius = sqrtf(-2 * logf(1 - vw_random_unit(word_a)));
     float angle = 6.28318531f * vw_random_unit(word_b);
     normals[0] = radius * cosf(angle);
@@ -24,8 +24,8 @@ static void add_noise(const struct vw_recipe *recipe, uint32_t view, float devia
         uint32_t words[4];
         float normals[4];
         vw_random_words(recipe->seed, VW_RANDOM_RECIPE, i, view, VW_DRAW_NOISE, words);
-        draw_normals(words[0], words[1], normals);
-        draw_normals(words[2], words[3], normals + 2);
+        vw_recipe_draw_normals(words[0], words[1], normals);
+        vw_recipe_draw_normals(words[2], words[3], normals + 2);
         vw_float4 *p = &photo->pixels[i].rgba;
         p->x = clamp_unit(p->x + deviation * normals[0]);
         p->y = clamp_unit(p->y + deviation * normals[1]);
@@ -48,8 +48,8 @@ static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct v
     for (uint32_t i = 0; i < 2; i++) {
         uint32_t words[4];
         vw_random_words(recipe->seed, VW_RANDOM_RECIPE, i, view, VW_DRAW_EXPOSURE, words);
-        draw_normals(words[0], words[1], normals + 4 * i);
-        draw_normals(words[2], words[3], normals + 4 * i + 2);
+        vw_recipe_draw_normals(words[0], words[1], normals + 4 * i);
+        vw_recipe_draw_normals(words[2], words[3], normals + 4 * i + 2);
     }
     for (int c = 0; c < 3; c++) {
         gain[c] = (float)exp(recipe->gain_spread * normals[0] + recipe->tint_spread * normals[1 + c]);
@@ -157,7 +157,8 @@ void vw_recipe_spoil_pose(const struct vw_recipe *recipe, uint32_t view, double 
     vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_POSE, words);
     double around = 2 * M_PI * vw_random_unit(words[0]), angle = recipe->defects[view].strength * M_PI / 180;
     double x = cos(around), y = sin(around), c = cos(angle), s = sin(angle);
-    const double turn[3][3] = { // about the axis (x, y, 0), in camera axes
+    const double turn[3][3] = {
+        // about the axis (x, y, 0), in camera axes
         {c + x * x * (1 - c), x * y * (1 - c), y * s},
         {x * y * (1 - c), c + y * y * (1 - c), -x * s},
         {-y * s, x * s, c},

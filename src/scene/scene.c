@@ -103,7 +103,12 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
 
 bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
     size_t pixel = (size_t)y_px * view->image.width_px + x_px;
-    return (!view->mask || view->mask[pixel]) && (!view->image.unusable || !view->image.unusable[pixel]);
+    return (!view->mask || view->mask[pixel] == VW_MASK_KEEP) && (!view->image.unusable || !view->image.unusable[pixel]);
+}
+
+bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
+    size_t pixel = (size_t)y_px * view->image.width_px + x_px;
+    return (!view->mask || view->mask[pixel] != VW_MASK_BEYOND_LENS) && (!view->image.unusable || !view->image.unusable[pixel]);
 }
 
 void vw_scene_close(struct vw_scene **scene) {

@@ -2,56 +2,38 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "probing_run.h"
 #include "viewworth/memory.h"
 
-// How far distortion moves an image corner, in pixels, at most over all photos.
-static double distortion_shift_px(const struct vw_scene *scene) {
-    double largest = 0.0;
-    for (uint32_t i = 0; i < scene->view_count; i++) {
-        const struct vw_camera *camera = &scene->views[i].camera;
-        if (!vw_camera_is_distorted(camera)) continue;
-        for (int corner = 0; corner < 4; corner++) {
-            double x_px = corner & 1 ? camera->width_px : 0.0, y_px = corner & 2 ? camera->height_px : 0.0;
-            double direction[3] = {(x_px - camera->centre_x_px) / camera->focal_x_px, -(y_px - camera->centre_y_px) / camera->focal_y_px,
-                                   -1.0};
-            double moved_x_px, moved_y_px;
-            if (vw_camera_project(camera, direction, &moved_x_px, &moved_y_px))
-                largest = fmax(largest, hypot(moved_x_px - x_px, moved_y_px - y_px));
-        }
-    }
-    return largest;
-}
-
-static double transparent_share(const struct vw_scene *scene) {
-    uint32_t transparent = 0;
-    for (uint32_t i = 0; i < scene->view_count; i++) transparent += scene->views[i].image.has_alpha;
-    return scene->view_count ? (double)transparent / scene->view_count : 0.0;
-}
-
-// Evidence that is still to be measured: see evidence.c.
-static double no_evidence(const struct vw_scene *scene) {
-    (void)scene;
-    return 0.0;
-}
+#define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
 static const struct effect {
     const char *name, *meaning;
     double threshold;
-    double (*evidence)(const struct vw_scene *scene);
-    size_t constant; // offset of its switch in struct vw_specialization
+    enum vw_status (*evidence)(const struct survey *survey, double *evidence);
+    size_t constant;   // offset of its switch in struct vw_specialization
+    bool basic;        // decided first: without it the rest of the evidence, and the probing run, would look at something else
+    const char *needs; // NULL, or the effect without which this one has nothing to do; before it in the list
 } effects[] = {
-    {"distortion", "largest shift of an image corner by lens distortion, px", 0.01, distortion_shift_px,
-     offsetof(struct vw_specialization, effect_distortion)},
-    {"background", "share of photos with transparent pixels", 0.01, transparent_share,
-     offsetof(struct vw_specialization, effect_background)},
-    {"sky", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_sky)},
-    {"unbounded", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_unbounded)},
-    {"appearance", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_appearance)},
-    {"appearance_code", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_appearance_code)},
-    {"occupancy", "TODO", 1.0, no_evidence, offsetof(struct vw_specialization, effect_occupancy)},
+    {"distortion", "largest shift of an image corner by lens distortion, px", 0.01, evidence_distortion,
+     offsetof(struct vw_specialization, effect_distortion), true, NULL},
+    {"background", "share of photos with transparent pixels", 0.01, evidence_background,
+     offsetof(struct vw_specialization, effect_background), true, NULL},
+    {"masks", "share of photos with a mask file", 1e-9, evidence_masks, HOST_ONLY, true, NULL},
+    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones", 0.04, evidence_sky,
+     offsetof(struct vw_specialization, effect_sky), false, NULL},
+    {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median", 4.0, evidence_unbounded,
+     offsetof(struct vw_specialization, effect_unbounded), false, NULL},
+    {"appearance", "robust spread over photos of the log gain of the same points", 0.05, evidence_appearance,
+     offsetof(struct vw_specialization, effect_appearance), false, NULL},
+    {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance", 0.1,
+     evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance"},
+    {"occupancy", "share of the box that is empty after a probing run", 0.7, evidence_occupancy,
+     offsetof(struct vw_specialization, effect_occupancy), false, NULL},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
@@ -76,12 +58,20 @@ static enum vw_status apply_word(const char *word, size_t length, struct vw_effe
     return VW_OK;
 }
 
+void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
+        verdicts[i] = (struct vw_effect_verdict){
+            .name = effects[i].name, .evidence = NAN, .threshold = effects[i].threshold, .meaning = effects[i].meaning};
+    *count = VW_ARRAY_COUNT(effects);
+}
+
 // auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
-static enum vw_status apply_choice(const char *choice, struct vw_effect_verdict *verdicts) {
-    if (!strcmp(choice, "auto")) return VW_OK;
-    bool exactly = choice[0] != '+' && choice[0] != '-';
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects) && exactly; i++) verdicts[i].on = false;
-    if (!strcmp(choice, "none")) return VW_OK;
+static bool leaves_to_evidence(const char *choice) { return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-'; }
+
+enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
+    bool exactly = !leaves_to_evidence(choice);
+    for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
+    if (!strcmp(choice, "none") || !strcmp(choice, "auto")) return VW_OK;
     for (const char *word = choice;;) {
         size_t length = strcspn(word, ",");
         if ((word[0] != '+' && word[0] != '-') != exactly)
@@ -92,23 +82,52 @@ static enum vw_status apply_choice(const char *choice, struct vw_effect_verdict 
     }
 }
 
-enum vw_status vw_effects_decide(const struct vw_scene *scene, const char *choice, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
-                                 uint32_t *count) {
-    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX] = {0};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        double evidence = effects[i].evidence(scene);
-        bool called_for = evidence >= effects[i].threshold;
-        decided[i] = (struct vw_effect_verdict){.name = effects[i].name,
-                                                .called_for = called_for,
-                                                .evidence = evidence,
-                                                .threshold = effects[i].threshold,
-                                                .meaning = effects[i].meaning,
-                                                .on = called_for};
+bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!strcmp(verdicts[i].name, name)) return verdicts[i].on;
+    return false;
+}
+
+// The evidence of the basic effects, or of the others.
+static enum vw_status measure(const struct survey *survey, bool basic, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX]) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(effects) && status == VW_OK; i++) {
+        struct vw_effect_verdict *verdict = &verdicts[i];
+        int needed = effects[i].needs ? find_effect(effects[i].needs, strlen(effects[i].needs)) : -1;
+        if (effects[i].basic != basic) continue;
+        status = effects[i].evidence(survey, &verdict->evidence);
+        if (needed >= 0 && !verdicts[needed].called_for) verdict->evidence = 0.0;
+        verdict->called_for = verdict->evidence >= effects[i].threshold;
     }
-    enum vw_status status = apply_choice(choice, decided);
+    return status;
+}
+
+// With the basic effects as they are decided, and no others.
+static enum vw_status probe(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_effect_verdict *decided, uint32_t count,
+                            struct probe_findings *findings) {
+    struct vw_effect_verdict simulated[VW_EFFECT_COUNT_MAX];
+    memcpy(simulated, decided, count * sizeof *decided);
+    for (uint32_t i = 0; i < count; i++) simulated[i].on &= effects[i].basic;
+    return probing_run(gpu, scene, simulated, count, findings);
+}
+
+enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const char *choice,
+                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
+    uint32_t decided_count;
+    struct survey survey = {.scene = scene, .masks = true, .probe = {.gain_spread = NAN, .empty_share = NAN}};
+    vw_effects_list(decided, &decided_count);
+    enum vw_status status = measure(&survey, true, decided);
+    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
     if (status != VW_OK) return status;
-    memcpy(verdicts, decided, sizeof decided);
-    *count = VW_ARRAY_COUNT(effects);
+    survey.masks = effects_is_on(decided, decided_count, "masks");
+    if (gpu && leaves_to_evidence(choice) && scene->split_count[VW_SPLIT_TRAIN] > 0)
+        status = probe(gpu, scene, decided, decided_count, &survey.probe);
+    if (status == VW_OK) status = measure(&survey, false, decided);
+    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
+    if (status != VW_OK) return status;
+    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    *count = decided_count;
     return VW_OK;
 }
 
@@ -125,6 +144,7 @@ static bool any_rich_lens(const struct vw_scene *scene) {
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene, struct vw_specialization *specialization) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         uint32_t on = verdicts[i].on;
+        if (effects[i].constant == HOST_ONLY) continue;
         memcpy((char *)specialization + effects[i].constant, &on, sizeof on);
     }
     if (specialization->effect_distortion && any_rich_lens(scene)) specialization->effect_distortion = DISTORTION_ANY_LENS;

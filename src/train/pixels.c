@@ -51,6 +51,11 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
     };
 }
 
+void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        pixels[i].weight = vw_view_can_use(&scene->views[pixels[i].view], (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px) ? 1.0f : 0.0f;
+}
+
 void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw, uint32_t count,
                  struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "effects.h"
 #include "gpu/shaders.h"
 #include "pixels.h"
 #include "viewworth/log.h"
@@ -47,6 +48,7 @@ static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pi
         uint32_t count =
             pixels_stratify(trainer->scene, view, scored_columns(trainer, view), val_rays_of_view(trainer, i), pixels + written);
         ranges[i] = (struct vw_ray_range){.first = written, .count = count};
+        if (!trainer->masks) pixels_unmask(trainer->scene, pixels + written, count);
         for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
         if (!trainer->val_pixel_counts[i])
             return vw_fail(VW_ERROR_INPUT, "%s: this validation view has no usable pixel%s; leave it out of the validation list",
@@ -153,6 +155,18 @@ static enum vw_status choose_views(struct vw_trainer *trainer) {
     return trainer->order ? VW_OK : VW_ERROR_MEMORY;
 }
 
+static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
+    enum vw_status status = VW_OK;
+    if (params->effects) {
+        trainer->effect_count = params->effect_count;
+        memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
+    } else {
+        status = vw_effects_decide(NULL, trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
+    }
+    trainer->masks = status == VW_OK && effects_is_on(trainer->effects, trainer->effect_count, "masks");
+    return status;
+}
+
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {
     struct vw_trainer *trainer = vw_allocate(1, sizeof *trainer);
     if (!trainer) return VW_ERROR_MEMORY;
@@ -163,7 +177,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     enum vw_status status = vw_config_check(&trainer->config);
     if (status == VW_OK && trainer->config.noise_floor && !trainer->validate)
         status = vw_fail(VW_ERROR_USAGE, "--noise-floor: needs validation after every step; use viewworth value");
-    if (status == VW_OK) status = vw_effects_decide(trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
+    if (status == VW_OK) status = take_effects(trainer, params);
     if (status == VW_OK) status = choose_views(trainer);
     if (status == VW_OK)
         status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu),
@@ -207,6 +221,11 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return (uint64_t)trainer->config.epochs * trainer->train_count; }
 
+const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
+    *count = trainer->effect_count;
+    return trainer->effects;
+}
+
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count) {
     *count = trainer->val_count;
     return trainer->val_views;
@@ -245,6 +264,7 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
     bool probed = noise_probe_due(trainer, step);
     for (uint32_t draw = 0; draw <= (probed ? PROBE_REDRAWS : 0); draw++)
         pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, draw, rays, pixels + draw * rays);
+    if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * (probed ? 1 + PROBE_REDRAWS : 1));
     if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, scalar_row + rows_per_measurement(trainer));
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
     trainer_record_validation(trainer, slot->batch, scalar_row);
