@@ -99,6 +99,7 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     uint32_t count = trainer->val_rays;
     if (status == VW_OK && fits)
         view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, ranges, pixels, &count, ranges + trainer->val_count);
+    if (status == VW_OK && !trainer->masks) pixels_unmask(trainer->scene, pixels, count);
     if (status == VW_OK) status = create_validation_passes(trainer, pixels, count, ranges);
     free(pixels);
     free(ranges);
