@@ -7,7 +7,8 @@
 //   image             width_px, height_px; samples_per_pixel: 1, 4, 9, ... 64 (4)
 //   box               centre, half_extent: where the field lives; all content belongs inside
 //   background        [r,g,b], "sky" (a gradient) or "transparent" (photos carry alpha)                           (black)
-//   sun               direction (towards it), intensity; ambient: light that comes from everywhere     (no sun, ambient 1)
+//   sun               direction (towards it), intensity; ambient: light that comes from everywhere;
+//                     spread_deg: standard deviation over photos of its turn about z (0)                     (no sun, ambient 1)
 //   shapes            kind and centre, and for a
 //                       sphere:   radius                                box:   half_extent [x,y,z], turn_deg about z (0)
 //                       cylinder: radius, height (upright, closed)      plane: normal ([0,0,1]), radius of its disc (unlimited)
