@@ -7,7 +7,8 @@
 //   image             width_px, height_px; samples_per_pixel: 1, 4, 9, ... 64 (4)
 //   box               centre, half_extent: where the field lives; all content belongs inside
 //   background        [r,g,b], "sky" (a gradient) or "transparent" (photos carry alpha)                           (black)
-//   sun               direction (towards it), intensity; ambient: light that comes from everywhere     (no sun, ambient 1)
+//   sun               direction (towards it), intensity; ambient: light that comes from everywhere;
+//                     spread_deg: standard deviation over photos of its turn about z (0)                     (no sun, ambient 1)
 //   exposure          what all photos differ in, those that test and validate as well: standard deviations `gain` of the logarithm of a
 //                       photo's gain, `tint` of that of each channel's own gain beside it, `bias` of each channel's bias (0)
 //   shapes            kind and centre, and for a

@@ -54,11 +54,12 @@ static void read_box(struct vw_json_reader *reader, const json_t *object, void *
 static void read_sun(struct vw_json_reader *reader, const json_t *object, void *context) {
     struct vw_recipe *recipe = context;
     double direction[3] = {NAN, NAN, NAN}, intensity = NAN, ambient = 0;
-    vw_json_check_keys(reader, object, "direction intensity ambient");
+    vw_json_check_keys(reader, object, "direction intensity ambient spread_deg");
     read_direction(reader, object, "direction", direction);
     vw_json_number(reader, object, "intensity", 0, 100, &intensity);
     vw_json_number(reader, object, "ambient", 0, 100, &ambient);
     memcpy(recipe->sun_direction, direction, sizeof direction);
+    vw_json_number(reader, object, "spread_deg", 0, 180, &recipe->sun_spread_deg);
     recipe->sun_intensity = intensity;
     recipe->ambient = ambient;
 }

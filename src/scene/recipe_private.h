@@ -28,7 +28,7 @@ struct vw_recipe_defect {
 };
 
 // What random numbers of a recipe are for: the last counter word of VW_RANDOM_RECIPE.
-enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE, VW_DRAW_EXPOSURE, VW_DRAW_TRANSIENT };
+enum vw_recipe_draw { VW_DRAW_CHOICE, VW_DRAW_NOISE, VW_DRAW_OCCLUDER, VW_DRAW_POSE, VW_DRAW_EXPOSURE, VW_DRAW_TRANSIENT, VW_DRAW_SUN };
 
 struct vw_recipe {
     const char *path;
@@ -39,7 +39,7 @@ struct vw_recipe {
     uint32_t background;          // BACKGROUND_*
     float background_colour[3];
     double sun_direction[3];      // unit vector
-    double sun_intensity, ambient;
+    double sun_intensity, ambient, sun_spread_deg;
     double gain_spread, tint_spread, bias_spread; // of all photos
     double transient_share, transient_size;
     struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];

@@ -1,4 +1,5 @@
 // Runs trace_recipe over one view after another, in ranges of pixels that fit one buffer.
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -6,6 +7,7 @@
 #include "scene/recipe_private.h"
 #include "viewworth/gpu.h"
 #include "viewworth/memory.h"
+#include "viewworth/random.h"
 
 enum { RANGE_PIXELS_MAX = 1 << 20 };
 
@@ -115,9 +117,21 @@ void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer) {
     *tracer = NULL;
 }
 
+// The sun of one photo: turned about z, by chance.
+static void sun_of_view(const struct vw_recipe *recipe, uint32_t view, double sun[3]) {
+    uint32_t words[4];
+    float normals[2];
+    vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_SUN, words);
+    vw_recipe_draw_normals(words[0], words[1], normals);
+    double turn = recipe->sun_spread_deg * normals[0] * M_PI / 180, c = cos(turn), s = sin(turn);
+    const double *mean = recipe->sun_direction;
+    memcpy(sun, (double[3]){c * mean[0] - s * mean[1], s * mean[0] + c * mean[1], mean[2]}, 3 * sizeof *sun);
+}
+
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo) {
     const struct vw_recipe *recipe = tracer->recipe;
-    const double *sun = recipe->sun_direction;
+    double sun[3];
+    sun_of_view(recipe, view, sun);
     const float *background = recipe->background_colour;
     struct vw_push_recipe push = {
         .view = view,

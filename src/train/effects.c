@@ -30,7 +30,7 @@ static const struct effect {
      offsetof(struct vw_specialization, effect_unbounded), false, NULL},
     {"appearance", "robust spread over photos of the log gain of the same points", 0.05, evidence_appearance,
      offsetof(struct vw_specialization, effect_appearance), false, NULL},
-    {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance", 0.1,
+    {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance", 0.075,
      evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance"},
     {"occupancy", "share of the box that is empty after a probing run", 0.7, evidence_occupancy,
      offsetof(struct vw_specialization, effect_occupancy), false, NULL},

@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code as
+# one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
+# In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
+set -uo pipefail
+program=$(realpath "$1")
+cd "$(dirname "$0")/../.."
+. tests/support/shell_test.sh
+
+for tool in glslangValidator spirv-opt spirv-dis; do
+    command -v "$tool" >/dev/null || { echo "SKIPPED: $tool is missing; scripts/install_packages installs it"; exit 77; }
+done
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# Registry names, in order: first column of the table.
+mapfile -t effects < <("$program" info scenes/clean.json --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')
+# "stem define" of every shader.
+mapfile -t shaders < <(sed -nE 's/^viewworth_add_shader\(([a-z_]+)( VARIANT [a-z]+ DEFINE ([A-Z_]+))?\).*/\1 \3/p' shaders/list.cmake)
+
+# The constant id of an effect's switch; nothing for one that the host does alone.
+constant_of() {
+    sed -nE "s/^ *X\(([0-9]+), EFFECT_${1^^}, .*/\1/p" shaders/interface.h
+}
+
+# compile SHADERS_FOLDER SHADER OUT [ARGUMENT]...
+compile() {
+    local folder=$1 stem=${2% *} define=${2#* } out=$3
+    glslangValidator --quiet --target-env vulkan1.2 "-I$folder" ${define:+"-D$define"} "${@:4}" -o "$out" "$folder/$stem.comp"
+}
+
+# text IN OUT: the code of a module as text.
+text() { spirv-dis --raw-id --no-header "$1" | awk -f tests/cli/spirv_code.awk >"$2"; }
+
+# code IN OUT [ID:VALUE]...: the same, specialised with these values (the others have their defaults) and optimised.
+code() {
+    spirv-opt --strip-debug --set-spec-const-default-value="${*:3}" --freeze-spec-const --fold-spec-const-op-composite -O "$1" -o "$1.opt" &&
+        text "$1.opt" "$2"
+}
+
+# A copy of the shaders without the effect.
+without() {
+    local folder=$1 upper=EFFECT_${2^^}
+    cp -r shaders "$folder"
+    sed -i -E "/^ *X\([0-9]+, $upper, /d; s/^VW_SPECIALIZATION\(VW_DECLARE_CONSTANT\)/&\nconst uint $upper = 0u;/" "$folder/interface.h"
+}
+
+# Values of the other constants: training and validation, each with all other effects off and on.
+settings_for() {
+    local others="" other id
+    for other in "${effects[@]}"; do
+        id=$(constant_of "$other")
+        [[ -n $id && $other != "$1" ]] && others+=" $id:1"
+    done
+    echo "6:0"
+    echo "6:1"
+    echo "6:0$others"
+    echo "6:1$others"
+}
+
+# same_code EFFECT SHADER: compares all settings; says which differs.
+same_code() {
+    local effect=$1 shader=$2 id setting
+    id=$(constant_of "$effect")
+    compile shaders "$shader" "$work/with.spv" && compile "$work/$effect" "$shader" "$work/without.spv" "-DVW_WITHOUT_${effect^^}" || return 1
+    text "$work/with.spv" "$work/with.txt" && text "$work/without.spv" "$work/without.txt" || return 1
+    [[ -s $work/with.txt ]] && cmp -s "$work/with.txt" "$work/without.txt" && return 0 # it does not know the effect
+    while read -r setting; do
+        # shellcheck disable=SC2086
+        code "$work/with.spv" "$work/with.txt" "$id:0" $setting && code "$work/without.spv" "$work/without.txt" $setting || return 1
+        [[ -s $work/with.txt ]] || { echo "no code came out"; return 1; }
+        diff "$work/with.txt" "$work/without.txt" >"$work/difference" || {
+            echo "differs with $id:0 $setting:"
+            head -20 "$work/difference" | cut -c1-200
+            return 1
+        }
+    done < <(settings_for "$effect")
+}
+
+# So that the comparison itself is no empty one: an effect that is on changes the code of the pass that it is in.
+sees_a_difference() {
+    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 && code "$work/with.spv" "$work/on.txt" 17:1 &&
+        ! cmp -s "$work/off.txt" "$work/on.txt"
+}
+
+check "the program lists effects" test "${#effects[@]}" -ge 8
+check "shaders are listed" test "${#shaders[@]}" -ge 17
+check "every switch in the interface is an effect's" test \
+    "$(grep -cE '^ *X\([0-9]+, EFFECT_' shaders/interface.h)" = "$(for e in "${effects[@]}"; do constant_of "$e"; done | wc -l)"
+check "the comparison sees an effect that is on" sees_a_difference
+for effect in "${effects[@]}"; do
+    if [[ -z $(constant_of "$effect") ]]; then
+        check "$effect: no shader knows it" test -z "$(grep -rliE "EFFECT_$effect" shaders)"
+        continue
+    fi
+    without "$work/$effect" "$effect"
+    for shader in "${shaders[@]}"; do check "$effect off: $shader" same_code "$effect" "$shader"; done
+done
+conclude
