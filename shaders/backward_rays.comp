@@ -10,6 +10,7 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
+BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 PUSH uniform Push { vw_push_samples push; };
 
@@ -18,10 +19,14 @@ void main() {
     if (index >= push.ray_count) return;
     vw_ray ray = rays[push.first_ray + index];
     float stride = ray.direction_stride.w;
-    uint first = index * SAMPLES;
+    uint first = index * SAMPLES, count = SAMPLES;
+    if (EFFECT_OCCUPANCY != 0u) { // samples that were skipped have no density: they change neither colour nor gradient
+        first = kept_begins[index];
+        count = kept_begins[index + 1u] - first;
+    }
 
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) {
+    for (uint i = 0u; i < count; i++) {
         d_field[first + i].w = forward.tau; // kept for the way back
         march(forward, field[first + i], stride);
     }
@@ -33,5 +38,5 @@ void main() {
     ray_loss[push.first_ray + index] = share * (value.x + value.y + value.z);
 
     vec3 d_colour = share * slope;
-    for (uint i = SAMPLES; i-- > 0u;) d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stride, d_colour);
+    for (uint i = count; i-- > 0u;) d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stride, d_colour);
 }

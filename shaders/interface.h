@@ -7,6 +7,7 @@
 #define VW_ENUM(name, value) const uint name = value;
 #define vw_float4 vec4
 #define vw_uint4 uvec4
+#define vw_uint3 uvec3
 #define vw_uint uint
 #else
 #include <stddef.h>
@@ -14,6 +15,7 @@
 #define VW_ENUM(name, value) enum { name = value };
 typedef struct { float x, y, z, w; } vw_float4;
 typedef struct { uint32_t x, y, z, w; } vw_uint4;
+typedef struct { uint32_t x, y, z; } vw_uint3;
 typedef uint32_t vw_uint;
 #endif
 
@@ -113,6 +115,7 @@ VW_ENUM(DISTORTION_ANY_LENS, 2) // further coefficients or fisheyes, told apart 
 
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
+VW_ENUM(RANDOM_OCCUPANCY, 6)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
@@ -143,7 +146,12 @@ VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
 VW_ENUM(VW_SLOT_CEILING_FROM, 25)   // vec4: copy_memory
 VW_ENUM(VW_SLOT_CEILING_TO, 26)     // vec4: copy_memory, multiply_registers
-VW_ENUM(VW_SLOT_COUNT, 27)
+VW_ENUM(VW_SLOT_OCCUPANCY, 27)      // float per cell: its density of late, see occupancy.glsl; this and the next four only with that effect
+VW_ENUM(VW_SLOT_KEPT_BITS, 28)      // uint [ray of the chunk][VW_KEPT_WORDS(SAMPLES)]: which of its samples are kept
+VW_ENUM(VW_SLOT_KEPT_BEGINS, 29)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
+VW_ENUM(VW_SLOT_KEPT_SAMPLES, 30)   // uint per slot: which sample of the chunk it holds
+VW_ENUM(VW_SLOT_KEPT, 31)           // vw_kept of the chunk
+VW_ENUM(VW_SLOT_COUNT, 32)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -177,6 +185,14 @@ struct vw_ray {
 struct vw_step_state {
     vw_uint nonfinite;   // not 0: the step must be skipped
     vw_uint clamped;     // gradient contributions clamped
+};
+
+// Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
+struct vw_kept {
+    vw_uint3 field_groups;                   // forward_field, backward_field
+    vw_uint3 weight_groups;                  // gradient_weights
+    vw_uint3 scatter_groups[VW_LEVELS_MAX];  // scatter_grid (but not its walk) over as many levels as the index and one
+    vw_uint slots;                           // padded to whole workgroups of VW_FIELD_GROUP
 };
 
 struct vw_ray_range {
@@ -225,7 +241,7 @@ struct vw_push_rays {        // generate_rays
     vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
 };
-struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights
+struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint step_low, step_high;
@@ -234,6 +250,10 @@ struct vw_push_scatter {     // scatter_grid
     vw_uint sample_count;    // of the chunk
     vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
     vw_uint first_pair;      // where that window begins
+};
+struct vw_push_refresh {     // refresh_occupancy
+    vw_uint step_low, step_high;
+    float remains;           // share of a cell's old density that is still believed
 };
 struct vw_push_reduce {      // reduce_loss, reduce_views
     vw_uint count;           // rays; views
@@ -255,11 +275,17 @@ VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weight
 VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
+VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
+VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
+VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
 
 // Rows lie a little more than a power of two apart, or a sample's values in all rows would compete for the same few lines of a cache.
 #define VW_ROW_STRIDE(chunk_samples) ((chunk_samples) + 4u)
+
+// Words of a ray's bits.
+#define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)
 
 // Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
 // tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.

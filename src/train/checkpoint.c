@@ -22,13 +22,13 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
     if (trainer_in_flight(trainer)) return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; collect them first", path);
     if (trainer->next_step == 0) return vw_fail(VW_ERROR_USAGE, "%s: nothing to keep before the first step", path);
     char run_id[VW_HASH_HEX_BYTES];
-    struct vw_buffer *buffers[TRAINING_STATE_BUFFERS];
+    struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
     enum vw_status status = name_run(trainer, run_id);
     if (status != VW_OK) return status;
-    step_training_state(&trainer->step, buffers);
+    uint32_t count = step_training_state(&trainer->step, buffers);
     char *description = vw_format_text("{\"run_id\":\"%s\",\"step\":%" PRIu64 "}", run_id, trainer->next_step - 1);
     if (!description) return VW_ERROR_MEMORY;
-    status = sealed_file_save(path, magic, description, &(struct buffer_list){buffers, TRAINING_STATE_BUFFERS});
+    status = sealed_file_save(path, magic, description, &(struct buffer_list){buffers, count});
     free(description);
     return status;
 }
@@ -53,9 +53,8 @@ static enum vw_status check_description(const struct vw_trainer *trainer, const 
 }
 
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step, uint64_t *step) {
-    struct vw_buffer *buffers[TRAINING_STATE_BUFFERS];
-    step_training_state(&trainer->step, buffers);
-    const struct buffer_list list = {buffers, TRAINING_STATE_BUFFERS};
+    struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
+    const struct buffer_list list = {buffers, step_training_state(&trainer->step, buffers)};
     struct sealed_file file;
     uint64_t saved_step = 0;
     if (trainer_in_flight(trainer)) return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);

@@ -10,10 +10,10 @@ enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: 
 // ---- Keeping the state ------------------------------------------------------------------------------------------------
 
 static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe *probe) {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS];
-    step_training_state(&trainer->step, state);
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX];
+    probe->kept_count = step_training_state(&trainer->step, state);
     enum vw_status status = VW_OK;
-    for (int i = 0; i < TRAINING_STATE_BUFFERS && status == VW_OK; i++)
+    for (uint32_t i = 0; i < probe->kept_count && status == VW_OK; i++)
         status = vw_buffer_create(
             trainer->gpu, &(struct vw_buffer_params){.name = "kept_state", .size_bytes = vw_buffer_size_bytes(state[i])}, &probe->kept[i]);
     return status;
@@ -21,9 +21,9 @@ static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe
 
 // Copies the state into its keep, or back.
 static void record_state_copy(const struct vw_trainer *trainer, struct vw_batch *batch, bool back) {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS], *const *kept = trainer->noise_probe->kept;
-    step_training_state(&trainer->step, state);
-    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++)
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX], *const *kept = trainer->noise_probe->kept;
+    uint32_t count = step_training_state(&trainer->step, state);
+    for (uint32_t i = 0; i < count; i++)
         vw_batch_copy(batch, back ? kept[i] : state[i], 0, back ? state[i] : kept[i], 0, vw_buffer_size_bytes(kept[i]));
 }
 
@@ -47,7 +47,7 @@ void noise_probe_destroy(struct noise_probe **pointer) {
     struct noise_probe *probe = *pointer;
     if (!probe) return;
     step_destroy(&probe->still_step);
-    for (int i = 0; i < TRAINING_STATE_BUFFERS; i++) vw_buffer_destroy(&probe->kept[i]);
+    for (uint32_t i = 0; i < probe->kept_count; i++) vw_buffer_destroy(&probe->kept[i]);
     free(probe);
     *pointer = NULL;
 }

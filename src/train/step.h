@@ -3,7 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_STEP_H
 #define VIEWWORTH_TRAIN_STEP_H
 
-#include "field.h"
+#include "occupancy.h"
 
 struct step_passes {
     struct field *field; // borrowed
@@ -13,6 +13,7 @@ struct step_passes {
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
     struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights, *reduce_loss, *update_weights;
     struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
+    struct occupancy occupancy;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
@@ -20,12 +21,17 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                            struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
-// Everything a step changes that the next one starts from: params, moments, visits. With it and the step's number, training goes on.
-enum { TRAINING_STATE_BUFFERS = 5 };
-void step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS]);
+// Everything a step changes that the next one starts from: params, moments, visits, and what effects carry. With it and the step's number,
+// training goes on. Returns how many buffers there are.
+enum { TRAINING_STATE_BUFFERS_MAX = 6 };
+uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
 // Records the passes that add the encoding gradients of the chunk's samples to d_grid.
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
+
+// Records the first part of a step, up to its loss and gradients, without the optimiser.
+void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                           uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);

@@ -26,6 +26,8 @@ struct reference_step *reference_step_create(const struct model *model, const st
     step->rays = vw_allocate(ray_count, sizeof *step->rays);
     step->samples = vw_allocate(samples, sizeof *step->samples);
     step->d_samples = vw_allocate(samples, sizeof *step->d_samples);
+    step->slots = vw_allocate(samples, sizeof *step->slots);
+    for (size_t i = 0; i < samples; i++) step->slots[i] = (uint32_t)i;
     step->colours = vw_allocate(ray_count, sizeof *step->colours);
     step->left = vw_allocate(ray_count, sizeof *step->left);
     step->errors = vw_allocate(ray_count, sizeof *step->errors);
@@ -40,6 +42,7 @@ void reference_step_destroy(struct reference_step *step) {
     free(step->rays);
     free(step->samples);
     free(step->d_samples);
+    free(step->slots);
     free(step->colours);
     free(step->left);
     free(step->errors);
@@ -48,10 +51,14 @@ void reference_step_destroy(struct reference_step *step) {
     free(step);
 }
 
-static void list_points(const struct reference_sample *samples, uint32_t count, struct reference_point *points) {
+// Of a ray. What is skipped has no density, and so no gradient either.
+static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
+    uint32_t count = step->model->specialization.samples;
+    const struct reference_sample *samples = &step->samples[(size_t)ray * count];
+    const uint32_t *slots = &step->slots[(size_t)ray * count];
     for (uint32_t i = 0; i < count; i++) {
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
-        points[i].density = samples[i].density;
+        points[i].density = slots[i] == REFERENCE_SKIPPED ? 0.0 : samples[i].density;
     }
 }
 
@@ -59,7 +66,7 @@ static void forward_ray(struct reference_step *step, uint32_t index, const doubl
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
     double unused;
-    list_points(&step->samples[(size_t)index * s->samples], s->samples, points);
+    list_points(step, index, points);
     step->left[index] = reference_composite(points, s->samples, ray->stride, background, step->colours[index]);
     step->losses[index] = 0.0;
     for (int c = 0; c < 3; c++) {
@@ -105,7 +112,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
             reference_loss(s->loss, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays[ray].weight / 3.0;
         }
-        list_points(samples, s->samples, points);
+        list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->rays[ray].stride, background, d_colour, d_points);
         for (uint32_t i = 0; i < s->samples; i++) {
             reference_networks_backward(s, &params->weights, &samples[i], d_points[i].rgb, d_points[i].raw, &d_samples[i]);
@@ -132,8 +139,10 @@ uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits
     uint64_t wrong = 0;
     for (size_t i = 0; i < (size_t)step->ray_count * s->samples; i++) {
         struct reference_sample *sample = &step->samples[i];
-        wrong += adopt((const uint32_t[2]){bits[i].x, bits[i].y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
-        wrong += adopt((const uint32_t[2]){bits[i].z, bits[i].w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
+        if (step->slots[i] == REFERENCE_SKIPPED) continue;
+        const vw_uint4 *words = &bits[step->slots[i]];
+        wrong += adopt((const uint32_t[2]){words->x, words->y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
+        wrong += adopt((const uint32_t[2]){words->z, words->w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
     }
     return wrong;
 }
