@@ -287,6 +287,10 @@ VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
 // Words of a ray's bits.
 #define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)
 
+// Density, per box edge, up to which a cell is empty. Then a stratum in it, even the longest one, which is a diagonal's, has an optical
+// thickness of at most 0.01 (the least that instant-ngp asks of a step): 0.01 / (sqrt(3) / samples).
+#define VW_EMPTY_DENSITY(samples) (0.005773503f * (samples))
+
 // Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
 // tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.
 #define VW_WEIGHT_BLOCKS(encoding4, width4) ((width4) * ((encoding4) + GEO4 + COLOUR4 + 1u))

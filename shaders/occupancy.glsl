@@ -1,11 +1,8 @@
 // Where training need not look: a grid of cells over the box, each with its density of late (Mueller et al., "Instant neural graphics
-// primitives", SIGGRAPH 2022, appendix E.2). Samples in empty cells count as density 0 and are not evaluated. Validation never skips.
+// primitives", SIGGRAPH 2022, the appendix on occupancy grids). Samples in empty cells count as density 0 and are not evaluated. Validation
+// never skips.
 #ifndef OCCUPANCY_GLSL
 #define OCCUPANCY_GLSL
-
-// A stratum in an empty cell would hide less than this share of what is behind it, even the longest one, which is a diagonal's.
-const float EMPTY_OPACITY = 1.0e-2;
-float empty_density() { return EMPTY_OPACITY * float(SAMPLES) / 1.7320508; } // per box edge
 
 uint occupancy_cell(vec3 position) {
     uvec3 cell = min(uvec3(position * float(VW_OCCUPANCY_SIDE)), uvec3(VW_OCCUPANCY_SIDE - 1u)); // position 1.0 belongs to the last cell
@@ -13,6 +10,6 @@ uint occupancy_cell(vec3 position) {
 }
 
 // A density that is not a number counts, so that it is met and noticed.
-bool occupied(float density) { return density > empty_density() || !finite(density); }
+bool occupied(float density) { return density > VW_EMPTY_DENSITY(float(SAMPLES)) || !finite(density); }
 
 #endif
