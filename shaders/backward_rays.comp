@@ -14,6 +14,8 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
+BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
+BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
@@ -21,17 +23,27 @@ BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance
 BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
 PUSH uniform Push { vw_push_samples push; };
 
+// Of the stratum of a ray's i-th sample, or i-th kept one.
+float length_of(vw_ray ray, uint slot, uint i) {
+    if (EFFECT_OCCUPANCY != 0u && EFFECT_UNBOUNDED != 0u) i = kept_samples[slot] % SAMPLES;
+    return stratum_length(ray, i);
+}
+
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
-    uint first = index * SAMPLES;
+    uint first = index * SAMPLES, count = SAMPLES;
+    if (EFFECT_OCCUPANCY != 0u) { // samples that were skipped have no density: they change neither colour nor gradient
+        first = kept_begins[index];
+        count = kept_begins[index + 1u] - first;
+    }
 
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) {
+    for (uint i = 0u; i < count; i++) {
         d_field[first + i].w = forward.tau; // kept for the way back
-        march(forward, field[first + i], stratum_length(ray, i));
+        march(forward, field[first + i], length_of(ray, first + i, i));
     }
     float left = transmittance(forward.tau);
     vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
@@ -51,6 +63,6 @@ void main() {
         d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, d_colour);
     }
     if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
-    for (uint i = SAMPLES; i-- > 0u;)
-        d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], stratum_length(ray, i), d_colour);
+    for (uint i = count; i-- > 0u;)
+        d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);
 }

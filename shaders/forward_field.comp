@@ -16,6 +16,7 @@ BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { vec4 rows[]; };
 BUFFER(VW_SLOT_RELU) writeonly buffer Relu { uvec4 relu[]; };
 BUFFER(VW_SLOT_CODE_SHIFT) readonly buffer CodeShift { vec4 code_shift[]; };
+BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 #define GRID_READS
@@ -40,8 +41,10 @@ void main() {
     }
     barrier();
     uint slot = invocation_index();
-    uint ray_index = push.first_ray + slot / SAMPLES;
-    uint sample_in_ray = slot - slot / SAMPLES * SAMPLES;
+    uint of_chunk = slot;
+    if (EFFECT_OCCUPANCY != 0u) of_chunk = kept_samples[slot];
+    uint ray_index = push.first_ray + of_chunk / SAMPLES;
+    uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.step_low, push.step_high));
     store(ROW_POSITION, slot, vec4(position, 0.0));

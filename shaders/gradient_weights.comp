@@ -8,6 +8,7 @@
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_WEIGHT_PARTIALS) writeonly buffer Partials { vec4 partials[]; };
+BUFFER(VW_SLOT_KEPT) readonly buffer Kept { vw_kept kept; };
 PUSH uniform Push { vw_push_samples push; };
 
 struct matrix_tiles {
@@ -38,7 +39,9 @@ void main() {
     uint index = invocation_index();
     uint slice = index / tiles;
     uint tile = index - slice * tiles;
-    if (slice * VW_SLICE_SAMPLES >= push.ray_count * SAMPLES) return;
+    uint samples = push.ray_count * SAMPLES;
+    if (EFFECT_OCCUPANCY != 0u) samples = kept.slots;
+    if (slice * VW_SLICE_SAMPLES >= samples) return;
 
     matrix_tiles m = find_matrix(tile);
     uint in_tiles = (m.in4 + 1u) / 2u;

@@ -7,6 +7,7 @@
 #define VW_ENUM(name, value) const uint name = value;
 #define vw_float4 vec4
 #define vw_uint4 uvec4
+#define vw_uint3 uvec3
 #define vw_uint uint
 #else
 #include <stddef.h>
@@ -14,6 +15,7 @@
 #define VW_ENUM(name, value) enum { name = value };
 typedef struct { float x, y, z, w; } vw_float4;
 typedef struct { uint32_t x, y, z, w; } vw_uint4;
+typedef struct { uint32_t x, y, z; } vw_uint3;
 typedef uint32_t vw_uint;
 #endif
 
@@ -119,6 +121,7 @@ VW_ENUM(BACKGROUND_RANDOM, 2)
 // Purposes of random numbers on the GPU; random.h has the same values (asserted in src/train/model.c).
 VW_ENUM(RANDOM_JITTER, 3)
 VW_ENUM(RANDOM_BACKGROUND, 6)
+VW_ENUM(RANDOM_OCCUPANCY, 7)
 
 // ---- Binding slots (descriptor set 0) --------------------------------------------------------------------------------
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
@@ -160,7 +163,12 @@ VW_ENUM(VW_SLOT_CODES, 34)           // vec4 [view][CODE4]: a range of the param
 VW_ENUM(VW_SLOT_CODE_SHIFT, 35)      // float per hidden unit: code weights times the code of the step's photo
 VW_ENUM(VW_SLOT_CODE_WEIGHT_MOMENTS, 36) // vec4 moment1 then vec4 moment2 per vec4 of the code weights
 VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
-VW_ENUM(VW_SLOT_COUNT, 38)
+VW_ENUM(VW_SLOT_OCCUPANCY, 38)      // float per cell: its density of late, see occupancy.glsl; this and the next four only with that effect
+VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAMPLES)]: which of its samples are kept
+VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
+VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds
+VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
+VW_ENUM(VW_SLOT_COUNT, 43)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -217,6 +225,14 @@ struct vw_code_moments { // likewise
     vw_uint visits;
 };
 
+// Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
+struct vw_kept {
+    vw_uint3 field_groups;                   // forward_field, backward_field
+    vw_uint3 weight_groups;                  // gradient_weights
+    vw_uint3 scatter_groups[VW_LEVELS_MAX];  // scatter_grid (but not its walk) over as many levels as the index and one
+    vw_uint slots;                           // padded to whole workgroups of VW_FIELD_GROUP
+};
+
 struct vw_ray_range {
     vw_uint first, count;
 };
@@ -264,7 +280,7 @@ struct vw_push_rays {        // generate_rays
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
     vw_uint step_low, step_high; // in training
 };
-struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights
+struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint step_low, step_high;
@@ -273,6 +289,10 @@ struct vw_push_scatter {     // scatter_grid
     vw_uint sample_count;    // of the chunk
     vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
     vw_uint first_pair;      // where that window begins
+};
+struct vw_push_refresh {     // refresh_occupancy
+    vw_uint step_low, step_high;
+    float remains;           // share of a cell's old density that is still believed
 };
 struct vw_push_reduce {      // reduce_loss, reduce_views, gradient_sky
     vw_uint count;           // rays; views
@@ -295,11 +315,21 @@ VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks lev
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
 VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands 0 to 2
+VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
+VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
+VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
 
 // Rows lie a little more than a power of two apart, or a sample's values in all rows would compete for the same few lines of a cache.
 #define VW_ROW_STRIDE(chunk_samples) ((chunk_samples) + 4u)
+
+// Words of a ray's bits.
+#define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)
+
+// Density, per box edge, up to which a cell is empty. Then a stratum in it, even the longest one, which is a diagonal's, has an optical
+// thickness of at most 0.01 (the least that instant-ngp asks of a step): 0.01 / (sqrt(3) / samples).
+#define VW_EMPTY_DENSITY(samples) (0.005773503f * (samples))
 
 // Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
 // tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.

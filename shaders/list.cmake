@@ -1,6 +1,10 @@
 # Every compute shader that is embedded, in the order the data passes through them.
 viewworth_add_shader(generate_rays)
 viewworth_add_shader(mix_code)
+viewworth_add_shader(refresh_occupancy) # the four that skip empty space
+viewworth_add_shader(mark_samples)
+viewworth_add_shader(place_rays)
+viewworth_add_shader(list_samples)
 viewworth_add_shader(forward_field)
 viewworth_add_shader(composite_rays)
 viewworth_add_shader(fit_views)

@@ -145,6 +145,10 @@ void vw_batch_begin(struct vw_batch *batch); // must not be in flight; one batch
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must equal
 // the size of the shader's push constant block. A barrier is recorded first where an earlier access asks for one.
 void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations);
+// Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once everything before has
+// run, also none. Whoever writes them keeps to workgroup_count_x and _y, and folds as invocation_index() expects.
+void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                                struct vw_buffer *groups, uint64_t offset_bytes);
 void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                    uint64_t to_offset_bytes, uint64_t size_bytes);
 // Ends recording and submits; several batches may be in flight, they run in order. Reports what recording met.

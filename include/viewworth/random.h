@@ -13,6 +13,7 @@ enum vw_random_purpose {
     VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0, so that every run sees the same pixels
     VW_RANDOM_RECIPE,         // a = view, b = what for
     VW_RANDOM_BACKGROUND,     // step = step, a = ray: rgb
+    VW_RANDOM_OCCUPANCY,      // step = step, a = cell
 };
 
 // Four 32-bit words. Key: the seed's two halves. Counter: (step's low word, step's high word | purpose << 24, a, b); step < 2^56.

@@ -124,6 +124,10 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
 // untouched. Before the first advance only.
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step, uint64_t *step);
 
+// The share of the box's cells (32 per axis) that are not empty in the field as it is, by the measure of the effect `occupancy`, whether it
+// is on or not: of 8 random points per cell the densest counts. A function of seed and params alone.
+enum vw_status vw_trainer_occupied_share(struct vw_trainer *trainer, double *share);
+
 // The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path); // VW_ERROR_INPUT when it does not fit the trainer
@@ -147,8 +151,8 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
 // What a pass has to do in one step with its validation, from the sizes alone, to hold its time (vw_gpu_timers) against the device's
 // ceilings.
 struct vw_pass_cost {
-    const char *name, *role; // as the timer's
-    uint32_t dispatches;
+    const char *name, *role;     // as the timer's
+    double dispatches;           // per step, on average
     double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
 };
 enum { VW_PASS_COSTS_MAX = 24 };

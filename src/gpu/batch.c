@@ -8,9 +8,10 @@
 
 // All earlier commands, and what they wrote, before all later ones, and where asked before the host.
 static void full_barrier(VkCommandBuffer commands, bool host_reads) {
-    const VkPipelineStageFlags device = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    const VkPipelineStageFlags device =
+        VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     const VkAccessFlags writes = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    const VkAccessFlags reads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
+    const VkAccessFlags reads = VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
     const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                      .srcAccessMask = writes,
                                      .dstAccessMask = reads | writes | (host_reads ? VK_ACCESS_HOST_READ_BIT : 0)};
@@ -75,9 +76,11 @@ void vw_batch_begin(struct vw_batch *batch) {
     keep_failure(batch, begin(batch));
 }
 
+// How many workgroups a dispatch has: x and y, or as a buffer says when it starts.
 struct workgroups {
-    uint32_t x;
-    uint32_t y;
+    uint32_t x, y;
+    struct vw_buffer *listed; // NULL: as above
+    uint64_t offset_bytes;
 };
 
 // As few rows as the device allows, of even length.
@@ -89,38 +92,36 @@ static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, str
     if (count > UINT32_MAX || rows > limits->workgroup_count_y || rows * row * pass->workgroup_invocations > UINT32_MAX)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu invocations are too many for one dispatch", pass->name,
                        (unsigned long long)invocations);
-    *groups = (struct workgroups){(uint32_t)row, (uint32_t)rows};
+    *groups = (struct workgroups){.x = (uint32_t)row, .y = (uint32_t)rows};
     return VW_OK;
 }
 
-static void wait_for_slots(struct vw_batch *batch, const struct vw_pass *pass) {
+static void wait_for_buffers(struct vw_batch *batch, const struct vw_pass *pass, struct vw_buffer *listed) {
     const struct vw_pass_slot *slots = pass->slots;
-    bool due = false;
+    bool due = listed && must_wait(batch, listed, false);
     for (uint32_t i = 0; i < pass->slot_count; i++) due |= must_wait(batch, slots[i].buffer, slots[i].writes);
     if (due) record_barrier(batch);
     for (uint32_t i = 0; i < pass->slot_count; i++) note_access(batch, slots[i].buffer, slots[i].writes);
+    if (listed) note_access(batch, listed, false);
 }
 
 static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, struct workgroups groups) {
     VkCommandBuffer commands = batch->commands;
-    wait_for_slots(batch, pass);
+    wait_for_buffers(batch, pass, groups.listed);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
     if (pass->slot_count) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
     if (pass->push_bytes) vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
     bool timed = vw_batch_timer_start(&batch->timer, commands, pass);
-    vkCmdDispatch(commands, groups.x, groups.y, 1);
+    if (groups.listed) vkCmdDispatchIndirect(commands, groups.listed->handle, groups.offset_bytes);
+    else vkCmdDispatch(commands, groups.x, groups.y, 1);
     if (timed) vw_batch_timer_stop(&batch->timer, commands);
 }
 
 static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                               uint64_t invocations) {
+                               struct workgroups groups) {
     if (push_bytes != pass->push_bytes)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name, push_bytes,
                        pass->push_bytes);
-    struct workgroups groups;
-    enum vw_status status = fold(pass, invocations, &groups);
-    if (status || !groups.x) return status;
-
     const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
     bool labelled = batch->gpu->instance.debug_utils;
     if (labelled) vkCmdBeginDebugUtilsLabelEXT(batch->commands, &label);
@@ -130,7 +131,22 @@ static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pas
 }
 
 void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
-    if (can_record(batch)) keep_failure(batch, dispatch(batch, pass, push, push_bytes, invocations));
+    if (!can_record(batch)) return;
+    struct workgroups groups;
+    enum vw_status status = fold(pass, invocations, &groups);
+    if (!status && groups.x) status = dispatch(batch, pass, push, push_bytes, groups);
+    keep_failure(batch, status);
+}
+
+void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                                struct vw_buffer *groups, uint64_t offset_bytes) {
+    if (!can_record(batch)) return;
+    enum vw_status status = vw_buffer_check_range(groups, offset_bytes, sizeof(VkDispatchIndirectCommand));
+    if (!status && offset_bytes % 4)
+        status = vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, no multiple of 4", pass->name,
+                         (unsigned long long)offset_bytes, groups->name);
+    if (!status) status = dispatch(batch, pass, push, push_bytes, (struct workgroups){.listed = groups, .offset_bytes = offset_bytes});
+    keep_failure(batch, status);
 }
 
 static enum vw_status copy(struct vw_batch *batch, struct vw_buffer *from, struct vw_buffer *to, VkBufferCopy region) {

@@ -143,7 +143,7 @@ static enum vw_status create_handle(struct vw_buffer *buffer) {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = (buffer->size_bytes + 3) & ~(uint64_t)3, // vkCmdFillBuffer clears whole words
         .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
     };
     VkResult result = vkCreateBuffer(buffer->gpu->device, &info, NULL, &buffer->handle);
     if (result) return vw_gpu_fail(result, "vkCreateBuffer", buffer->name);

@@ -25,10 +25,10 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
     enum vw_status status = name_run(trainer, run_id);
     if (status != VW_OK) return status;
-    uint32_t buffer_count = step_training_state(&trainer->step, buffers);
+    uint32_t count = step_training_state(&trainer->step, buffers);
     char *description = vw_format_text("{\"run_id\":\"%s\",\"step\":%" PRIu64 "}", run_id, trainer->next_step - 1);
     if (!description) return VW_ERROR_MEMORY;
-    status = sealed_file_save(path, magic, description, &(struct buffer_list){buffers, buffer_count});
+    status = sealed_file_save(path, magic, description, &(struct buffer_list){buffers, count});
     free(description);
     return status;
 }

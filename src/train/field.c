@@ -59,6 +59,9 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
     if (status == VW_OK) status = create_params(field, seed);
     for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && status == VW_OK; i++)
         status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
+    if (status == VW_OK && model->specialization.effect_occupancy)
+        status =
+            vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS}, &field->occupancy);
     if (status != VW_OK) field_destroy(field);
     return status;
 }
@@ -69,6 +72,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->rows);
     vw_buffer_destroy(&field->relu);
     vw_buffer_destroy(&field->step_state);
+    vw_buffer_destroy(&field->occupancy);
 }
 
 // Where there is no sky, shared passes declare it but do not read it.
@@ -123,13 +127,15 @@ static enum vw_status create_evaluator_buffers(uint32_t rays, struct evaluator *
 static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
     struct vw_specialization specialization = evaluator->field->model->specialization;
     specialization.training = 0;
+    specialization.effect_occupancy = 0; // decision 1: nothing is skipped
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
         {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
         {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->field->cameras}, // declared, not read
     };
-    uint32_t count = 4;
+    uint32_t count = 5;
     field_bind(evaluator->field, bindings, &count);
     appearance_bind(evaluator->field, NULL, bindings, &count);
     const struct {

@@ -12,6 +12,7 @@ struct field {
     struct vw_buffer *cameras;     // vw_gpu_camera per view
     struct vw_buffer *rows, *relu; // activations of one training chunk
     struct vw_buffer *step_state;  // one vw_step_state
+    struct vw_buffer *occupancy;   // float per cell, with that effect; else NULL
 };
 
 enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,

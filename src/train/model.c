@@ -14,7 +14,9 @@ _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)
 _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
                    (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
-_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND, "random purposes differ");
+_Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND &&
+                   (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY,
+               "random purposes differ");
 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for

@@ -11,9 +11,9 @@ enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: 
 
 static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe *probe) {
     struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX];
-    uint32_t count = step_training_state(&trainer->step, state);
+    probe->kept_count = step_training_state(&trainer->step, state);
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < count && status == VW_OK; i++)
+    for (uint32_t i = 0; i < probe->kept_count && status == VW_OK; i++)
         status = vw_buffer_create(
             trainer->gpu, &(struct vw_buffer_params){.name = "kept_state", .size_bytes = vw_buffer_size_bytes(state[i])}, &probe->kept[i]);
     return status;
@@ -47,7 +47,7 @@ void noise_probe_destroy(struct noise_probe **pointer) {
     struct noise_probe *probe = *pointer;
     if (!probe) return;
     step_destroy(&probe->still_step);
-    for (int i = 0; i < TRAINING_STATE_BUFFERS_MAX; i++) vw_buffer_destroy(&probe->kept[i]);
+    for (uint32_t i = 0; i < probe->kept_count; i++) vw_buffer_destroy(&probe->kept[i]);
     free(probe);
     *pointer = NULL;
 }

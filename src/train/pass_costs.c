@@ -1,6 +1,7 @@
 // What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile). Everything counts as
 // often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads its operands many times, may beat a
-// copy), and every grid entry as if it had a gradient. What is small beside a pass's main traffic is left out.
+// copy), every grid entry as if it had a gradient, and every sample as if none were skipped. What is small beside a pass's main traffic is
+// left out.
 #include "trainer.h"
 
 // Per sample, and sizes of the model.
@@ -23,6 +24,16 @@ static struct sizes sizes_of(const struct model *model, uint32_t rays) {
 
 static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) { costs[(*count)++] = cost; }
 
+static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
+    const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
+    add(costs, count,
+        (struct vw_pass_cost){"refresh_occupancy", NULL, refreshes, cells * (16 * n->width4 * (n->encoding4 + 1) + 2 * n->gathers),
+                              cells * (8 * n->gathers + 8)});
+    add(costs, count, (struct vw_pass_cost){"mark_samples", NULL, chunks, 0, n->rays * sizeof(struct vw_ray) + 4 * n->samples});
+    add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
+    add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
+}
+
 static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = &trainer->model;
     const struct sizes n = sizes_of(model, trainer->step.padded_rays);
@@ -30,6 +41,7 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
     double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
     double forward_rows = 1 + n.encoding4 + n.width4 + COLOUR4 + n.width4, backward_rows = 1 + n.width4 + GEO4 + n.width4 + n.encoding4;
     double partials = n.samples / VW_SLICE_SAMPLES * columns, moments = model->specialization.momentum ? 2 : 1;
+    if (trainer->step.occupancy.kept) add_occupancy(&n, chunks, costs, count);
     add(costs, count, (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
     add(costs, count,
         (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),

@@ -1,5 +1,6 @@
 #include "step.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "gpu/shaders.h"
@@ -32,6 +33,7 @@ static enum vw_status create_buffers(struct step_passes *step) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) // an effect that is off has no bytes
         if (buffers[i].params.size_bytes) status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    if (status == VW_OK && model->specialization.effect_occupancy) status = occupancy_create_buffers(step->field, &step->occupancy);
     return status;
 }
 
@@ -61,6 +63,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     uint32_t count = 10;
     field_bind(step->field, bindings, &count);
     appearance_bind(step->field, &step->appearance, bindings, &count);
+    occupancy_bind(step->field, &step->occupancy, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -78,6 +81,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
     if (status == VW_OK && step->d_sky) status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
+    if (status == VW_OK && step->occupancy.kept) status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
     return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
 }
 
@@ -90,7 +94,7 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
                                                [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model);
     bool momentum = field->model->specialization.momentum;
-    const struct vw_binding bindings[] = {
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
@@ -107,9 +111,11 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_GRID_MOMENT2, .buffer = step->grid_moment2, .offset_bytes = 8 * first, .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
-    enum vw_status status = create_pass(step, scatter[field->model->scatter], bindings, VW_ARRAY_COUNT(bindings), &step->scatter[index]);
+    uint32_t count = 9;
+    occupancy_bind(field, &step->occupancy, bindings, &count);
+    enum vw_status status = create_pass(step, scatter[field->model->scatter], bindings, count, &step->scatter[index]);
     if (status != VW_OK) return status;
-    return create_pass(step, &vw_shader_update_grid, bindings, VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
+    return create_pass(step, &vw_shader_update_grid, bindings, count, &step->update_grid[index]);
 }
 
 enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
@@ -135,6 +141,7 @@ void step_destroy(struct step_passes *step) {
         vw_pass_destroy(&step->scatter[i]);
         vw_pass_destroy(&step->update_grid[i]);
     }
+    occupancy_destroy(&step->occupancy);
     struct vw_buffer **buffers[] = {&step->ray_buffer,      &step->samples,      &step->d_samples,      &step->ray_loss,
                                     &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
                                     &step->grid_moment1,    &step->grid_moment2, &step->grid_visits,    &step->d_sky};
@@ -149,40 +156,54 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
     uint32_t count = VW_ARRAY_COUNT(state);
     memcpy(buffers, state, sizeof state);
     appearance_training_state(&step->appearance, buffers, &count);
+    if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
+}
+
+// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`: where in vw_kept).
+static void dispatch_samples(const struct step_passes *step, struct vw_batch *batch, const struct vw_pass *pass, const void *push,
+                             size_t push_bytes, uint64_t invocations, size_t groups) {
+    struct vw_buffer *kept = step->occupancy.kept;
+    if (kept) vw_batch_dispatch_indirect(batch, pass, push, push_bytes, kept, groups);
+    else vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
 }
 
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
     const struct model *model = step->field->model;
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct grid_window *window = &model->windows[i];
-        struct vw_push_scatter push = {.sample_count = samples,
-                                       .first_level = window->first_level,
-                                       .level_count = window->level_count,
-                                       .first_pair = window->first_pair};
-        uint64_t invocations = model->scatter == SCATTER_WALK ? push.level_count : (uint64_t)samples * push.level_count;
-        vw_batch_dispatch(batch, step->scatter[i], &push, sizeof push, invocations);
+        uint32_t levels = window->level_count;
+        struct vw_push_scatter push = {
+            .sample_count = samples, .first_level = window->first_level, .level_count = levels, .first_pair = window->first_pair};
+        if (model->scatter == SCATTER_WALK) vw_batch_dispatch(batch, step->scatter[i], &push, sizeof push, levels);
+        else
+            dispatch_samples(step, batch, step->scatter[i], &push, sizeof push, (uint64_t)samples * levels,
+                             offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
     }
 }
 
 // Forward and back through the rays of one chunk, whose activations the next chunk overwrites.
 static void record_chunk(const struct step_passes *step, struct vw_batch *batch, const struct vw_push_samples *push) {
     const struct model *model = step->field->model;
+    const size_t field_groups = offsetof(struct vw_kept, field_groups), weight_groups = offsetof(struct vw_kept, weight_groups);
     uint32_t samples = push->ray_count * model->specialization.samples;
-    vw_batch_dispatch(batch, step->forward, push, sizeof *push, samples);
+    uint64_t tiles = (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles;
+    if (step->occupancy.kept) occupancy_record_chunk(&step->occupancy, batch, push);
+    dispatch_samples(step, batch, step->forward, push, sizeof *push, samples, field_groups);
     vw_batch_dispatch(batch, step->backward_rays, push, sizeof *push, push->ray_count);
-    vw_batch_dispatch(batch, step->backward_field, NULL, 0, samples);
-    vw_batch_dispatch(batch, step->gradient_weights, push, sizeof *push, (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles);
+    dispatch_samples(step, batch, step->backward_field, NULL, 0, samples, field_groups);
+    dispatch_samples(step, batch, step->gradient_weights, push, sizeof *push, tiles, weight_groups);
     vw_batch_dispatch(batch, step->reduce_weights, push, sizeof *push, model->weight_columns);
     step_record_scatter(step, batch, samples);
 }
 
-void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
-    const struct model *model = step->field->model;
+void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                           uint32_t scalar_row) {
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
+    if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number);
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
-    appearance_record_forward(&step->appearance, model, batch);
+    appearance_record_forward(&step->appearance, step->field->model, batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         uint32_t left = step->padded_rays - first;
         struct vw_push_samples chunk = {.first_ray = first,
@@ -194,6 +215,11 @@ void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_
     struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};
     if (step->gradient_sky) vw_batch_dispatch(batch, step->gradient_sky, &loss, sizeof loss, 64ull * VW_SKY_COLUMNS);
     vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
+}
+
+void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
+    const struct model *model = step->field->model;
+    step_record_gradients(step, batch, number, first_pixel, scalar_row);
     struct vw_push_update update = {
         .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);

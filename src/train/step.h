@@ -5,6 +5,7 @@
 
 #include "appearance.h"
 #include "field.h"
+#include "occupancy.h"
 
 struct step_passes {
     struct field *field; // borrowed
@@ -17,6 +18,7 @@ struct step_passes {
     struct vw_pass *gradient_sky;
     struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
     struct appearance appearance;
+    struct occupancy occupancy;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
@@ -24,13 +26,17 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                            struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
-// Everything a step changes that the next one starts from: params, moments, visits. With it and the step's number, training goes on.
-// Returns how many buffers that is.
+// Everything a step changes that the next one starts from: params, moments, visits, and what effects carry. With it and the step's number,
+// training goes on. Returns how many buffers there are.
 enum { TRAINING_STATE_BUFFERS_MAX = 16 };
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
 // Records the passes that add the encoding gradients of the chunk's samples to d_grid.
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
+
+// Records the first part of a step, up to its loss and gradients, without the optimiser.
+void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                           uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);

@@ -95,7 +95,8 @@ static void check_gates(const struct step_bench *bench, const char *what, uint32
     }
 }
 
-static void check_training_sample(const struct step_bench *bench, const struct twin *twin, const struct outputs *out, uint32_t index) {
+static void check_training_sample(const struct step_bench *bench, const struct twin *twin, const struct outputs *out, uint32_t index,
+                                  uint32_t slot) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows rows = step_bench_rows(bench);
     uint32_t encoding = bench->config.levels * bench->config.features, width = bench->config.width;
@@ -104,30 +105,33 @@ static void check_training_sample(const struct step_bench *bench, const struct t
     struct errors errors = {0};
     reference_sample_position(s, &ray, index % s->samples, reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
                               sample.position);
-    check_row(bench, out, "position", rows.position, index, 3, sample.position, NULL, POSITION_TOLERANCE);
+    check_row(bench, out, "position", rows.position, slot, 3, sample.position, NULL, POSITION_TOLERANCE);
 
-    copy_row(bench, out->rows, rows.position, index, 3, sample.position);
+    copy_row(bench, out->rows, rows.position, slot, 3, sample.position);
     memcpy(sample.direction, ray.direction, sizeof sample.direction);
     reference_grid_encode(s, twin->params->grid, sample.position, sample.encoding);
-    check_row(bench, out, "encoding", rows.encoding, index, encoding, sample.encoding, NULL,
+    check_row(bench, out, "encoding", rows.encoding, slot, encoding, sample.encoding, NULL,
               ENCODING_ROUNDINGS * (FLOAT_ROUNDING * twin->grid_largest + FLOAT_LEAST));
 
-    copy_row(bench, out->rows, rows.encoding, index, encoding, sample.encoding);
+    copy_row(bench, out->rows, rows.encoding, slot, encoding, sample.encoding);
     reference_networks_forward(s, &twin->params->weights, &sample);
     find_errors(twin, &sample, &errors);
-    check_row(bench, out, "hidden1", rows.hidden1, index, width, sample.hidden1, errors.hidden1, 0.0);
-    check_row(bench, out, "colour_in", rows.colour_in, index, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in, 0.0);
-    check_row(bench, out, "hidden2", rows.hidden2, index, width, sample.hidden2, errors.hidden2, 0.0);
-    check_gates(bench, "relu 1", index, out->relu[index].x, out->relu[index].y, sample.before1, errors.hidden1);
-    check_gates(bench, "relu 2", index, out->relu[index].z, out->relu[index].w, sample.before2, errors.hidden2);
-    check_sample(bench, twin, &sample, &errors, out->samples + 4 * (size_t)index, index);
+    check_row(bench, out, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1, 0.0);
+    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in, 0.0);
+    check_row(bench, out, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2, 0.0);
+    check_gates(bench, "relu 1", slot, out->relu[slot].x, out->relu[slot].y, sample.before1, errors.hidden1);
+    check_gates(bench, "relu 2", slot, out->relu[slot].z, out->relu[slot].w, sample.before2, errors.hidden2);
+    check_sample(bench, twin, &sample, &errors, out->samples + 4 * (size_t)slot, slot);
 }
 
 static void check_training(struct step_bench *bench, const struct twin *twin) {
     step_bench_gradients(bench, STEP);
     struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read(bench, bench->field.rows),
                           step_bench_read(bench, bench->step.samples), step_bench_read(bench, bench->field.relu)};
-    for (uint32_t sample = 0; sample < bench->padded_samples; sample++) check_training_sample(bench, twin, &out, sample);
+    uint32_t *slots = step_bench_slots(bench);
+    for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
+        if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, twin, &out, sample, slots[sample]);
+    free(slots);
     free(out.rays);
     free(out.rows);
     free(out.samples);

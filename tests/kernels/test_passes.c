@@ -25,6 +25,10 @@ static const struct pass {
     {"update_appearance", &vw_shader_update_appearance, check_update_appearance, SCATTER_ATOMICS},
     {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
+    {"refresh_occupancy", &vw_shader_refresh_occupancy, check_refresh_occupancy, SCATTER_ATOMICS},
+    {"mark_samples", &vw_shader_mark_samples, check_mark_samples, SCATTER_ATOMICS},
+    {"place_rays", &vw_shader_place_rays, check_place_rays, SCATTER_ATOMICS},
+    {"list_samples", &vw_shader_list_samples, check_list_samples, SCATTER_ATOMICS},
     {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
     {"reduce_views", &vw_shader_reduce_views, check_reduce_views, SCATTER_ATOMICS},
@@ -65,6 +69,7 @@ static void run_kinds(const struct pass *pass, const struct step_case *setup, st
     for (enum input_kind kind = 0; kind < INPUT_KINDS; kind++) {
         snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s", setup->name,
                  (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
+        step_bench_keep_all(bench);
         pass->check(bench, kind);
     }
 }

@@ -196,6 +196,16 @@ struct reference_view_error {
 };
 struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
 
+// ---- occupancy.c: 32 cells per axis of the box, x first ------------------------------------------------------------------
+
+uint32_t reference_cell(const double position[3]);
+// Cells of at most this density are empty.
+double reference_empty_density(const struct vw_specialization *s);
+struct reference_params;
+// At the point of a cell that step `step` asks for, which is `position`.
+double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell, uint64_t step,
+                              double position[3]);
+
 // ---- recipe.c ----------------------------------------------------------------------------------------------------------
 
 struct reference_recipe {
@@ -223,6 +233,7 @@ struct reference_step {
     uint32_t ray_count;
     struct reference_ray *rays;
     struct reference_sample *samples;                            // ray by ray
+    uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
     struct reference_d_sample *d_samples;                        // likewise
     double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
     double (*backdrops)[3];                                      // per ray: the colour behind the field
@@ -236,6 +247,9 @@ struct reference_step {
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
 };
 
+// In the place of a slot: the sample is skipped, as if it had density 0.
+#define REFERENCE_SKIPPED UINT32_MAX
+
 struct reference_params *reference_params_create(const struct model *model, const float *params); // of the whole params block
 void reference_params_destroy(struct reference_params *params);
 struct reference_step *reference_step_create(const struct model *model, const struct vw_ray *rays, uint32_t ray_count);
@@ -244,7 +258,7 @@ void reference_step_destroy(struct reference_step *step);
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number);
 void reference_step_backward(struct reference_step *step, const struct reference_params *params);
 
-// Takes over the device's ReLU decisions (slot RELU, four words per sample). Returns how many differ although the twin's value before the
+// Takes over the device's ReLU decisions (slot RELU, four words per slot). Returns how many differ although the twin's value before the
 // ReLU is farther than `tolerance` from 0: such a difference is no rounding.
 uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits, double tolerance);
 

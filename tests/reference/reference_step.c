@@ -33,6 +33,8 @@ struct reference_step *reference_step_create(const struct model *model, const st
     step->rays = vw_allocate(ray_count, sizeof *step->rays);
     step->samples = vw_allocate(samples, sizeof *step->samples);
     step->d_samples = vw_allocate(samples, sizeof *step->d_samples);
+    step->slots = vw_allocate(samples, sizeof *step->slots);
+    for (size_t i = 0; i < samples; i++) step->slots[i] = (uint32_t)i;
     step->colours = vw_allocate(ray_count, sizeof *step->colours);
     step->backdrops = vw_allocate(ray_count, sizeof *step->backdrops);
     step->left = vw_allocate(ray_count, sizeof *step->left);
@@ -48,6 +50,7 @@ void reference_step_destroy(struct reference_step *step) {
     free(step->rays);
     free(step->samples);
     free(step->d_samples);
+    free(step->slots);
     free(step->colours);
     free(step->backdrops);
     free(step->left);
@@ -57,12 +60,14 @@ void reference_step_destroy(struct reference_step *step) {
     free(step);
 }
 
+// Of a ray. What is skipped has no density, and so no gradient either.
 static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
+    const uint32_t *slots = &step->slots[(size_t)ray * s->samples];
     for (uint32_t i = 0; i < s->samples; i++) {
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
-        points[i].density = samples[i].density;
+        points[i].density = slots[i] == REFERENCE_SKIPPED ? 0.0 : samples[i].density;
         points[i].length = reference_stratum_length(s, &step->rays[ray], i);
     }
 }
@@ -171,8 +176,10 @@ uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits
     uint64_t wrong = 0;
     for (size_t i = 0; i < (size_t)step->ray_count * s->samples; i++) {
         struct reference_sample *sample = &step->samples[i];
-        wrong += adopt((const uint32_t[2]){bits[i].x, bits[i].y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
-        wrong += adopt((const uint32_t[2]){bits[i].z, bits[i].w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
+        if (step->slots[i] == REFERENCE_SKIPPED) continue;
+        const vw_uint4 *words = &bits[step->slots[i]];
+        wrong += adopt((const uint32_t[2]){words->x, words->y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
+        wrong += adopt((const uint32_t[2]){words->z, words->w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
     }
     return wrong;
 }

@@ -25,7 +25,8 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
         const char *name;
         bool on;
     } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
-                   {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code}};
+                   {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code},
+                   {"occupancy", c->occupancy}};
     char *text = config->effects;
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
@@ -121,6 +122,14 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     make_pixels(bench);
 }
 
+static void empty_some_cells(struct step_bench *bench) {
+    struct test_random random = {.seed = bench->config.seed};
+    float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
+    for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = test_random_next(&random) > 0.0f ? 10.0f : 0.0f;
+    step_bench_write(bench, bench->field.occupancy, densities);
+    free(densities);
+}
+
 static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struct step_case *c) {
     struct step_bench *bench = vw_allocate(1, sizeof *bench);
     *bench = (struct step_bench){.gpu = gpu, .owns_gpu = owns_gpu, .config = make_config(c)};
@@ -136,6 +145,7 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
     stop_unless(bench, step_create(&bench->field, &bench->config, bench->pixel_buffer, bench->scalars, &bench->step));
     stop_unless(bench, vw_batch_create(gpu, &bench->batch));
     step_bench_write_params(bench);
+    if (c->occupancy) empty_some_cells(bench);
     return bench;
 }
 
@@ -199,33 +209,10 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
         .ray_count = bench->step.padded_rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
 }
 
-// The first part of step_record, for a step in one chunk.
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
-    const struct step_passes *step = &bench->step;
-    const struct model *model = &bench->model;
-    uint32_t samples = bench->padded_samples;
-    assert_int_equal(model->specialization.chunk_samples, samples);
-    struct vw_push_rays rays = {.ray_count = bench->config.rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
-    struct vw_push_samples push = step_bench_push(bench, number);
-    struct vw_push_reduce loss = {.count = step->padded_rays};
+    assert_int_equal(bench->model.specialization.chunk_samples, bench->padded_samples); // so that activations of all samples are left
     vw_batch_begin(bench->batch);
-    vw_batch_dispatch(bench->batch, step->generate, &rays, sizeof rays, step->padded_rays);
-    appearance_record_forward(&step->appearance, model, bench->batch);
-    vw_batch_dispatch(bench->batch, step->forward, &push, sizeof push, samples);
-    vw_batch_dispatch(bench->batch, step->backward_rays, &push, sizeof push, step->padded_rays);
-    vw_batch_dispatch(bench->batch, step->backward_field, NULL, 0, samples);
-    vw_batch_dispatch(bench->batch, step->gradient_weights, &push, sizeof push, (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles);
-    vw_batch_dispatch(bench->batch, step->reduce_weights, &push, sizeof push, model->weight_columns);
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        const struct grid_window *window = &model->windows[i];
-        struct vw_push_scatter scatter = {.sample_count = samples,
-                                          .first_level = window->first_level,
-                                          .level_count = window->level_count,
-                                          .first_pair = window->first_pair};
-        vw_batch_dispatch(bench->batch, step->scatter[i], &scatter, sizeof scatter, (uint64_t)samples * window->level_count);
-    }
-    if (step->gradient_sky) vw_batch_dispatch(bench->batch, step->gradient_sky, &loss, sizeof loss, 64ull * VW_SKY_COLUMNS);
-    vw_batch_dispatch(bench->batch, step->reduce_loss, &loss, sizeof loss, 1);
+    step_record_gradients(&bench->step, bench->batch, number, 0, 0);
     step_bench_submit(bench);
 }
 
@@ -239,6 +226,36 @@ void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, c
     vw_batch_begin(bench->batch);
     vw_batch_dispatch(bench->batch, pass, push, push_bytes, invocations);
     step_bench_submit(bench);
+}
+
+void step_bench_keep_all(struct step_bench *bench) {
+    if (!bench->step.occupancy.kept) return;
+    struct vw_push_samples push = step_bench_push(bench, 1); // warming up
+    vw_batch_begin(bench->batch);
+    occupancy_record_chunk(&bench->step.occupancy, bench->batch, &push);
+    step_bench_submit(bench);
+}
+
+uint32_t *step_bench_slots(struct step_bench *bench) {
+    uint32_t *slots = vw_allocate(bench->padded_samples, sizeof *slots), *begins, *samples;
+    for (uint32_t i = 0; i < bench->padded_samples; i++) slots[i] = bench->step.occupancy.kept ? REFERENCE_SKIPPED : i;
+    if (!bench->step.occupancy.kept) return slots;
+    begins = step_bench_read(bench, bench->step.occupancy.begins);
+    samples = step_bench_read(bench, bench->step.occupancy.kept_samples);
+    for (uint32_t slot = 0; slot < begins[bench->step.padded_rays]; slot++) slots[samples[slot]] = slot;
+    free(begins);
+    free(samples);
+    return slots;
+}
+
+struct reference_step *step_bench_twin(struct step_bench *bench) {
+    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+    twin->view = bench->view;
+    free(twin->slots);
+    twin->slots = step_bench_slots(bench);
+    free(rays);
+    return twin;
 }
 
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {
@@ -268,8 +285,8 @@ struct step_rows step_bench_rows(const struct step_bench *bench) {
     return rows;
 }
 
-const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t sample) {
-    return rows + 4 * ((size_t)row * VW_ROW_STRIDE(bench->model.specialization.chunk_samples) + sample);
+const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot) {
+    return rows + 4 * ((size_t)row * VW_ROW_STRIDE(bench->model.specialization.chunk_samples) + slot);
 }
 
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance) {

@@ -3,6 +3,7 @@
 #ifndef TESTS_REFERENCE_STEP_BENCH_H
 #define TESTS_REFERENCE_STEP_BENCH_H
 
+#include "reference/reference.h"
 #include "support/synthetic_scene.h"
 #include "train/step.h"
 
@@ -22,6 +23,7 @@ struct step_case {
     double beta1, beta2;  // [0], [0.99]
     bool distortion, background, sky, unbounded, appearance, appearance_code;
     bool random_background;    // its form
+    bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     float grid_scale;          // the grid is uniform in +-this [0.5]
@@ -76,8 +78,14 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 // A whole buffer, to be freed by the caller.
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
-// Row `row` of a sample in the activations, see shaders/mlp.glsl: four floats.
-const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t sample);
+// With the effect `occupancy`, lists a chunk in which every sample is kept, for passes that run alone; else does nothing.
+void step_bench_keep_all(struct step_bench *bench);
+// Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED. Owned by the caller.
+uint32_t *step_bench_slots(struct step_bench *bench);
+// The twin of the step that the device has just taken, from its rays and with its slots.
+struct reference_step *step_bench_twin(struct step_bench *bench);
+// Row `row` of a slot in the activations, see shaders/mlp.glsl: four floats.
+const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
 // Where the rows begin, in the order of shaders/mlp.glsl.
 struct step_rows {
     uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;

@@ -99,5 +99,6 @@ const struct step_case step_cases[] = {
      .distortion = true,
      .background = true,
      .unbounded = true},
+    {.name = "48 samples, empty cells skipped", .seed = 10, .samples = 48, .rays = 30, .levels = 6, .width = 16, .occupancy = true},
 };
 const uint32_t step_case_count = VW_ARRAY_COUNT(step_cases);

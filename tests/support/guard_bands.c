@@ -21,6 +21,8 @@ enum vw_status __real_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_b
 enum vw_status __real_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
 void __real_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                           uint64_t to_offset_bytes, uint64_t size_bytes);
+void __real_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                                       struct vw_buffer *groups, uint64_t offset_bytes);
 enum vw_status __real_vw_gpu_close(struct vw_gpu **gpu);
 
 // And as they are here.
@@ -33,6 +35,8 @@ enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_b
 enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
 void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                           uint64_t to_offset_bytes, uint64_t size_bytes);
+void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                                       struct vw_buffer *groups, uint64_t offset_bytes);
 enum vw_status __wrap_vw_gpu_close(struct vw_gpu **gpu);
 
 enum { BAND_BYTES = 16384, BUFFERS_MAX = 1024, SLOTS_MAX = 64 }; // the band: a multiple of every offset alignment that Vulkan allows
@@ -138,6 +142,11 @@ enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_b
 void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                           uint64_t to_offset_bytes, uint64_t size_bytes) {
     __real_vw_batch_copy(batch, from, shift(from, from_offset_bytes), to, shift(to, to_offset_bytes), size_bytes);
+}
+
+void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                                       struct vw_buffer *groups, uint64_t offset_bytes) {
+    __real_vw_batch_dispatch_indirect(batch, pass, push, push_bytes, groups, shift(groups, offset_bytes));
 }
 
 // ---- Passes --------------------------------------------------------------------------------------------------------------

@@ -112,11 +112,10 @@ static void refuse_kinks(struct hard_finding *finding, const struct step_bench *
 
 // The twin's step from the device's rays and params, with the device's decisions at ReLUs.
 static struct reference_step *run_twin(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
-    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     vw_uint4 *relu = step_bench_read(bench, bench->field.relu);
     float *params = step_bench_read(bench, bench->field.params);
     struct reference_params *twin_params = reference_params_create(&bench->model, params);
-    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+    struct reference_step *twin = step_bench_twin(bench);
     double sizes = 1.0;
     twin->view = bench->view;
     reference_step_forward(twin, twin_params, true, number);
@@ -127,7 +126,6 @@ static struct reference_step *run_twin(struct hard_finding *finding, struct step
     refuse_kinks(finding, bench, twin);
     reference_step_backward(twin, twin_params);
     reference_params_destroy(twin_params);
-    free(rays);
     free(relu);
     free(params);
     return twin;

@@ -247,6 +247,74 @@ static void test_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
     assert_ok(vw_gpu_close(&gpu));
 }
 
+static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups, uint64_t offset_bytes) {
+    vw_batch_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push), groups, offset_bytes);
+}
+
+// Runs a_to_b over as many workgroups of 64 as b's neighbour c says, and expects the first `count` values.
+static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t count) {
+    struct bench bench = open_bench(test_gpu());
+    const uint32_t groups[] = {9, x, y, z};
+    uint32_t values[VALUES];
+    assert_ok(vw_buffer_write(bench.c, 0, groups, sizeof groups));
+    vw_batch_begin(bench.batch);
+    dispatch_listed(&bench, bench.a_to_b, bench.c, 4);
+    finish(bench.batch);
+    assert_ok(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+    for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], i < count ? 3 * (i + 1) : 0);
+    close_bench(&bench);
+}
+
+static void test_listed_workgroups_run(void **state) {
+    (void)state;
+    assert_listed_groups(0, 1, 1, 0);
+    assert_listed_groups(4, 0, 1, 0);
+    assert_listed_groups(1, 1, 1, 64);
+    assert_listed_groups(3, 1, 1, 192);
+    assert_listed_groups(2, 2, 1, 256); // folded
+    assert_listed_groups(3, 1, 2, 192); // z repeats
+}
+
+static void test_listed_workgroups_wait_for_who_lists_them(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    uint32_t values[VALUES];
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_c, 1); // 1, 2, 3
+    dispatch_listed(&bench, bench.a_to_b, bench.c, 0);
+    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    scale(bench.batch, bench.a_to_c, 2); // overwrites what was read, so it waits: 2, 4, 6
+    assert_int_equal(vw_batch_barriers(bench.batch), 2);
+    dispatch_listed(&bench, bench.a_to_b, bench.c, 8);
+    assert_int_equal(vw_batch_barriers(bench.batch), 3);
+    scale(bench.batch, bench.b_to_c, 0); // writes c and reads b
+    assert_int_equal(vw_batch_barriers(bench.batch), 4);
+    dispatch_listed(&bench, bench.a_to_b, bench.c, 0); // none
+    assert_int_equal(vw_batch_barriers(bench.batch), 5);
+    finish(bench.batch);
+    assert_ok(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+    for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1)); // 6 x 8 workgroups cover all
+    close_bench(&bench);
+}
+
+static void test_listed_workgroups_out_of_place_are_refused(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    static const struct {
+        uint64_t offset_bytes;
+        const char *part;
+    } wrong[] = {{2, "no multiple of 4"}, {VALUE_BYTES - 8, "buffer c"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+        vw_batch_begin(bench.batch);
+        dispatch_listed(&bench, bench.a_to_b, bench.c, wrong[i].offset_bytes);
+        assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
+    }
+    vw_batch_begin(bench.batch);
+    vw_batch_dispatch_indirect(bench.batch, bench.a_to_b, NULL, 0, bench.c, 0);
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
+    close_bench(&bench);
+}
+
 static void test_nothing_to_do_is_done(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
@@ -355,6 +423,9 @@ int main(void) {
         cmocka_unit_test(test_batches_in_flight_run_in_order),
         cmocka_unit_test(test_dispatch_folds_into_y),
         cmocka_unit_test(test_fold_covers_every_workgroup_beyond_the_clamp),
+        cmocka_unit_test(test_listed_workgroups_run),
+        cmocka_unit_test(test_listed_workgroups_wait_for_who_lists_them),
+        cmocka_unit_test(test_listed_workgroups_out_of_place_are_refused),
         cmocka_unit_test(test_nothing_to_do_is_done),
         cmocka_unit_test(test_first_failure_sticks_until_submit),
         cmocka_unit_test(test_one_batch_records_at_a_time),

@@ -1,0 +1,173 @@
+// The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into batches or parts, validation sees
+// everything, off it leaves nothing behind, and it finds space to skip.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+#include "viewworth/memory.h"
+
+// Past the warm-up, with refreshes on both sides of it.
+static struct vw_config skipping_config(void) {
+    struct vw_config config = test_config();
+    config.epochs = 60; // of 5 steps
+    config.rays = 32;
+    snprintf(config.effects, sizeof config.effects, "occupancy");
+    return config;
+}
+
+static uint32_t last_slots(struct vw_trainer *trainer) {
+    struct vw_kept kept;
+    assert_ok(vw_buffer_read(trainer->step.occupancy.kept, 0, &kept, sizeof kept));
+    return kept.slots;
+}
+
+// Goes on in a second trainer from within the skipping part.
+static void run_parts(const struct vw_scene *scene, const struct vw_config *config, struct test_run *run) {
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    const struct vw_step_record *records;
+    uint32_t count;
+    uint64_t step = 0;
+    struct vw_trainer *first = test_trainer_create(scene, config, true, 7), *second = test_trainer_create(scene, config, true, 0);
+    while (!run->count || run->records[run->count - 1].step < 270) {
+        assert_ok(vw_trainer_advance(first, &records, &count));
+        test_run_keep(run, records, count);
+    }
+    while (trainer_in_flight(first)) {
+        assert_ok(vw_trainer_collect(first, &records, &count));
+        test_run_keep(run, records, count);
+    }
+    assert_true(last_slots(first) < first->model.specialization.chunk_samples); // there is something to get wrong
+    assert_ok(vw_trainer_save_checkpoint(first, path));
+    assert_ok(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    test_run_finish(second, run);
+    vw_trainer_destroy(&first);
+    vw_trainer_destroy(&second);
+    temporary_folder_remove(folder);
+}
+
+static void a_run_has_the_same_bits_however_it_is_cut(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = skipping_config();
+    struct test_run *whole = test_run(scene, &config, true, 0), *single = test_run(scene, &config, true, 1),
+                    *parts = vw_allocate(1, sizeof *parts);
+    test_run_assert_same(whole, single);
+    run_parts(scene, &config, parts);
+    test_run_assert_same(whole, parts);
+    test_run_free(whole);
+    test_run_free(single);
+    test_run_free(parts);
+    vw_scene_close(&scene);
+}
+
+static void probes_leave_the_run_alone(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config plain = skipping_config(), probing = plain;
+    probing.noise_floor = true;
+    struct test_run *bare = test_run(scene, &plain, true, 0), *probed = test_run(scene, &probing, true, 0);
+    for (uint32_t i = 0; i < probed->probe_count; i++) // a step of no length moves nothing, whatever it skips
+        if (probed->probes[i].kind != VW_PROBE_REDRAW)
+            assert_true(test_same_bits(probed->probes[i].val_psnr, probed->records[probed->probes[i].step - 1].val_psnr));
+    assert_true(probed->probe_count > 0);
+    probed->probe_count = 0;
+    test_run_assert_same(bare, probed);
+    test_run_free(bare);
+    test_run_free(probed);
+    vw_scene_close(&scene);
+}
+
+// The same params validate to the same bits with the effect, whatever is believed empty, and without it (decision 1).
+static void validation_skips_nothing(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config with = skipping_config(), without = with;
+    snprintf(without.effects, sizeof without.effects, "none");
+    struct vw_trainer *on = test_trainer_create(scene, &with, true, 1), *off = test_trainer_create(scene, &without, true, 1);
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    test_run_finish(on, run);
+    float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
+    assert_ok(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
+    assert_ok(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
+    uint32_t view = on->val_views[0], values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
+    assert_ok(vw_trainer_render(on, view, &rendered_on));
+    assert_ok(vw_trainer_render(off, view, &rendered_off));
+    assert_memory_equal(rendered_on, rendered_off, sizeof *rendered_on * values);
+    free(zeros);
+    free(rendered_on);
+    free(rendered_off);
+    vw_trainer_destroy(&on);
+    vw_trainer_destroy(&off);
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+// Off: no buffer and no pass; until the warm-up ends, on changes no bit either.
+static void off_costs_nothing(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config with = skipping_config(), without = with;
+    with.epochs = without.epochs = 3;
+    snprintf(without.effects, sizeof without.effects, "none");
+    struct vw_trainer *off = test_trainer_create(scene, &without, true, 1);
+    uint64_t bytes_off = vw_gpu_buffer_bytes(test_gpu());
+    assert_null(off->field.occupancy);
+    assert_null(off->step.occupancy.kept);
+    assert_null(off->step.occupancy.refresh);
+    vw_trainer_destroy(&off);
+    struct vw_trainer *on = test_trainer_create(scene, &with, true, 1);
+    assert_true(vw_gpu_buffer_bytes(test_gpu()) > bytes_off + 4 * VW_OCCUPANCY_CELLS);
+    vw_trainer_destroy(&on);
+    struct test_run *run_on = test_run(scene, &with, true, 0), *run_off = test_run(scene, &without, true, 0);
+    test_run_assert_same(run_on, run_off);
+    test_run_free(run_on);
+    test_run_free(run_off);
+    vw_scene_close(&scene);
+}
+
+static void the_occupied_share_is_that_of_the_params(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config(); // the effect is off
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
+    double share = -1.0, again = -1.0;
+    assert_ok(vw_trainer_occupied_share(trainer, &share));
+    assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
+    float *params = vw_allocate(trainer->model.param_bytes, 1);
+    assert_ok(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    test_run_finish(trainer, run);
+    assert_ok(vw_trainer_occupied_share(trainer, &share));
+    assert_true(share > 0.0 && share <= 1.0);
+    assert_ok(vw_trainer_occupied_share(trainer, &again));
+    assert_true(share == again);
+    // Entries of different levels add up to raw densities of both signs, far from 0.
+    for (size_t i = 0; i < trainer->model.grid.size_bytes / 4; i++) params[i] *= 5e5f;
+    assert_ok(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
+    assert_ok(vw_trainer_occupied_share(trainer, &share));
+    assert_true(share > 0.01 && share < 1.0);
+    free(params);
+    test_run_free(run);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_run_has_the_same_bits_however_it_is_cut),
+        cmocka_unit_test(probes_leave_the_run_alone),
+        cmocka_unit_test(validation_skips_nothing),
+        cmocka_unit_test(off_costs_nothing),
+        cmocka_unit_test(the_occupied_share_is_that_of_the_params),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}
