@@ -26,7 +26,7 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
         bool on;
     } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
                    {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code},
-                   {"occupancy", c->occupancy}};
+                   {"occupancy", c->occupancy}, {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)

@@ -21,7 +21,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky, unbounded, appearance, appearance_code;
+    bool distortion, background, sky, unbounded, appearance, appearance_code, masks;
     bool random_background;    // its form
     bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
