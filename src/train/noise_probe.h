@@ -15,9 +15,9 @@ enum {
 
 struct noise_probe {
     struct vw_buffer *kept[TRAINING_STATE_BUFFERS_MAX]; // the state while it is probed
-    struct model still_model;                       // the run's, with learning rate 0
-    struct field still_field;                       // the run's field seen through that model; owns nothing
-    struct step_passes still_step;                  // has moments of its own
+    struct model still_model;                           // the run's, with learning rate 0
+    struct field still_field;                           // the run's field seen through that model; owns nothing
+    struct step_passes still_step;                      // has moments of its own
 };
 
 // The trainer's step passes and validation exist already.

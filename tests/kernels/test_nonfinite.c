@@ -220,7 +220,7 @@ static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
     (void)state;
     static const float poison[] = {NAN, INFINITY, -INFINITY};
     struct view_reduction reduction;
-    reduction_open(test_gpu(), &reduction);
+    reduction_open(test_gpu(), false, &reduction);
     reduction_fill(&reduction, INPUT_ORDINARY, 91);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
         for (uint32_t view = 0; view < REDUCED_VIEWS; view++) {

@@ -206,11 +206,8 @@ static void test_own_scenes(void **state) {
         uint32_t views, spoiled;
         bool distorted, transparent;
     } scenes[] = {
-        {"courtyard", 48, 12, false, false},
-        {"clean", 16, 0, false, false},
-        {"distorted", 24, 0, true, false},
-        {"cutout", 24, 0, false, true},
-        {"exposure", 30, 0, false, false},
+        {"courtyard", 48, 12, false, false}, {"clean", 16, 0, false, false},    {"distorted", 24, 0, true, false},
+        {"cutout", 24, 0, false, true},      {"exposure", 30, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
         char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);
@@ -228,14 +225,10 @@ static void test_own_scenes(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_needs_a_device_for_pixels),
-        cmocka_unit_test(test_views),
-        cmocka_unit_test(test_explicit_split),
-        cmocka_unit_test(test_downscale),
-        cmocka_unit_test(test_truth),
-        cmocka_unit_test(test_seed_chooses),
-        cmocka_unit_test(test_wrong_pose),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_needs_a_device_for_pixels),
+        cmocka_unit_test(test_views),        cmocka_unit_test(test_explicit_split),
+        cmocka_unit_test(test_downscale),    cmocka_unit_test(test_truth),
+        cmocka_unit_test(test_seed_chooses), cmocka_unit_test(test_wrong_pose),
         cmocka_unit_test(test_own_scenes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
