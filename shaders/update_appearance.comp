@@ -42,8 +42,8 @@ void main() {
     moment.visits = min(moment.visits, 0x7FFFFFFEu) + 1u; // saturated, as the grid's
     d_gain = d_gain * INVERSE_RAYS + PHOTO_RIDGE * photo.gain;
     d_bias = d_bias * INVERSE_RAYS + PHOTO_RIDGE * photo.bias;
-    photo.gain -= PHOTO_RATE * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
-    photo.bias -= PHOTO_RATE * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
+    photo.gain -= photo_rate(moment.visits) * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
+    photo.bias -= photo_rate(moment.visits) * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
     if (!finite(photo.gain) || !finite(photo.bias)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
         scalars[push.scalar_row].z = 1.0;
         return;

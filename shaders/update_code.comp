@@ -44,7 +44,7 @@ void move_weights(uint at) {
 void move_code(uint k, vec4 gradient) {
     uint visits = min(moments[state.view].visits, 0x7FFFFFFEu) + 1u;
     vec4 moment1 = moments[state.view].moment1[k], moment2 = moments[state.view].moment2[k];
-    vec4 moved = code[k] - PHOTO_RATE * adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
+    vec4 moved = code[k] - photo_rate(visits) * adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
     if (!finite(moved)) {
         scalars[push.scalar_row].z = 1.0;
         return;

@@ -167,7 +167,8 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) sum += (&shares[ray].gain.x)[i];
         const float *own = &moments[bench->view].gain1.x + i / 4 * 8 + i % 4;
         double moment1 = own[0], moment2 = own[4], gradient = sum * s->inverse_rays + reference_photo_ridge * before[first + i];
-        double moved = reference_photo_rate * reference_adam(s, gradient, moments_after[bench->view].visits, &moment1, &moment2);
+        double moved = reference_photo_rate(moments_after[bench->view].visits) *
+                       reference_adam(s, gradient, moments_after[bench->view].visits, &moment1, &moment2);
         hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i], before[first + i] - moved,
                      fabs(moved) + 0x1p-8, 2e-3);
     }

@@ -57,6 +57,7 @@ static struct reduction *open_reduction(uint32_t capacity) {
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_RAYS, .buffer = r->rays},
                                           {.slot = VW_SLOT_COLOURS, .buffer = r->colours},
                                           {.slot = VW_SLOT_VAL_VIEWS, .buffer = r->views},
+                                          {.slot = VW_SLOT_FITS, .buffer = r->views}, // not read
                                           {.slot = VW_SLOT_SCALARS, .buffer = r->scalars}};
     struct vw_pass_params params = {.shader = &generate_errors, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
     ok(vw_pass_create(test_gpu(), &params, &r->generate));

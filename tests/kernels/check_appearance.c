@@ -190,7 +190,7 @@ static void check_photo(const struct step_bench *bench, const float *shares, con
                                              .gradient = sum * inverse_rays + reference_photo_ridge * value,
                                              .gradient_error = (bench->step.padded_rays / 64.0 + 68.0) * FLOAT_ROUNDING *
                                                                (magnitude * inverse_rays + reference_photo_ridge * fabs(value)),
-                                             .rate = reference_photo_rate,
+                                             .rate = reference_photo_rate(visits_after),
                                              .value = (float)value,
                                              .moment1 = own[at],
                                              .moment2 = own[at + 4],
@@ -324,7 +324,7 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
                                              .visits = visits_after,
                                              .gradient = gradient,
                                              .gradient_error = 70.0 * FLOAT_ROUNDING * magnitude + 64.0 * FLOAT_LEAST,
-                                             .rate = reference_photo_rate,
+                                             .rate = reference_photo_rate(visits_after),
                                              .value = (float)value,
                                              .moment1 = own[k],
                                              .moment2 = own[REFERENCE_CODE + k],

@@ -14,13 +14,15 @@
 // Tables of 2^14 entries on 8 levels, and 2,048 samples: beyond 65,536 texels in both the grid and the activations. The other has so many
 // samples that its gradient takes wide words.
 static const struct step_case base_case = {.name = "fallback", .seed = 111, .rays = 64, .base_resolution = 24};
-static const struct step_case momentum_case = {.name = "fallback with momentum and wide words",
+static const struct step_case momentum_case = {.name = "fallback with momentum, wide words and photos",
                                                .seed = 112,
                                                .rays = 1056,
                                                .features = 4,
                                                .levels = 4,
                                                .beta1 = 0.9,
-                                               .base_resolution = 24};
+                                               .base_resolution = 24,
+                                               .appearance = true,
+                                               .appearance_code = true};
 enum { STEPS = 3 };
 
 struct outcome {

@@ -1,8 +1,11 @@
 #include "reference.h"
 
+#include <math.h>
 #include <string.h>
 
-const double reference_photo_rate = 10.0, reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
+const double reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
+
+double reference_photo_rate(uint64_t visits) { return 20.0 / sqrt((double)visits); }
 
 uint32_t reference_photo_count(const struct model *model) {
     if (model->appearance.size_bytes) return (uint32_t)(model->appearance.size_bytes / (8 * sizeof(float)));

@@ -156,7 +156,7 @@ double reference_loss(uint32_t loss, double error, double *slope);
 
 // ---- appearance.c ------------------------------------------------------------------------------------------------------
 
-extern const double reference_photo_rate; // times the learning rate
+double reference_photo_rate(uint64_t visits); // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
 
 struct reference_photo {     // what belongs to one photo, or its gradient; 0 where the effect is off

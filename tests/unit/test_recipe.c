@@ -230,14 +230,10 @@ static void test_own_scenes(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_needs_a_device_for_pixels),
-        cmocka_unit_test(test_views),
-        cmocka_unit_test(test_explicit_split),
-        cmocka_unit_test(test_downscale),
-        cmocka_unit_test(test_truth),
-        cmocka_unit_test(test_seed_chooses),
-        cmocka_unit_test(test_wrong_pose),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_needs_a_device_for_pixels),
+        cmocka_unit_test(test_views),        cmocka_unit_test(test_explicit_split),
+        cmocka_unit_test(test_downscale),    cmocka_unit_test(test_truth),
+        cmocka_unit_test(test_seed_chooses), cmocka_unit_test(test_wrong_pose),
         cmocka_unit_test(test_own_scenes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
