@@ -64,7 +64,7 @@ static void make_model(const struct twin_case *setup, enum vw_loss loss, const c
     config.width = setup->width;
     config.loss = loss;
     assert_int_equal(vw_config_check(&config), VW_OK);
-    assert_int_equal(vw_effects_decide(&empty_scene, choice, effects, &count), VW_OK);
+    assert_int_equal(vw_effects_decide(NULL, &empty_scene, choice, effects, &count), VW_OK);
     assert_int_equal(model_create(&config, &empty_scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
 }
 
@@ -200,7 +200,7 @@ static void the_gradient_is_the_slope_of_the_loss(void **state) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     char all[192] = "";
     uint32_t count;
-    assert_int_equal(vw_effects_decide(&empty_scene, "none", effects, &count), VW_OK);
+    assert_int_equal(vw_effects_decide(NULL, &empty_scene, "none", effects, &count), VW_OK);
     for (uint32_t i = 0; i < count; i++) snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? "," : "", effects[i].name);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         for (size_t k = 0; k < VW_ARRAY_COUNT(all_losses); k++) {

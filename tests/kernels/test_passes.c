@@ -90,12 +90,12 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, on[VW_EFFECT_COUNT_MAX] = {0};
     for (uint32_t i = 0; i < step_case_count; i++) {
-        assert_int_equal(vw_effects_decide(benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
+        assert_int_equal(vw_effects_decide(NULL, benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
         for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
     }
     assert_true(count > 0);
     for (uint32_t k = 0; k < count; k++)
-        if (on[k] == 0 || on[k] == step_case_count)
+        if (strcmp(verdicts[k].name, "masks") != 0 && (on[k] == 0 || on[k] == step_case_count)) // masks are the host's alone
             fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name, on[k] ? "on" : "off");
 }
 

@@ -88,7 +88,7 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
-    stop_unless(bench, vw_effects_decide(bench->scene, bench->config.effects, verdicts, &count));
+    stop_unless(bench, vw_effects_decide(NULL, bench->scene, bench->config.effects, verdicts, &count));
     stop_unless(bench, model_create(&bench->config, bench->scene, verdicts, vw_gpu_get_info(bench->gpu), vw_gpu_get_limits(bench->gpu),
                                     &bench->model));
     bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->config.samples;
