@@ -13,7 +13,7 @@ static const struct vw_command commands[] = {
     {"info", "SCENE", "Say what a scene holds and which effects it calls for",
      "SCENE is a folder with transforms*.json, a COLMAP model or a NeRF-W list (.tsv) beside dense/, a transforms file, or a recipe "
      "(.json).",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_JSON, vw_command_info},
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
      "Leaves ledger.db (every step and score), scores.csv, field.vwf and checkpoints in the --out folder. Positive scores help.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},

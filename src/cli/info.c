@@ -8,6 +8,7 @@
 #include "cli/effects_table.h"
 #include "cli/estimate.h"
 #include "cli/json_output.h"
+#include "cli/measure_effects.h"
 #include "cli/open.h"
 #include "viewworth/memory.h"
 
@@ -26,6 +27,7 @@ struct description {
     uint32_t ranged_count;        // views with near and far
     double near_world, far_world; // over all of them
     struct vw_estimate estimate;
+    struct vw_measurement measurement; // with --measure
 };
 
 static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
@@ -111,6 +113,7 @@ static void print_text(const struct description *description) {
         vw_effect_to_line(&description->effects[i], line);
         printf("%s\n", line);
     }
+    vw_measurement_print(&description->measurement);
 }
 
 // ---- As JSON: NULL when memory is short ---------------------------------------------------------------------------------
@@ -164,13 +167,14 @@ static json_t *depths_to_json(const struct description *description) {
 
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "scene", scene->path, "format",
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o*}", "scene", scene->path, "format",
                      scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras",
                      cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha", scene->has_alpha, "masks",
                      (json_int_t)scene->masked_view_count, "points", (json_int_t)scene->point_count, "tracks",
                      (json_int_t)scene->track_count, "depths", depths_to_json(description), "notes", notes_to_json(scene), "estimate",
                      vw_estimate_to_json(&description->estimate), "effects",
-                     vw_effects_to_json(description->effects, description->effect_count));
+                     vw_effects_to_json(description->effects, description->effect_count), "measured",
+                     description->measurement.count ? vw_measurement_to_json(&description->measurement) : NULL);
 }
 
 // Without a device there is neither a probing run nor an estimate; that is no failure unless --device asked for one.
@@ -198,6 +202,9 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     if (!status) status = open_device(options, &gpu, &description.estimate);
     if (!status) status = describe(gpu, scene, &description);
     if (!status) vw_estimate_run(options, scene, gpu, description.effects, description.effect_count, &description.estimate);
+    if (!status && options->measure && !gpu) status = vw_fail(VW_ERROR_NO_DEVICE, "--measure: %s", description.estimate.missing);
+    if (!status && options->measure)
+        status = vw_measure_effects(options, scene, gpu, description.effects, description.effect_count, &description.measurement);
     if (!status && options->json) status = vw_json_print(to_json(&description));
     else if (!status) print_text(&description);
     free(description.cameras);

@@ -91,6 +91,8 @@ static const struct option_row rows[] = {
     {"view", "NAME|N", "photo to render: its name, or its place among the validation photos (default: the first)", VW_OPTIONS_VIEW, TEXT,
      FIELD(view)},
     {"to", "FILE", "image to write, .png or .exr (default: OUT/render_<view>.png)", VW_OPTIONS_VIEW, TEXT, FIELD(to)},
+    {"measure", NULL, "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR",
+     VW_OPTIONS_INFO, FLAG, FIELD(measure)},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
     {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},

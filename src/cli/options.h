@@ -19,7 +19,7 @@ struct vw_options {
     uint32_t downscale;
     struct vw_config config;
     const char *out;
-    bool resume, profile;
+    bool resume, profile, measure;
     const char *expect;
     uint32_t replay_steps;
     const char *view;
@@ -37,7 +37,8 @@ enum {
     VW_OPTIONS_JSON = 32,
     VW_OPTIONS_VALUE = 64,
     VW_OPTIONS_VERIFY = 128,
-    VW_OPTIONS_ALWAYS = 256,
+    VW_OPTIONS_INFO = 256,
+    VW_OPTIONS_ALWAYS = 512,
 };
 
 struct vw_command {

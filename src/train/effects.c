@@ -32,7 +32,7 @@ static const struct effect {
      offsetof(struct vw_specialization, effect_appearance), false, NULL},
     {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance", 0.075,
      evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance"},
-    {"occupancy", "share of the box that is empty after a probing run", 0.7, evidence_occupancy,
+    {"occupancy", "share of the box that is empty after a probing run", 0.25, evidence_occupancy,
      offsetof(struct vw_specialization, effect_occupancy), false, NULL},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code as
 # one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
+# test_effects_off.sh PROGRAM [EFFECT]...: these alone.
 # In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
 set -uo pipefail
 program=$(realpath "$1")
@@ -80,7 +81,7 @@ same_code() {
 
 # So that the comparison itself is no empty one: an effect that is on changes the code of the pass that it is in.
 sees_a_difference() {
-    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 && code "$work/with.spv" "$work/on.txt" 17:1 &&
+    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 && code "$work/with.spv" "$work/on.txt" 17:1 18:0.5 &&
         ! cmp -s "$work/off.txt" "$work/on.txt"
 }
 
@@ -89,7 +90,9 @@ check "shaders are listed" test "${#shaders[@]}" -ge 17
 check "every switch in the interface is an effect's" test \
     "$(grep -cE '^ *X\([0-9]+, EFFECT_' shaders/interface.h)" = "$(for e in "${effects[@]}"; do constant_of "$e"; done | wc -l)"
 check "the comparison sees an effect that is on" sees_a_difference
-for effect in "${effects[@]}"; do
+chosen=("${@:2}")
+[[ $# -gt 1 ]] || chosen=("${effects[@]}")
+for effect in "${chosen[@]}"; do
     if [[ -z $(constant_of "$effect") ]]; then
         check "$effect: no shader knows it" test -z "$(grep -rliE "EFFECT_$effect" shaders)"
         continue

