@@ -116,7 +116,7 @@ static char *make_recipe(const struct detection_case *c, uint64_t seed) {
                    : "[0, 0, 0]",
         c->weather ? ", \"spread_deg\": 150" : "", shapes, c->full ? "4" : "2.6", c->far || c->sky ? "[5, 20]" : "[15, 45]",
         (unsigned long long)(40 * seed % 360), c->lens ? ", \"distortion\": {\"k1\": 0.08, \"p1\": 0.004}" : "",
-        c->exposure ? ", \"exposure_spread\": 0.2" : "", c->masks ? ", \"transients\": {\"share\": 0.6, \"size\": 0.08}" : "");
+        c->exposure ? ", \"exposure\": {\"gain\": 0.2}" : "", c->masks ? ", \"transients\": {\"share\": 0.6, \"size\": 0.08}" : "");
     free(shapes);
     return text;
 }
