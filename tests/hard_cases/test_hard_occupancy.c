@@ -78,7 +78,8 @@ static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *ben
     for (uint32_t i = 0; i < bench->padded_samples; i++) {
         struct reference_ray ray = reference_ray_of(&rays[i / s->samples]);
         double position[3];
-        reference_sample_position(&bench->model.specialization, &ray, i % s->samples, reference_stratum_offset(s, i / s->samples, i % s->samples, STEP), position);
+        uint32_t line = i / s->samples, sample = i % s->samples;
+        reference_sample_position(s, &ray, sample, reference_stratum_offset(s, line, sample, STEP), position);
         visits[reference_cell(position)]++;
     }
     for (uint32_t cell = VW_OCCUPANCY_CELLS / 2; cell < VW_OCCUPANCY_CELLS && lonely == UINT32_MAX; cell++)
