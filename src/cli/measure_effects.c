@@ -10,7 +10,7 @@
 #include "viewworth/memory.h"
 
 enum {
-    ROUNDS = 24,
+    ROUNDS = 12,
     STEPS_PER_BATCH = 8, // a round is two batches
     LAST_ROUNDS = 3,     // whose PSNR counts
     TRAININGS_MAX = VW_EFFECT_COUNT_MAX + 2,

@@ -15,8 +15,8 @@
 enum vw_status vw_mask_find(const char *folder, const char *image_path, char **mask_path);
 // Checks, from its header alone, that a mask fits a photo of this size.
 enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t photo_height_px);
-// The mask of a photo of this size under --downscale: a byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the caller. One that hides everything is
-// refused.
+// The mask of a photo of this size under --downscale: a byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the caller. One that
+// hides everything is refused.
 enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale, uint8_t **mask);
 
 #endif

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code as
-# one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
+# An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code
+# as one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
 # test_effects_off.sh PROGRAM [EFFECT]...: these alone.
 # In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
 set -uo pipefail
@@ -36,8 +36,8 @@ text() { spirv-dis --raw-id --no-header "$1" | awk -f tests/cli/spirv_code.awk >
 
 # code IN OUT [ID:VALUE]...: the same, specialised with these values (the others have their defaults) and optimised.
 code() {
-    spirv-opt --strip-debug --set-spec-const-default-value="${*:3}" --freeze-spec-const --fold-spec-const-op-composite -O "$1" -o "$1.opt" &&
-        text "$1.opt" "$2"
+    spirv-opt --strip-debug --set-spec-const-default-value="${*:3}" --freeze-spec-const --fold-spec-const-op-composite -O \
+        "$1" -o "$1.opt" && text "$1.opt" "$2"
 }
 
 # A copy of the shaders without the effect.
@@ -64,7 +64,8 @@ settings_for() {
 same_code() {
     local effect=$1 shader=$2 id setting
     id=$(constant_of "$effect")
-    compile shaders "$shader" "$work/with.spv" && compile "$work/$effect" "$shader" "$work/without.spv" "-DVW_WITHOUT_${effect^^}" || return 1
+    compile shaders "$shader" "$work/with.spv" || return 1
+    compile "$work/$effect" "$shader" "$work/without.spv" "-DVW_WITHOUT_${effect^^}" || return 1
     text "$work/with.spv" "$work/with.txt" && text "$work/without.spv" "$work/without.txt" || return 1
     [[ -s $work/with.txt ]] && cmp -s "$work/with.txt" "$work/without.txt" && return 0 # it does not know the effect
     while read -r setting; do
@@ -81,8 +82,8 @@ same_code() {
 
 # So that the comparison itself is no empty one: an effect that is on changes the code of the pass that it is in.
 sees_a_difference() {
-    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 && code "$work/with.spv" "$work/on.txt" 17:1 18:0.5 &&
-        ! cmp -s "$work/off.txt" "$work/on.txt"
+    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 &&
+        code "$work/with.spv" "$work/on.txt" 17:1 18:0.5 && ! cmp -s "$work/off.txt" "$work/on.txt"
 }
 
 check "the program lists effects" test "${#effects[@]}" -ge 8
