@@ -18,22 +18,24 @@ static const struct effect {
     size_t constant;   // offset of its switch in struct vw_specialization
     bool basic;        // decided first: without it the rest of the evidence, and the probing run, would look at something else
     const char *needs; // NULL, or the effect without which this one has nothing to do; before it in the list
+    const char *bars;  // NULL, or the effect beside which this one is never called for; before it in the list
 } effects[] = {
     {"distortion", "largest shift of an image corner by lens distortion, px", 0.01, evidence_distortion,
-     offsetof(struct vw_specialization, effect_distortion), true, NULL},
+     offsetof(struct vw_specialization, effect_distortion), true, NULL, NULL},
     {"background", "share of photos with transparent pixels", 0.01, evidence_background,
-     offsetof(struct vw_specialization, effect_background), true, NULL},
-    {"masks", "share of photos with a mask file", 1e-9, evidence_masks, HOST_ONLY, true, NULL},
+     offsetof(struct vw_specialization, effect_background), true, NULL, NULL},
+    {"masks", "share of photos with a mask file", 1e-9, evidence_masks, HOST_ONLY, true, NULL, NULL},
     {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones", 0.04, evidence_sky,
-     offsetof(struct vw_specialization, effect_sky), false, NULL},
+     offsetof(struct vw_specialization, effect_sky), false, NULL, NULL},
     {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median", 4.0, evidence_unbounded,
-     offsetof(struct vw_specialization, effect_unbounded), false, NULL},
+     offsetof(struct vw_specialization, effect_unbounded), false, NULL, NULL},
     {"appearance", "robust spread over photos of the log gain of the same points", 0.05, evidence_appearance,
-     offsetof(struct vw_specialization, effect_appearance), false, NULL},
+     offsetof(struct vw_specialization, effect_appearance), false, NULL, NULL},
     {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance", 0.075,
-     evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance"},
-    {"occupancy", "share of the box that is empty after a probing run", 0.25, evidence_occupancy,
-     offsetof(struct vw_specialization, effect_occupancy), false, NULL},
+     evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance", NULL},
+    // What counts as empty is meant for strata within the box; those of unbounded rays are far longer.
+    {"occupancy", "share of the box that is empty after a probing run; 0 beside unbounded", 0.25, evidence_occupancy,
+     offsetof(struct vw_specialization, effect_occupancy), false, NULL, "unbounded"},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
@@ -88,15 +90,19 @@ bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, con
     return false;
 }
 
+static bool is_called_for(const struct vw_effect_verdict *verdicts, const char *name) {
+    return verdicts[find_effect(name, strlen(name))].called_for;
+}
+
 // The evidence of the basic effects, or of the others.
 static enum vw_status measure(const struct survey *survey, bool basic, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX]) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects) && status == VW_OK; i++) {
         struct vw_effect_verdict *verdict = &verdicts[i];
-        int needed = effects[i].needs ? find_effect(effects[i].needs, strlen(effects[i].needs)) : -1;
         if (effects[i].basic != basic) continue;
         status = effects[i].evidence(survey, &verdict->evidence);
-        if (needed >= 0 && !verdicts[needed].called_for) verdict->evidence = 0.0;
+        if (effects[i].needs && !is_called_for(verdicts, effects[i].needs)) verdict->evidence = 0.0;
+        if (effects[i].bars && is_called_for(verdicts, effects[i].bars)) verdict->evidence = 0.0;
         verdict->called_for = verdict->evidence >= effects[i].threshold;
     }
     return status;
