@@ -124,10 +124,6 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
 // untouched. Before the first advance only.
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step, uint64_t *step);
 
-// The share of the box's cells (32 per axis) that are not empty in the field as it is, by the measure of the effect `occupancy`, whether it
-// is on or not: of 8 random points per cell the densest counts. A function of seed and params alone.
-enum vw_status vw_trainer_occupied_share(struct vw_trainer *trainer, double *share);
-
 // The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path); // VW_ERROR_INPUT when it does not fit the trainer

@@ -20,8 +20,8 @@ struct vw_estimate {
 };
 
 // Memory is what a trainer allocates, time an extrapolation from a fraction of a second of steps. `estimate` is zero but for `missing`,
-// which says why there is no device where `gpu` is NULL. Without one, or where the scene cannot be validated, there is no estimate; that is no
-// failure.
+// which says why there is no device where `gpu` is NULL. Without one, or where the scene cannot be validated, there is no
+// estimate; that is no failure.
 void vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
                      const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate);
 void vw_estimate_print(const struct vw_estimate *estimate);

@@ -25,7 +25,7 @@ static const struct effect {
     {"background", "share of photos with transparent pixels", 0.01, evidence_background,
      offsetof(struct vw_specialization, effect_background), true, NULL, NULL},
     {"masks", "share of photos with a mask file", 1e-9, evidence_masks, HOST_ONLY, true, NULL, NULL},
-    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones", 0.04, evidence_sky,
+    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones", 0.05, evidence_sky,
      offsetof(struct vw_specialization, effect_sky), false, NULL, NULL},
     {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median", 4.0, evidence_unbounded,
      offsetof(struct vw_specialization, effect_unbounded), false, NULL, NULL},

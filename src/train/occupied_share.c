@@ -1,64 +1,48 @@
-// How much of a field is occupied, whether or not its training skips the rest.
+// The field's own passes, on rays of ours: each runs along x through the middles of a row of cells, and samples fall on them.
+#include "occupied_share.h"
+
 #include <stdlib.h>
 
-#include "gpu/shaders.h"
 #include "trainer.h"
 #include "viewworth/memory.h"
 
-enum { ASKED_POINTS = 8 }; // per cell
+static const double OPACITY_MIN = 0.01; // of a stratum; density * length, as 1 - exp(-x) is x here
 
-struct question {
-    struct vw_buffer *densities; // of each cell the largest so far
-    struct vw_pass *refresh;
-    struct vw_batch *batch;
-};
+static void fill_rays(uint32_t cells, uint32_t first, uint32_t count, struct vw_ray *rays) {
+    for (uint32_t i = 0; i < count; i++) {
+        float y = (float)((first + i) % cells), z = (float)((first + i) / cells % cells), edge = 1.0f / (float)cells;
+        rays[i] = (struct vw_ray){.origin_near = {0.0f, (y + 0.5f) * edge, (z + 0.5f) * edge, 0.0f},
+                                  .direction_stride = {1.0f, 0.0f, 0.0f, edge}};
+    }
+}
 
-static enum vw_status open_question(const struct field *field, struct question *question) {
-    struct vw_binding bindings[VW_SLOT_COUNT];
-    uint32_t count = 0;
-    enum vw_status status = vw_buffer_create(
-        field->gpu, &(struct vw_buffer_params){.name = "asked_densities", .size_bytes = 4 * VW_OCCUPANCY_CELLS}, &question->densities);
-    field_bind(field, bindings, &count);
-    bindings[count++] = (struct vw_binding){.slot = VW_SLOT_OCCUPANCY, .buffer = question->densities};
-    struct vw_pass_params params = {.shader = &vw_shader_refresh_occupancy,
-                                    .specialization = (const uint32_t *)&field->model->specialization,
-                                    .specialization_count = VW_SPECIALIZATION_COUNT,
-                                    .bindings = bindings,
-                                    .binding_count = count};
-    if (status == VW_OK) status = vw_pass_create(field->gpu, &params, &question->refresh);
-    if (status == VW_OK) status = vw_batch_create(field->gpu, &question->batch);
+static enum vw_status count_part(struct evaluator *evaluator, uint32_t cells, uint32_t rays, uint32_t *occupied) {
+    vw_float4 *samples = vw_allocate((size_t)rays * cells, sizeof *samples);
+    if (!samples) return VW_ERROR_MEMORY;
+    vw_batch_begin(evaluator->batch);
+    evaluator_record(evaluator, evaluator->batch);
+    enum vw_status status = vw_batch_submit(evaluator->batch);
+    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
+    if (status == VW_OK) status = vw_buffer_read(evaluator->samples, 0, samples, (uint64_t)rays * cells * sizeof *samples);
+    for (uint32_t i = 0; status == VW_OK && i < rays * cells; i++) *occupied += samples[i].w >= OPACITY_MIN * cells;
+    free(samples);
     return status;
 }
 
-static void close_question(struct question *question) {
-    vw_batch_destroy(&question->batch);
-    vw_pass_destroy(&question->refresh);
-    vw_buffer_destroy(&question->densities);
-}
-
-static enum vw_status ask(const struct question *question, float *densities) {
-    vw_batch_begin(question->batch);
-    for (uint32_t point = 0; point < ASKED_POINTS; point++) {
-        struct vw_push_refresh push = {.step_low = point, .remains = 1.0f};
-        vw_batch_dispatch(question->batch, question->refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
+enum vw_status occupied_share(struct vw_trainer *trainer, double *share) {
+    uint32_t cells = trainer->config.samples, occupied = 0;
+    struct evaluator evaluator = {0};
+    struct vw_ray *rays = NULL;
+    enum vw_status status = evaluator_create(&trainer->field, cells, &evaluator); // a layer of cells at a time
+    if (status == VW_OK) rays = vw_allocate(evaluator.ray_count, sizeof *rays);
+    if (status == VW_OK && !rays) status = VW_ERROR_MEMORY;
+    for (uint32_t layer = 0; layer < cells && status == VW_OK; layer++) {
+        fill_rays(cells, layer * cells, evaluator.ray_count, rays);
+        status = vw_buffer_write(evaluator.rays, 0, rays, evaluator.ray_count * sizeof *rays);
+        if (status == VW_OK) status = count_part(&evaluator, cells, cells, &occupied);
     }
-    enum vw_status status = vw_batch_submit(question->batch);
-    if (status == VW_OK) status = vw_batch_wait(question->batch);
-    return status == VW_OK ? vw_buffer_read(question->densities, 0, densities, 4 * VW_OCCUPANCY_CELLS) : status;
-}
-
-enum vw_status vw_trainer_occupied_share(struct vw_trainer *trainer, double *share) {
-    struct question question = {0};
-    float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
-    enum vw_status status = densities ? open_question(&trainer->field, &question) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = ask(&question, densities);
-    if (status == VW_OK) {
-        uint32_t occupied = 0;
-        float empty = VW_EMPTY_DENSITY((float)trainer->config.samples);
-        for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) occupied += !(densities[i] <= empty);
-        *share = (double)occupied / VW_OCCUPANCY_CELLS;
-    }
-    close_question(&question);
-    free(densities);
+    if (status == VW_OK) *share = (double)occupied / ((double)cells * cells * cells);
+    evaluator_destroy(&evaluator);
+    free(rays);
     return status;
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "occupied_share.h"
 #include "pixels.h"
 #include "trainer.h"
 #include "viewworth/memory.h"
@@ -124,7 +125,7 @@ enum vw_status probing_run(struct vw_gpu *gpu, const struct vw_scene *scene, con
         &trainer);
     if (status == VW_OK) status = take_steps(trainer);
     if (status == VW_OK) status = measure_exposure(trainer, &findings->gain_spread);
-    if (status == VW_OK) status = vw_trainer_occupied_share(trainer, &occupied);
+    if (status == VW_OK) status = occupied_share(trainer, &occupied);
     findings->empty_share = 1.0 - occupied;
     vw_trainer_destroy(&trainer);
     return status;
