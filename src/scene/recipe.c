@@ -66,8 +66,8 @@ static enum vw_status make_photo(struct vw_recipe_tracer *tracer, const struct v
 static enum vw_status make_photos(struct vw_gpu *gpu, const struct vw_recipe *recipe, struct vw_scene *scene) {
     size_t pixel_count = (size_t)recipe->width_px * recipe->height_px;
     struct vw_recipe_tracer *tracer = NULL;
-    struct vw_recipe_photo photo = {.width_px = recipe->width_px, .height_px = recipe->height_px,
-                                    .pixels = vw_allocate(pixel_count, sizeof *photo.pixels)};
+    struct vw_recipe_photo photo = {
+        .width_px = recipe->width_px, .height_px = recipe->height_px, .pixels = vw_allocate(pixel_count, sizeof *photo.pixels)};
     float *depths = vw_allocate(scene->view_count * pixel_count, sizeof *depths);
     enum vw_status status = photo.pixels && depths ? vw_recipe_tracer_create(gpu, recipe, scene, &tracer) : VW_ERROR_MEMORY;
     for (uint32_t v = 0; !status && v < scene->view_count; v++)

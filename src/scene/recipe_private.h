@@ -38,7 +38,7 @@ struct vw_recipe {
     uint32_t samples_side;        // squared: samples per pixel
     uint32_t background;          // BACKGROUND_*
     float background_colour[3];
-    double sun_direction[3];      // unit vector
+    double sun_direction[3]; // unit vector
     double sun_intensity, ambient, sun_spread_deg;
     double gain_spread, tint_spread, bias_spread; // of all photos
     double transient_share, transient_size;

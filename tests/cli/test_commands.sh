@@ -101,7 +101,7 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
     AND abs((SELECT sum(value ->> 'share') FROM json_each(j, '\$.profile.passes')) - 1) < 1e-6
     AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'bytes_per_s' > 0) FROM json_each(j, '\$.profile.passes'))
     AND j ->> '\$.profile.copy_bytes_per_s' > 0 AND j ->> '\$.profile.multiply_adds_per_s' > 0" \
-    "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --profile --json
+    "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
     AND j ->> '\$.estimate.steps' = 360 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
     AND j ->> '\$.masks' = 0" "$program" info "$scene" --json
@@ -203,7 +203,8 @@ interrupt() { # starts a long run, and stops it once it has recorded steps
     "$program" value "$scene" --out "$folder/stopped" "${tiny[@]}" --epochs 1000000 2>"$folder/stderr" >/dev/null &
     local process=$! code=0
     for ((wait = 0; wait < 600; wait++)); do
-        [[ $(query stopped 'SELECT count(*) > 1 FROM step' 2>/dev/null) == 1 ]] && break
+        # Not before the ledger is there: a query would make an empty one.
+        [[ -s $folder/stopped/ledger.db && $(query stopped 'SELECT count(*) > 1 FROM step' 2>/dev/null) == 1 ]] && break
         sleep 0.1
     done
     kill -TERM "$process"

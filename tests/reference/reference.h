@@ -221,7 +221,7 @@ double reference_recipe_trace(const struct reference_recipe *recipe, const doubl
 struct reference_params {
     struct reference_weights weights;
     double *grid;
-    double sky[VW_SKY_COLUMNS][3]; // 0 without the effect
+    double sky[VW_SKY_COLUMNS][3];  // 0 without the effect
     struct reference_photo *photos; // of every view; NULL without such effects
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
 };
@@ -232,18 +232,18 @@ struct reference_step {
     const struct model *model;
     uint32_t ray_count;
     struct reference_ray *rays;
-    struct reference_sample *samples;                            // ray by ray
-    uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
-    struct reference_d_sample *d_samples;                        // likewise
-    double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
-    double (*backdrops)[3];                                      // per ray: the colour behind the field
-    double (*errors)[3], *losses;                                // per ray
-    double loss;                                                 // sum over rays
-    struct reference_weights d_weights;                          // of the sum over rays
-    double *d_grid;                                              // likewise
-    double d_sky[VW_SKY_COLUMNS][3];                             // likewise
-    uint32_t view;                                               // whose photo it is, in training
-    struct reference_photo d_photo;                              // likewise
+    struct reference_sample *samples;     // ray by ray
+    uint32_t *slots;                      // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
+    struct reference_d_sample *d_samples; // likewise
+    double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
+    double (*backdrops)[3];               // per ray: the colour behind the field
+    double (*errors)[3], *losses;         // per ray
+    double loss;                          // sum over rays
+    struct reference_weights d_weights;   // of the sum over rays
+    double *d_grid;                       // likewise
+    double d_sky[VW_SKY_COLUMNS][3];      // likewise
+    uint32_t view;                        // whose photo it is, in training
+    struct reference_photo d_photo;       // likewise
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
 };
 

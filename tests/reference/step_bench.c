@@ -24,9 +24,14 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
     const struct {
         const char *name;
         bool on;
-    } effects[] = {{"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
-                   {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code},
-                   {"occupancy", c->occupancy}, {"masks", c->masks}};
+    } effects[] = {{"distortion", c->distortion},
+                   {"background", c->background},
+                   {"sky", c->sky},
+                   {"unbounded", c->unbounded},
+                   {"appearance", c->appearance},
+                   {"appearance_code", c->appearance_code},
+                   {"occupancy", c->occupancy},
+                   {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)

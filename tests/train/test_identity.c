@@ -48,10 +48,9 @@ static void change_subset(struct parts *parts) {
 
 static void every_part_of_a_run_names_it(void **state) {
     (void)state;
-    static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,       change_rays,
-                                                      change_learning_rate, change_burn_in, change_validation, change_effects,
-                                                      change_background,    change_device,  change_driver,     change_to_unbounded,
-                                                      change_box};
+    static void (*const changes[])(struct parts *) = {
+        change_scene,   change_subset,     change_seed,   change_rays,   change_learning_rate, change_burn_in, change_validation,
+        change_effects, change_background, change_device, change_driver, change_to_unbounded,  change_box};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

@@ -210,7 +210,7 @@ static void test_lens_mask(void **state) {
     for (uint32_t i = 0; i < 800; i++) {
         double direction[3];
         bool seen = vw_camera_unproject(&view.camera, i % 40 + 0.5, i / 40 + 0.5, direction);
-        assert_int_equal(view.mask[i] != 0, seen);
+        assert_int_equal(view.mask[i], seen ? VW_MASK_KEEP : VW_MASK_BEYOND_LENS);
         counted += !seen;
     }
     assert_true(hidden == counted && counted > 50 && counted < 400);

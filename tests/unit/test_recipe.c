@@ -206,12 +206,8 @@ static void test_own_scenes(void **state) {
         uint32_t views, spoiled;
         bool distorted, transparent;
     } scenes[] = {
-        {"courtyard", 48, 12, false, false},
-        {"clean", 16, 0, false, false},
-        {"distorted", 24, 0, true, false},
-        {"cutout", 24, 0, false, true},
-        {"sky", 24, 0, false, false},
-        {"unbounded", 28, 0, false, false},
+        {"courtyard", 48, 12, false, false}, {"clean", 16, 0, false, false}, {"distorted", 24, 0, true, false},
+        {"cutout", 24, 0, false, true},      {"sky", 24, 0, false, false},   {"unbounded", 28, 0, false, false},
         {"exposure", 30, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
