@@ -221,17 +221,22 @@ static enum vw_status check_interrupt(const struct vw_training_run *run) {
                    run->tally.steps);
 }
 
-// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first.
+// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first. The end is not saved twice: an older checkpoint is
+// worth more than a second one of the same step.
 static enum vw_status take_batches(struct vw_training_run *run, struct vw_progress *progress) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
+    uint64_t saved_steps = UINT64_MAX;
     for (enum vw_status status = VW_OK;;) {
         bool settle = run->ledger && (vw_interrupt_requested() || vw_checkpoints_due(&run->checkpoints));
         status = settle ? vw_trainer_collect(run->trainer, &records, &count) : vw_trainer_advance(run->trainer, &records, &count);
         if (!status && count > 0 && !run->ledger) status = create_ledger(run);
         if (!status && count > 0) status = record(run, records, count);
         if (!status && count > 0) show(run, &records[count - 1], progress);
-        if (!status && count == 0) vw_checkpoints_save(&run->checkpoints, run->trainer);
+        if (!status && count == 0 && run->tally.steps != saved_steps) {
+            vw_checkpoints_save(&run->checkpoints, run->trainer);
+            saved_steps = run->tally.steps;
+        }
         if (!status && count == 0 && settle) status = check_interrupt(run);
         if (status || (count == 0 && !settle)) return status;
     }
