@@ -221,8 +221,8 @@ static enum vw_status check_interrupt(const struct vw_training_run *run) {
                    run->tally.steps);
 }
 
-// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first. The end is not saved twice: an older checkpoint is
-// worth more than a second one of the same step.
+// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first. The end is not saved twice: an older checkpoint
+// is worth more than a second one of the same step.
 static enum vw_status take_batches(struct vw_training_run *run, struct vw_progress *progress) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
