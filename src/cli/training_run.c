@@ -226,16 +226,17 @@ static enum vw_status check_interrupt(const struct vw_training_run *run) {
 static enum vw_status take_batches(struct vw_training_run *run, struct vw_progress *progress) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
-    uint64_t saved_steps = UINT64_MAX;
+    bool moved = true; // since the last checkpoint
     for (enum vw_status status = VW_OK;;) {
         bool settle = run->ledger && (vw_interrupt_requested() || vw_checkpoints_due(&run->checkpoints));
         status = settle ? vw_trainer_collect(run->trainer, &records, &count) : vw_trainer_advance(run->trainer, &records, &count);
         if (!status && count > 0 && !run->ledger) status = create_ledger(run);
         if (!status && count > 0) status = record(run, records, count);
         if (!status && count > 0) show(run, &records[count - 1], progress);
-        if (!status && count == 0 && run->tally.steps != saved_steps) {
-            vw_checkpoints_save(&run->checkpoints, run->trainer);
-            saved_steps = run->tally.steps;
+        moved |= count > 0;
+        if (!status && count == 0 && (settle || moved)) {
+            vw_checkpoints_save(&run->checkpoints, run->trainer); // which also says when the next is due
+            moved = false;
         }
         if (!status && count == 0 && settle) status = check_interrupt(run);
         if (status || (count == 0 && !settle)) return status;

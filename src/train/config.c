@@ -178,8 +178,10 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK) parsed.loss = (enum vw_loss)choice;
     if (status == VW_OK) status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
     if (status == VW_OK) parsed.optimizer = (enum vw_optimizer)choice;
-    if (status == VW_OK) status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
-    if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
+    if (status == VW_OK && json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
+        status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
+        if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
+    }
     const char *effects = json_string_value(json_object_get(object, "effects"));
     if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");

@@ -70,6 +70,29 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
 static bool leaves_to_evidence(const char *choice) { return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-'; }
 
+bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!strcmp(verdicts[i].name, name)) return verdicts[i].on;
+    return false;
+}
+
+static bool names_effect(const char *choice, const char *name) {
+    for (const char *word = choice; *word; word += strcspn(word, ",") + (word[strcspn(word, ",")] != 0)) {
+        size_t sign = word[0] == '-' || word[0] == '+';
+        if (strcspn(word + sign, ",") == strlen(name) && !strncmp(word + sign, name, strlen(name))) return true;
+    }
+    return false;
+}
+
+// What nobody named goes with the effects that it needs, and gives way to those that bar it, whoever switched them.
+static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        if (names_effect(choice, effects[i].name)) continue;
+        if (effects[i].needs && !effects_is_on(verdicts, count, effects[i].needs)) verdicts[i].on = false;
+        if (effects[i].bars && effects_is_on(verdicts, count, effects[i].bars)) verdicts[i].on = false;
+    }
+}
+
 enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     bool exactly = !leaves_to_evidence(choice);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
@@ -79,15 +102,12 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
         if ((word[0] != '+' && word[0] != '-') != exactly)
             return vw_fail(VW_ERROR_USAGE, "--effects: \"%s\" mixes names with and without + or -; use one form", choice);
         enum vw_status status = apply_word(word, length, verdicts);
-        if (status != VW_OK || !word[length]) return status;
+        if (status != VW_OK) return status;
+        if (!word[length]) break;
         word += length + 1;
     }
-}
-
-bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(verdicts[i].name, name)) return verdicts[i].on;
-    return false;
+    if (!exactly) follow_others(choice, verdicts, count);
+    return VW_OK;
 }
 
 static bool is_called_for(const struct vw_effect_verdict *verdicts, const char *name) {
@@ -101,8 +121,9 @@ static enum vw_status measure(const struct survey *survey, bool basic, struct vw
         struct vw_effect_verdict *verdict = &verdicts[i];
         if (effects[i].basic != basic) continue;
         status = effects[i].evidence(survey, &verdict->evidence);
-        if (effects[i].needs && !is_called_for(verdicts, effects[i].needs)) verdict->evidence = 0.0;
-        if (effects[i].bars && is_called_for(verdicts, effects[i].bars)) verdict->evidence = 0.0;
+        bool useless = (effects[i].needs && !is_called_for(verdicts, effects[i].needs)) ||
+                       (effects[i].bars && is_called_for(verdicts, effects[i].bars));
+        if (useless && !isnan(verdict->evidence)) verdict->evidence = 0.0;
         verdict->called_for = verdict->evidence >= effects[i].threshold;
     }
     return status;

@@ -23,7 +23,7 @@ struct vw_trainer {
     bool validate;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
-    bool masks; // the effect is on: mask files are obeyed
+    bool masks; // mask files are obeyed, or there are none
     struct model model;
     struct field field;
     struct step_passes step;

@@ -136,6 +136,13 @@ check "a run of two checkpoints" test "$(ls "$folder"/tampered/checkpoint_*.vwc 
 check "checkpoints that were tampered with are found out" fails 1 'taken again' value tampered 130 --resume
 check "and the ledger is left alone" same_rows whole tampered
 
+# A replay that lasts longer than several checkpoints are apart.
+value long 400
+rm "$folder"/long/checkpoint_*.vwc
+check "a long replay without a checkpoint comes to its end" value long 401 --resume
+check "and its ledger is whole" verifies long
+check "and two checkpoints are back" test "$(ls "$folder"/long/checkpoint_*.vwc | wc -l)" = 2
+
 interrupt_extension() {
     local process steps
     copy short extended
