@@ -1,6 +1,6 @@
 // What a scene shows of each effect: one number per effect, which the registry (effects.c) holds against a threshold. Deterministic, from
-// the photos of the splits train and val alone, so that what is tested on decides nothing (lenses apart: those of tests are undone too). NaN
-// where the scene cannot tell.
+// the photos of the splits train and val alone, so that what is tested on decides nothing (lenses apart: those of tests are undone too).
+// NaN where the scene cannot tell.
 #ifndef VIEWWORTH_TRAIN_EVIDENCE_H
 #define VIEWWORTH_TRAIN_EVIDENCE_H
 

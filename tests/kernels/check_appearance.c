@@ -363,7 +363,7 @@ void check_update_code(struct step_bench *bench, enum input_kind kind) {
     if (is_off(it->update_code, &bench->model.code_weights, it->code_moments)) return;
     struct test_random random = {.seed = bench->config.seed};
     uint32_t count = 4 * bench->model.weight_columns;
-    float *d_weights = vw_allocate(count, sizeof *d_weights);
+    float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
     float *zeros = vw_allocate(2 * bench->model.code_weights.size_bytes, 1);
     step_bench_write_params(bench);
     step_bench_write(bench, it->code_weight_moments, zeros);
