@@ -294,12 +294,12 @@ struct vw_push_refresh {     // refresh_occupancy
     vw_uint step_low, step_high;
     float remains;           // share of a cell's old density that is still believed
 };
-struct vw_push_reduce {      // reduce_loss, reduce_views, gradient_sky
+struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky
     vw_uint count;           // rays; views
-    vw_uint scalar_row;      // first vec4 of this step in the scalars; gradient_sky has none
+    vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views and gradient_sky have none
 };
-struct vw_push_update {      // update_grid, update_weights
-    vw_uint count;           // pairs of the window; columns of weights and sky
+struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code
+    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     vw_uint scalar_row;      // first vec4 of this step in the scalars
 };

@@ -79,8 +79,11 @@ struct vw_effect_verdict {
 
 // Every known effect, in registry order, with nothing measured and nothing on.
 void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
-// Switches effects on as they are called for and as `effects` wants it. VW_ERROR_USAGE when it names an unknown one.
+// Switches effects on as they are called for and as `effects` wants it. What +a,-b does not name goes with the effects that it needs, and
+// gives way to those that it cannot stand beside. VW_ERROR_USAGE when `effects` names an unknown one.
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
+// Whether the effect of that name is on; false for one that is not in the list.
+bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Measures the scene and chooses. Some evidence takes a probing run on `gpu`, of about a second; without a device (NULL), without photos to
 // train on, or where `effects` leaves nothing to the evidence, there is none, and what it would tell is NaN. The same scene on the same
 // device gets the same verdicts.
@@ -130,8 +133,8 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 
-// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on, whether every step
-// is validated, shaders, version, device and driver.
+// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they choose,
+// whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
 void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders

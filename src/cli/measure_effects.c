@@ -9,6 +9,7 @@
 #include "cli/json_output.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
+#include "viewworth/statistics.h"
 
 enum {
     ROUNDS = 12,
@@ -44,15 +45,9 @@ static enum vw_status take_round(struct contender *contender, uint32_t round) {
     return status;
 }
 
-static int compare_reals(const void *a, const void *b) {
-    double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
 // The first round compiles and warms up.
 static void conclude(struct contender *contender, struct vw_measured_training *training) {
-    qsort(contender->ms_per_step + 1, ROUNDS - 1, sizeof *contender->ms_per_step, compare_reals);
-    training->ms_per_step = contender->ms_per_step[1 + (ROUNDS - 1) / 2];
+    training->ms_per_step = vw_median(contender->ms_per_step + 1, ROUNDS - 1);
     training->psnr_db = contender->psnr_count ? contender->psnr_sum_db / contender->psnr_count : NAN;
 }
 

@@ -19,6 +19,7 @@ struct rendering {
     struct vw_recorded_run run;
     bool on_background; // transparent pixels show the background
     bool masked;        // mask files are obeyed
+    bool fitted;        // validation fits a gain and a bias to each view; a render has none
     struct vw_trainer *trainer;
 };
 
@@ -28,12 +29,6 @@ static enum vw_status check_target(const char *to) {
     const char *extension = to ? strrchr(to, '.') : NULL;
     if (!to || (extension && (strcasecmp(extension, ".png") == 0 || strcasecmp(extension, ".exr") == 0))) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
-}
-
-static bool is_on(const struct vw_recorded_run *run, const char *name) {
-    for (uint32_t i = 0; i < run->effect_count; i++)
-        if (strcmp(run->effects[i].name, name) == 0) return run->effects[i].on;
-    return false;
 }
 
 static enum vw_status load_field(struct rendering *rendering) {
@@ -54,8 +49,10 @@ static enum vw_status open_rendering(const struct vw_options *options, struct re
     if (!status) status = vw_recorded_open(options->operand, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, options->device);
     if (!status) status = load_field(rendering);
-    rendering->on_background = is_on(&rendering->run, "background");
-    rendering->masked = is_on(&rendering->run, "masks");
+    rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
+    rendering->masked = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "masks");
+    rendering->fitted = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "appearance") ||
+                        vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "appearance_code");
     return status;
 }
 
@@ -138,7 +135,8 @@ static enum vw_status print_result(const struct rendering *rendering, uint32_t v
         return vw_json_print(json_pack("{s:s, s:s, s:o, s:s}", "view", name, "split",
                                        vw_split_name(rendering->run.scene->views[view].split), "psnr_db", vw_json_real(psnr_db), "image",
                                        target));
-    printf("%s  PSNR %.2f dB over the whole view\nphoto left, render right: %s\n", name, psnr_db, target);
+    printf("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", name, psnr_db,
+           rendering->fitted ? ", without the gain and bias that validation fits: not to be compared with val_psnr" : "", target);
     return VW_OK;
 }
 

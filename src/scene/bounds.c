@@ -17,6 +17,7 @@
 
 #include "scene/draft.h"
 #include "viewworth/memory.h"
+#include "viewworth/statistics.h"
 
 static const double MARGIN = 1.1;
 static const double STRAY_SHARE = 0.02;           // of the points, at either end of an axis
@@ -107,11 +108,6 @@ static struct axes measure_axes(const struct vw_scene *scene) {
     return axes;
 }
 
-static int compare_doubles(const void *a, const void *b) {
-    double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
 static double half_view_tangent(const struct vw_camera *camera) {
     return 0.5 * fmax(camera->width_px / camera->focal_x_px, camera->height_px / camera->focal_y_px);
 }
@@ -126,7 +122,7 @@ static enum vw_status median_half_width(const struct vw_scene *scene, const stru
         for (int i = 0; i < 3; i++) square += (axes->focus[i] - position[i]) * (axes->focus[i] - position[i]);
         widths[v] = sqrt(square) * half_view_tangent(&scene->views[v].camera);
     }
-    qsort(widths, scene->view_count, sizeof *widths, compare_doubles);
+    vw_sort(widths, scene->view_count);
     *half_width_world = 0.5 * (widths[(scene->view_count - 1) / 2] + widths[scene->view_count / 2]);
     free(widths);
     return VW_OK;
@@ -154,7 +150,7 @@ static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct 
 // From one tenth outside the points to one tenth outside them along one axis, relative to the cameras' centroid.
 static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted, double range[2]) {
     for (uint32_t p = 0; p < scene->point_count; p++) sorted[p] = scene->points[p].position_world[axis] - axes->centroid_world[axis];
-    qsort(sorted, scene->point_count, sizeof *sorted, compare_doubles);
+    vw_sort(sorted, scene->point_count);
     uint32_t strays = (uint32_t)(STRAY_SHARE * scene->point_count);
     double low = sorted[strays], high = sorted[scene->point_count - 1 - strays], more = 0.5 * (MARGIN - 1) * (high - low);
     range[0] = low - more;

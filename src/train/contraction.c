@@ -28,7 +28,7 @@ static int compare_places(const void *a, const void *b) {
     return (left->index > right->index) - (left->index < right->index);
 }
 
-static void median_of(struct place *places, uint32_t count, double median[3]) {
+static void median_place(struct place *places, uint32_t count, double median[3]) {
     for (int axis = 0; axis < 3; axis++) {
         for (uint32_t i = 0; i < count; i++) places[i].key = *places[i].world[axis];
         qsort(places, count, sizeof *places, compare_places);
@@ -67,10 +67,10 @@ static uint32_t list_points(const struct vw_scene *scene, struct place *places) 
 static struct vw_box inner_ball(struct place *cameras, uint32_t camera_count, struct place *points, uint32_t point_count) {
     struct vw_box ball = {0};
     double points_middle[3];
-    median_of(cameras, camera_count, ball.centre_world);
+    median_place(cameras, camera_count, ball.centre_world);
     if (point_count) {
         reach(points, point_count, ball.centre_world, POINT_SHARE); // nearest first
-        median_of(points, (point_count + 1) / 2, points_middle);
+        median_place(points, (point_count + 1) / 2, points_middle);
         for (int i = 0; i < 3; i++) ball.centre_world[i] += 0.5 * (points_middle[i] - ball.centre_world[i]);
     }
     double of_cameras = reach(cameras, camera_count, ball.centre_world, CAMERA_SHARE);

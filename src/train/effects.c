@@ -70,7 +70,7 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
 static bool leaves_to_evidence(const char *choice) { return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-'; }
 
-bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
+bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name) {
     for (uint32_t i = 0; i < count; i++)
         if (!strcmp(verdicts[i].name, name)) return verdicts[i].on;
     return false;
@@ -88,8 +88,8 @@ static bool names_effect(const char *choice, const char *name) {
 static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (names_effect(choice, effects[i].name)) continue;
-        if (effects[i].needs && !effects_is_on(verdicts, count, effects[i].needs)) verdicts[i].on = false;
-        if (effects[i].bars && effects_is_on(verdicts, count, effects[i].bars)) verdicts[i].on = false;
+        if (effects[i].needs && !vw_effects_is_on(verdicts, count, effects[i].needs)) verdicts[i].on = false;
+        if (effects[i].bars && vw_effects_is_on(verdicts, count, effects[i].bars)) verdicts[i].on = false;
     }
 }
 
@@ -110,8 +110,8 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     return VW_OK;
 }
 
-static bool is_called_for(const struct vw_effect_verdict *verdicts, const char *name) {
-    return verdicts[find_effect(name, strlen(name))].called_for;
+static const struct vw_effect_verdict *verdict_on(const struct vw_effect_verdict *verdicts, const char *name) {
+    return name ? &verdicts[find_effect(name, strlen(name))] : NULL;
 }
 
 // The evidence of the basic effects, or of the others.
@@ -120,10 +120,10 @@ static enum vw_status measure(const struct survey *survey, bool basic, struct vw
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects) && status == VW_OK; i++) {
         struct vw_effect_verdict *verdict = &verdicts[i];
         if (effects[i].basic != basic) continue;
-        status = effects[i].evidence(survey, &verdict->evidence);
-        bool useless = (effects[i].needs && !is_called_for(verdicts, effects[i].needs)) ||
-                       (effects[i].bars && is_called_for(verdicts, effects[i].bars));
-        if (useless && !isnan(verdict->evidence)) verdict->evidence = 0.0;
+        const struct vw_effect_verdict *needed = verdict_on(verdicts, effects[i].needs), *bar = verdict_on(verdicts, effects[i].bars);
+        if (needed && !needed->called_for) verdict->evidence = isnan(needed->evidence) ? NAN : 0.0;
+        else if (bar && bar->called_for) verdict->evidence = 0.0;
+        else status = effects[i].evidence(survey, &verdict->evidence);
         verdict->called_for = verdict->evidence >= effects[i].threshold;
     }
     return status;
@@ -147,7 +147,7 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
     enum vw_status status = measure(&survey, true, decided);
     if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
     if (status != VW_OK) return status;
-    survey.masks = effects_is_on(decided, decided_count, "masks");
+    survey.masks = vw_effects_is_on(decided, decided_count, "masks");
     if (gpu && leaves_to_evidence(choice) && scene->split_count[VW_SPLIT_TRAIN] > 0)
         status = probe(gpu, scene, decided, decided_count, &survey.probe);
     if (status == VW_OK) status = measure(&survey, false, decided);

@@ -8,7 +8,4 @@
 // Sets the specialization constants of the effects that are on, in registry order.
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene, struct vw_specialization *specialization);
 
-// Whether the effect of that name is on; false for one that is not in the list.
-bool effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
-
 #endif

@@ -5,35 +5,7 @@
 #include <stdlib.h>
 
 #include "viewworth/memory.h"
-
-static const double NORMAL_SPREAD = 1.4826; // standard deviation / median absolute deviation
-
-// ---- Sorting ------------------------------------------------------------------------------------------------------------------
-
-static int compare_reals(const void *a, const void *b) {
-    double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
-void sort_reals(double *values, uint32_t count) { qsort(values, count, sizeof *values, compare_reals); }
-
-double quantile_of_sorted(const double *sorted, uint32_t count, double share) {
-    double place = share * (count - 1);
-    uint32_t below = (uint32_t)place, above = below + 1 < count ? below + 1 : below;
-    return sorted[below] + (place - below) * (sorted[above] - sorted[below]);
-}
-
-double median_of(double *values, uint32_t count) {
-    if (!count) return NAN;
-    sort_reals(values, count);
-    return quantile_of_sorted(values, count, 0.5);
-}
-
-double robust_spread(double *values, uint32_t count) {
-    double middle = median_of(values, count);
-    for (uint32_t i = 0; i < count; i++) values[i] = fabs(values[i] - middle);
-    return NORMAL_SPREAD * median_of(values, count);
-}
+#include "viewworth/statistics.h"
 
 // ---- What counts --------------------------------------------------------------------------------------------------------------
 
@@ -103,43 +75,20 @@ enum vw_status evidence_masks(const struct survey *survey, double *evidence) {
 static const double NEAR_SHARE = 0.05, FAR_SHARE = 0.95;
 enum { POINTS_MIN = 32 }; // of a photo, for percentiles to mean something
 
-static double depth_of(const struct vw_view *view, const double position_world[3]) {
-    double depth = 0;
-    for (int i = 0; i < 3; i++) depth -= (position_world[i] - view->camera_to_world[i][3]) * view->camera_to_world[i][2];
-    return depth;
-}
-
-// Where the depths of each view begin when those of all views stand one after another: ends[v] is the end of view v.
-static void gather_depths(const struct survey *survey, uint32_t *ends, double *depths) {
-    const struct vw_scene *scene = survey->scene;
-    for (int pass = 0; pass < 2; pass++) { // count, then fill
-        for (uint32_t p = 0; p < scene->point_count; p++) {
-            const struct vw_point *point = &scene->points[p];
-            for (uint32_t t = point->first_track; t < point->first_track + point->track_count; t++) {
-                const struct vw_track *track = &scene->tracks[t];
-                double depth = depth_of(&scene->views[track->view], point->position_world);
-                if (!(depth > 0) || !survey_keeps_track(survey, track)) continue;
-                if (pass) depths[ends[track->view]] = depth;
-                ends[track->view + !pass]++; // the count of view v lies one further, so that sums of counts are begins
-            }
-        }
-        for (uint32_t v = 1; !pass && v <= scene->view_count; v++) ends[v] += ends[v - 1];
-    }
-}
+static bool counts_track(const void *survey, const struct vw_track *track) { return survey_keeps_track(survey, track); }
 
 enum vw_status evidence_unbounded(const struct survey *survey, double *evidence) {
     const struct vw_scene *scene = survey->scene;
-    uint32_t *ends = vw_allocate((size_t)scene->view_count + 1, sizeof *ends), count = 0;
-    double *depths = vw_allocate(scene->track_count, sizeof *depths), *ratios = vw_allocate(scene->view_count, sizeof *ratios);
-    enum vw_status status = ends && depths && ratios ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) gather_depths(survey, ends, depths);
+    uint32_t *ends = NULL, count = 0;
+    double *depths = NULL, *ratios = vw_allocate(scene->view_count, sizeof *ratios);
+    enum vw_status status = ratios ? vw_scene_depths(scene, counts_track, survey, &ends, &depths) : VW_ERROR_MEMORY;
     for (uint32_t v = 0, begin = 0; !status && v < scene->view_count; begin = ends[v++]) {
         uint32_t seen = ends[v] - begin;
         if (seen < POINTS_MIN) continue;
-        sort_reals(depths + begin, seen);
-        ratios[count++] = quantile_of_sorted(depths + begin, seen, FAR_SHARE) / quantile_of_sorted(depths + begin, seen, NEAR_SHARE);
+        vw_sort(depths + begin, seen);
+        ratios[count++] = vw_quantile_of_sorted(depths + begin, seen, FAR_SHARE) / vw_quantile_of_sorted(depths + begin, seen, NEAR_SHARE);
     }
-    if (!status) *evidence = median_of(ratios, count);
+    if (!status) *evidence = vw_median(ratios, count);
     free(ends);
     free(depths);
     free(ratios);

@@ -63,12 +63,8 @@ bool survey_keeps(const struct survey *survey, uint32_t view, uint32_t x_px, uin
 // The same for where a photo sees a point; false also beyond the photo's border.
 bool survey_keeps_track(const struct survey *survey, const struct vw_track *track);
 
-// Sorts `values` and returns their median; NaN of none.
-double median_of(double *values, uint32_t count);
-// Of sorted values, linear between neighbours; count > 0.
-double quantile_of_sorted(const double *sorted, uint32_t count, double share);
-void sort_reals(double *values, uint32_t count);
-// 1.4826 times the median absolute deviation from the median: the standard deviation of normal values. Overwrites `values`.
-double robust_spread(double *values, uint32_t count);
+// Beyond these a channel says little of the exposure.
+#define EVIDENCE_DARK 0.06
+#define EVIDENCE_SATURATED 0.94
 
 #endif

@@ -5,9 +5,9 @@
 
 #include "evidence.h"
 #include "viewworth/memory.h"
+#include "viewworth/statistics.h"
 
-static const double DARK = 0.06, SATURATED = 0.94; // beyond, a channel says little of the exposure
-static const double COLOUR_MIN = 0.05;             // of a fitted colour that residuals are relative to
+static const double COLOUR_MIN = 0.05; // of a fitted colour that residuals are relative to
 enum {
     POINTS_MAX = 1 << 16,  // evenly spaced among all: bounds the work
     PHOTO_POINTS_MIN = 16, // for the median over a photo's points to mean something
@@ -34,7 +34,7 @@ static bool colour_of(const struct survey *survey, const struct vw_track *track,
     if (!survey_keeps_track(survey, track)) return false;
     vw_image_pixel(&survey->scene->views[track->view].image, (uint32_t)track->x_px, (uint32_t)track->y_px, rgba);
     *colour = rgba[channel];
-    return rgba[3] == 1.0f && *colour > DARK && *colour < SATURATED;
+    return rgba[3] == 1.0f && *colour > EVIDENCE_DARK && *colour < EVIDENCE_SATURATED;
 }
 
 // The median of sorted values without one that equals `value`.
@@ -45,7 +45,7 @@ static double median_without(const double *sorted, uint32_t count, double value)
     return 0.5 * (sorted[low + (low >= left_out)] + sorted[high + (high >= left_out)]);
 }
 
-// Counts (filling = false) or files the sights of one point. `colours` and `logs` have room for its tracks.
+// Counts (filling = false) or files the sights of one point. `logs` and `sorted` have room for its tracks.
 static void add_point(const struct survey *survey, const struct vw_point *point, int channel, bool filling, double *logs, double *sorted,
                       struct sights *all) {
     const struct vw_track *tracks = survey->scene->tracks + point->first_track;
@@ -56,10 +56,10 @@ static void add_point(const struct survey *survey, const struct vw_point *point,
         if (!isnan(logs[t])) sorted[count++] = logs[t];
     }
     if (count < 2) return;
-    if (filling) sort_reals(sorted, count);
+    if (filling) vw_sort(sorted, count);
     for (uint32_t t = 0; t < point->track_count; t++) {
         if (isnan(logs[t])) continue;
-        uint32_t *place = &all->ends[tracks[t].view + !filling]; // as in gather_depths
+        uint32_t *place = &all->ends[tracks[t].view + !filling]; // the count of view v lies one further, so that sums of counts are begins
         if (filling) all->sights[*place] = (struct sight){exp(logs[t]), exp(median_without(sorted, count, logs[t]))};
         ++*place;
     }
@@ -84,7 +84,7 @@ static enum vw_status gather_sights(const struct survey *survey, int channel, st
 
 static double log_gain(const struct sight *sights, uint32_t count, double *room) {
     for (uint32_t i = 0; i < count; i++) room[i] = log(sights[i].here / sights[i].elsewhere);
-    return median_of(room, count);
+    return vw_median(room, count);
 }
 
 // here = gain * elsewhere + bias in least absolute deviations, by reweighted least squares.
@@ -113,7 +113,7 @@ static double residual_spread(const struct sight *sights, uint32_t count, double
         double fitted = gain * sights[i].elsewhere + bias;
         room[i] = fabs(sights[i].here - fitted) / fmax(fitted, COLOUR_MIN);
     }
-    return 1.4826 * median_of(room, count);
+    return VW_NORMAL_SPREAD * vw_median(room, count);
 }
 
 // ---- All photos -----------------------------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ enum vw_status evidence_appearance(const struct survey *survey, double *evidence
     double *gains = vw_allocate(survey->scene->view_count, 3 * sizeof *gains);
     uint32_t count = 0;
     enum vw_status status = gains ? measure_scene(survey, 0, log_gain, gains, &count) : VW_ERROR_MEMORY;
-    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? robust_spread(gains, count) : survey->probe.gain_spread;
+    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? vw_robust_spread(gains, count) : survey->probe.gain_spread;
     free(gains);
     return status;
 }
@@ -177,7 +177,7 @@ enum vw_status evidence_appearance_code(const struct survey *survey, double *evi
     double *spreads = vw_allocate(survey->scene->view_count, 3 * sizeof *spreads);
     uint32_t count = 0;
     enum vw_status status = spreads ? measure_scene(survey, GAIN_ROUNDS, residual_spread, spreads, &count) : VW_ERROR_MEMORY;
-    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? median_of(spreads, count) : NAN;
+    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? vw_median(spreads, count) : NAN;
     free(spreads);
     return status;
 }

@@ -201,3 +201,16 @@ void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch)
         vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
     }
 }
+
+enum vw_status evaluator_run(struct evaluator *evaluator) {
+    vw_batch_begin(evaluator->batch);
+    evaluator_record(evaluator, evaluator->batch);
+    enum vw_status status = vw_batch_submit(evaluator->batch);
+    return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
+}
+
+enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
+    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
+    if (status == VW_OK) status = evaluator_run(evaluator);
+    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
+}

@@ -42,6 +42,10 @@ enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evalu
 void evaluator_destroy(struct evaluator *evaluator);
 // Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
 enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
+// Renders the rays that there are, and waits.
+enum vw_status evaluator_run(struct evaluator *evaluator);
+// Renders `count` pixels: their colours over the backdrop, and the transmittance that remains.
+enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
 void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
 

@@ -19,10 +19,7 @@ static void fill_rays(uint32_t cells, uint32_t first, uint32_t count, struct vw_
 static enum vw_status count_part(struct evaluator *evaluator, uint32_t cells, uint32_t rays, uint32_t *occupied) {
     vw_float4 *samples = vw_allocate((size_t)rays * cells, sizeof *samples);
     if (!samples) return VW_ERROR_MEMORY;
-    vw_batch_begin(evaluator->batch);
-    evaluator_record(evaluator, evaluator->batch);
-    enum vw_status status = vw_batch_submit(evaluator->batch);
-    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
+    enum vw_status status = evaluator_run(evaluator);
     if (status == VW_OK) status = vw_buffer_read(evaluator->samples, 0, samples, (uint64_t)rays * cells * sizeof *samples);
     for (uint32_t i = 0; status == VW_OK && i < rays * cells; i++) *occupied += samples[i].w >= OPACITY_MIN * cells;
     free(samples);

@@ -4,6 +4,8 @@
 // left out.
 #include "trainer.h"
 
+#include <assert.h>
+
 // Per sample, and sizes of the model.
 struct sizes {
     double samples, rays, encoding4, width4, blocks, gathers, levels, pairs;
@@ -22,7 +24,10 @@ static struct sizes sizes_of(const struct model *model, uint32_t rays) {
                           .pairs = model->pair_count};
 }
 
-static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) { costs[(*count)++] = cost; }
+static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) {
+    assert(*count < VW_PASS_COSTS_MAX);
+    costs[(*count)++] = cost;
+}
 
 static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
     const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;

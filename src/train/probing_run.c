@@ -7,6 +7,7 @@
 #include "pixels.h"
 #include "trainer.h"
 #include "viewworth/memory.h"
+#include "viewworth/statistics.h"
 
 enum {
     STEPS = 128,
@@ -16,7 +17,6 @@ enum {
     PIXELS_PER_PHOTO = 256,
     PIXELS_MIN = 12, // of half a photo, comparable ones
 };
-static const double DARK = 0.06, SATURATED = 0.94; // as for colours of points
 static const double MISFIT = 0.1; // what photos of one exposure show at most after so few steps (0.02 to 0.1, tests/train/test_detection.c)
 
 static struct vw_config probing_config(void) {
@@ -46,16 +46,6 @@ static enum vw_status take_steps(struct vw_trainer *trainer) {
 
 // ---- Exposure -----------------------------------------------------------------------------------------------------------------
 
-static enum vw_status render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
-    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
-    if (status != VW_OK) return status;
-    vw_batch_begin(evaluator->batch);
-    evaluator_record(evaluator, evaluator->batch);
-    status = vw_batch_submit(evaluator->batch);
-    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
-    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
-}
-
 // The log gain of either half of a photo, of all that can be compared: log(sum of photo / sum of render), which blur alone does not move.
 static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, double middle_px, int channel,
                        double gains[2]) {
@@ -63,7 +53,7 @@ static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, 
     uint32_t used[2] = {0};
     for (uint32_t i = 0; i < count; i++) {
         double photo = (&pixels[i].rgba.x)[channel], render = (&colours[i].x)[channel];
-        bool comparable = photo > DARK && photo < SATURATED && render > DARK && render < SATURATED;
+        bool comparable = photo > EVIDENCE_DARK && photo < EVIDENCE_SATURATED && render > EVIDENCE_DARK && render < EVIDENCE_SATURATED;
         if (pixels[i].weight != 1.0f || pixels[i].rgba.w != 1.0f || !comparable) continue;
         int half = pixels[i].x_px > middle_px;
         here[half] += photo;
@@ -76,7 +66,7 @@ static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, 
 
 // A photo's exposure moves both halves alike; what the short run has not fitted yet moves each in its own way, by as much as they differ.
 static double common_spread(double *means, double *halved_differences, uint32_t count) {
-    double all = robust_spread(means, count), own = robust_spread(halved_differences, count);
+    double all = vw_robust_spread(means, count), own = vw_robust_spread(halved_differences, count);
     return sqrt(fmax(all * all - own * own - MISFIT * MISFIT, 0.0));
 }
 
@@ -89,7 +79,7 @@ static enum vw_status measure_gains(struct vw_trainer *trainer, struct evaluator
         uint32_t view = trainer->train_views[i];
         uint32_t taken = pixels_stratify(trainer->scene, view, pixels_all_columns(trainer->scene, view), PIXELS_PER_PHOTO, pixels);
         if (!trainer->masks) pixels_unmask(trainer->scene, pixels, taken);
-        enum vw_status status = render(evaluator, pixels, taken, colours);
+        enum vw_status status = evaluator_render(evaluator, pixels, taken, colours);
         if (status != VW_OK) return status;
         for (int channel = 0; channel < 3; channel++) {
             if (!half_gains(pixels, colours, taken, trainer->scene->views[view].image.width_px / 2.0, channel, gains)) continue;

@@ -8,16 +8,6 @@
 
 enum { TILE_RAYS = 8192 };
 
-static enum vw_status render_tile(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
-    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
-    if (status != VW_OK) return status;
-    vw_batch_begin(evaluator->batch);
-    evaluator_record(evaluator, evaluator->batch);
-    status = vw_batch_submit(evaluator->batch);
-    if (status == VW_OK) status = vw_batch_wait(evaluator->batch);
-    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
-}
-
 static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator, struct vw_pixel *pixels,
                                    vw_float4 *colours, float *rgb) {
     const struct vw_image *image = &trainer->scene->views[view].image;
@@ -27,7 +17,7 @@ static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, st
         for (uint32_t i = 0; i < count; i++)
             pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px),
                                   (uint32_t)((first + i) / image->width_px));
-        enum vw_status status = render_tile(evaluator, pixels, count, colours);
+        enum vw_status status = evaluator_render(evaluator, pixels, count, colours);
         if (status != VW_OK) return status;
         for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);
     }

@@ -164,7 +164,7 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
     } else {
         status = vw_effects_decide(NULL, trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
     }
-    trainer->masks = !trainer->scene->masked_view_count || effects_is_on(trainer->effects, trainer->effect_count, "masks");
+    trainer->masks = !trainer->scene->masked_view_count || vw_effects_is_on(trainer->effects, trainer->effect_count, "masks");
     return status;
 }
 

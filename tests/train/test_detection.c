@@ -112,6 +112,7 @@ static void test_masks_off(void **state) {
     struct vw_view *view = &scene->views[0];
     size_t pixels = (size_t)view->image.width_px * view->image.height_px;
     view->has_mask = true;
+    scene->masked_view_count = 1;
     view->mask = vw_allocate(pixels, 1);
     memset(view->mask, VW_MASK_KEEP, pixels);
     view->mask[0] = VW_MASK_HIDE;
@@ -126,6 +127,7 @@ static void test_masks_off(void **state) {
     ignored = test_run(scene, &config, false, 0);
     view->mask[0] = VW_MASK_KEEP;
     view->has_mask = false;
+    scene->masked_view_count = 0;
     strcpy(config.effects, "auto");
     unmasked = test_run(scene, &config, false, 0);
     test_run_assert_same(ignored, unmasked);

@@ -1,0 +1,16 @@
+// Medians and quantiles of a few numbers. Values that are compared must not be NaN.
+#ifndef VIEWWORTH_STATISTICS_H
+#define VIEWWORTH_STATISTICS_H
+
+#include <stdint.h>
+
+void vw_sort(double *values, uint32_t count); // ascending
+// Of sorted values, linear between neighbours; count > 0, share in [0,1].
+double vw_quantile_of_sorted(const double *sorted, uint32_t count, double share);
+double vw_median(double *values, uint32_t count); // sorts them; NaN of none
+// Standard deviation / median absolute deviation of normal values.
+#define VW_NORMAL_SPREAD 1.4826
+// VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN of none.
+double vw_robust_spread(double *values, uint32_t count);
+
+#endif

@@ -1,0 +1,42 @@
+#include <stdlib.h>
+
+#include "viewworth/memory.h"
+#include "viewworth/scene.h"
+
+static double depth_of(const struct vw_view *view, const double position_world[3]) {
+    double depth = 0;
+    for (int i = 0; i < 3; i++) depth -= (position_world[i] - view->camera_to_world[i][3]) * view->camera_to_world[i][2];
+    return depth;
+}
+
+// Points behind a camera are no evidence of what it sees.
+static void gather(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t *ends, double *depths) {
+    for (int filling = 0; filling < 2; filling++) { // count, then fill
+        for (uint32_t p = 0; p < scene->point_count; p++) {
+            const struct vw_point *point = &scene->points[p];
+            for (uint32_t t = point->first_track; t < point->first_track + point->track_count; t++) {
+                uint32_t v = scene->tracks[t].view;
+                double depth = depth_of(&scene->views[v], point->position_world);
+                if (!(depth > 0) || (counts && !counts(context, &scene->tracks[t]))) continue;
+                if (filling) depths[ends[v]] = depth;
+                ends[v + !filling]++; // the count of view v lies one further, so that sums of counts are begins
+            }
+        }
+        for (uint32_t v = 1; !filling && v <= scene->view_count; v++) ends[v] += ends[v - 1];
+    }
+}
+
+enum vw_status vw_scene_depths(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t **ends,
+                               double **depths) {
+    *ends = vw_allocate((size_t)scene->view_count + 1, sizeof **ends);
+    *depths = vw_allocate(scene->track_count, sizeof **depths);
+    if (*ends && *depths) {
+        gather(scene, counts, context, *ends, *depths);
+        return VW_OK;
+    }
+    free(*ends);
+    free(*depths);
+    *ends = NULL;
+    *depths = NULL;
+    return VW_ERROR_MEMORY;
+}

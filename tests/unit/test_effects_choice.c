@@ -1,0 +1,89 @@
+// Which effects are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "viewworth/memory.h"
+#include "viewworth/train.h"
+
+// The names between spaces of all that is on when `called_for` (names between spaces) is called for.
+static void assert_on(const char *called_for, const char *choice, const char *expected) {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    vw_effects_list(verdicts, &count);
+    for (uint32_t i = 0; i < count; i++) {
+        char *word = vw_format_text(" %s ", verdicts[i].name);
+        verdicts[i].called_for = strstr(called_for, word) != NULL;
+        free(word);
+    }
+    if (vw_effects_choose(choice, verdicts, count) != VW_OK) fail_msg("--effects %s: %s", choice, vw_error_message());
+    for (uint32_t i = 0; i < count; i++) {
+        char *word = vw_format_text(" %s ", verdicts[i].name);
+        bool wanted = strstr(expected, word) != NULL;
+        free(word);
+        if (verdicts[i].on != wanted)
+            fail_msg("called for:%s; --effects %s: %s is %s", called_for, choice, verdicts[i].name, wanted ? "off" : "on");
+        assert_true(vw_effects_is_on(verdicts, count, verdicts[i].name) == wanted);
+    }
+    assert_false(vw_effects_is_on(verdicts, count, "no_such_effect"));
+}
+
+static void evidence_lists_and_signs(void **state) {
+    (void)state;
+    assert_on(" sky occupancy ", "auto", " sky occupancy ");
+    assert_on(" sky occupancy ", "none", "");
+    assert_on(" sky occupancy ", "masks,background", " masks background ");
+    assert_on(" sky occupancy ", "-sky", " occupancy ");
+    assert_on(" sky occupancy ", "+masks,-sky", " masks occupancy ");
+}
+
+// What is not named goes with what it needs, and gives way to what bars it; what is named stays as named.
+static void effects_follow_others(void **state) {
+    (void)state;
+    assert_on(" appearance appearance_code ", "-appearance", "");
+    assert_on(" appearance appearance_code ", "-appearance,+appearance_code", " appearance_code ");
+    assert_on(" occupancy ", "+unbounded", " unbounded ");
+    assert_on(" occupancy ", "+unbounded,+occupancy", " unbounded occupancy ");
+    assert_on("", "unbounded,occupancy,appearance_code", " unbounded occupancy appearance_code ");
+}
+
+static void wrong_words_are_refused(void **state) {
+    (void)state;
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    const char *const wrong[] = {"fog", "+sky,masks", "sky,-masks", "", "+", "sky,"};
+    vw_effects_list(verdicts, &count);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++)
+        if (vw_effects_choose(wrong[i], verdicts, count) != VW_ERROR_USAGE) fail_msg("--effects \"%s\" is taken", wrong[i]);
+}
+
+// Ledgers from before there was a choice of backgrounds say nothing of it.
+static void older_configs_have_a_fixed_background(void **state) {
+    (void)state;
+    struct vw_config config = vw_config_default, read;
+    config.background = VW_BACKGROUND_RANDOM;
+    char *json = vw_config_to_json(&config, false), *key = strstr(json, "\"background\"");
+    assert_non_null(key);
+    assert_int_equal(vw_config_from_json(json, &read), VW_OK);
+    assert_int_equal(read.background, VW_BACKGROUND_RANDOM);
+    memcpy(key, "\"backgroun_\"", strlen("\"background\""));
+    assert_int_equal(vw_config_from_json(json, &read), VW_OK);
+    assert_int_equal(read.background, VW_BACKGROUND_FIXED);
+    free(json);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(evidence_lists_and_signs),
+        cmocka_unit_test(effects_follow_others),
+        cmocka_unit_test(wrong_words_are_refused),
+        cmocka_unit_test(older_configs_have_a_fixed_background),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

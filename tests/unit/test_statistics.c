@@ -1,0 +1,45 @@
+// Medians, quantiles and spreads of numbers worked out by hand.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "viewworth/statistics.h"
+
+static void assert_real(double value, double expected) {
+    if (!(fabs(value - expected) <= 1e-15 * fabs(expected))) fail_msg("%.17g is not %.17g", value, expected);
+}
+
+static void medians_and_quantiles(void **state) {
+    (void)state;
+    double odd[] = {3, -1, 2}, even[] = {4, 1, 3, 2}, one[] = {7}, sorted[] = {0, 10, 20, 40};
+    assert_real(vw_median(odd, 3), 2);
+    assert_true(odd[0] == -1 && odd[1] == 2 && odd[2] == 3);
+    assert_real(vw_median(even, 4), 2.5);
+    assert_real(vw_median(one, 1), 7);
+    assert_true(isnan(vw_median(NULL, 0)));
+    assert_real(vw_quantile_of_sorted(sorted, 4, 0), 0);
+    assert_real(vw_quantile_of_sorted(sorted, 4, 0.5), 15);
+    assert_real(vw_quantile_of_sorted(sorted, 4, 0.75), 25);
+    assert_real(vw_quantile_of_sorted(sorted, 4, 1), 40);
+}
+
+static void a_far_value_moves_no_robust_spread(void **state) {
+    (void)state;
+    double near[] = {1, 2, 3, 4, 5}, far[] = {1, 2, 3, 4, 5e9}, equal[] = {6, 6, 6};
+    assert_real(vw_robust_spread(near, 5), VW_NORMAL_SPREAD);
+    assert_real(vw_robust_spread(far, 5), VW_NORMAL_SPREAD);
+    assert_real(vw_robust_spread(equal, 3), 0);
+    assert_true(isnan(vw_robust_spread(NULL, 0)));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(medians_and_quantiles),
+        cmocka_unit_test(a_far_value_moves_no_robust_spread),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
