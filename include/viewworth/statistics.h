@@ -1,8 +1,10 @@
-// Medians and quantiles of a few numbers. Values that are compared must not be NaN.
+// Medians, quantiles and correlations of a few numbers. Values that are compared must not be NaN.
 #ifndef VIEWWORTH_STATISTICS_H
 #define VIEWWORTH_STATISTICS_H
 
 #include <stdint.h>
+
+#include "viewworth/status.h"
 
 void vw_sort(double *values, uint32_t count); // ascending
 // Of sorted values, linear between neighbours; count > 0, share in [0,1].
@@ -12,5 +14,12 @@ double vw_median(double *values, uint32_t count); // sorts them; NaN of none
 #define VW_NORMAL_SPREAD 1.4826
 // VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN of none.
 double vw_robust_spread(double *values, uint32_t count);
+
+// Pearson's correlation. NaN below two values, or where one side does not vary.
+double vw_pearson(const double *a, const double *b, uint32_t count);
+// Spearman's: Pearson's of the ranks. VW_ERROR_MEMORY.
+enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, double *correlation);
+// Ranks from 1 for the smallest; equal values share the mean of their ranks. VW_ERROR_MEMORY.
+enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 
 #endif

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "viewworth/memory.h"
+
 static int compare(const void *a, const void *b) {
     double left = *(const double *)a, right = *(const double *)b;
     return (left > right) - (left < right);
@@ -26,4 +28,49 @@ double vw_robust_spread(double *values, uint32_t count) {
     double middle = vw_median(values, count);
     for (uint32_t i = 0; i < count; i++) values[i] = fabs(values[i] - middle);
     return VW_NORMAL_SPREAD * vw_median(values, count);
+}
+
+double vw_pearson(const double *a, const double *b, uint32_t count) {
+    double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        mean_a += a[i] / count;
+        mean_b += b[i] / count;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        aa += (a[i] - mean_a) * (a[i] - mean_a);
+        bb += (b[i] - mean_b) * (b[i] - mean_b);
+        ab += (a[i] - mean_a) * (b[i] - mean_b);
+    }
+    return aa > 0 && bb > 0 ? ab / (sqrt(aa) * sqrt(bb)) : NAN;
+}
+
+struct placed {
+    double value;
+    uint32_t place;
+};
+
+static int compare_placed(const void *a, const void *b) {
+    return compare(&((const struct placed *)a)->value, &((const struct placed *)b)->value);
+}
+
+enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks) {
+    struct placed *sorted = vw_allocate(count, sizeof *sorted);
+    if (!sorted) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) sorted[i] = (struct placed){values[i], i};
+    if (count) qsort(sorted, count, sizeof *sorted, compare_placed);
+    for (uint32_t begin = 0, end; begin < count; begin = end) {
+        for (end = begin + 1; end < count && sorted[end].value == sorted[begin].value;) end++;
+        for (uint32_t i = begin; i < end; i++) ranks[sorted[i].place] = 0.5 * (begin + 1 + end);
+    }
+    free(sorted);
+    return VW_OK;
+}
+
+enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, double *correlation) {
+    double *ranks = vw_allocate(count, 2 * sizeof *ranks);
+    enum vw_status status = ranks ? vw_ranks(a, count, ranks) : VW_ERROR_MEMORY;
+    if (!status) status = vw_ranks(b, count, ranks + count);
+    if (!status) *correlation = vw_pearson(ranks, ranks + count, count);
+    free(ranks);
+    return status;
 }

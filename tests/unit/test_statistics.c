@@ -1,4 +1,4 @@
-// Medians, quantiles and spreads of numbers worked out by hand.
+// Medians, quantiles, spreads and correlations of numbers worked out by hand.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -36,10 +36,31 @@ static void a_far_value_moves_no_robust_spread(void **state) {
     assert_true(isnan(vw_robust_spread(NULL, 0)));
 }
 
+static void correlations_and_ties(void **state) {
+    (void)state;
+    const double a[] = {1, 2, 3, 4, 5}, line[] = {11, 9, 7, 5, 3}, cubes[] = {1, 8, 27, 64, 125}, flat[] = {2, 2, 2, 2, 2};
+    const double tied[] = {5, 1, 5, 1, 9}, b[] = {2, 1, 4, 3, 5};
+    double ranks[5], r;
+    assert_real(vw_pearson(a, line, 5), -1);
+    assert_real(vw_pearson(a, b, 5), 0.8);
+    assert_true(vw_pearson(a, cubes, 5) < 0.95);
+    assert_true(isnan(vw_pearson(a, flat, 5)) && isnan(vw_pearson(a, b, 1)) && isnan(vw_pearson(a, b, 0)));
+    assert_int_equal(vw_spearman(a, cubes, 5, &r), VW_OK);
+    assert_real(r, 1);
+    assert_int_equal(vw_spearman(a, b, 5, &r), VW_OK);
+    assert_real(r, 0.8);
+    assert_int_equal(vw_ranks(tied, 5, ranks), VW_OK);
+    const double expected[] = {3.5, 1.5, 3.5, 1.5, 5};
+    for (int i = 0; i < 5; i++) assert_real(ranks[i], expected[i]);
+    assert_int_equal(vw_spearman(a, flat, 5, &r), VW_OK);
+    assert_true(isnan(r));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(medians_and_quantiles),
         cmocka_unit_test(a_far_value_moves_no_robust_spread),
+        cmocka_unit_test(correlations_and_ties),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
