@@ -43,15 +43,27 @@ static enum vw_status make_stop(const struct vw_reproduction *reproduction, uint
     return status;
 }
 
+// As far as all runs go: some may hold more than is asked for.
+static uint32_t common_epochs(const struct vw_reproduction *reproduction) {
+    uint32_t epochs = reproduction->options->config.epochs;
+    for (uint32_t i = 0; i < reproduction->run_count; i++) {
+        const struct vw_value_input *run = &reproduction->runs[i];
+        uint32_t held = run->record_count ? run->records[run->record_count - 1].epoch + 1 : 0;
+        epochs = held < epochs ? held : epochs;
+    }
+    return epochs;
+}
+
 static enum vw_status make_stops(struct vw_reproduction *reproduction) {
-    const struct vw_config *config = &reproduction->options->config;
-    uint32_t stride = STOP_EPOCHS * ((config->epochs - 1) / (STOP_EPOCHS * STOPS_MAX) + 1);
+    uint32_t last = common_epochs(reproduction), burn_in = reproduction->options->config.burn_in_epochs;
+    if (last <= burn_in) return vw_fail(VW_ERROR_INPUT, "%s: a run ends within burn-in, without scores", reproduction->options->out);
+    uint32_t stride = STOP_EPOCHS * ((last - 1) / (STOP_EPOCHS * STOPS_MAX) + 1);
     reproduction->stops = vw_allocate(STOPS_MAX, sizeof *reproduction->stops);
     if (!reproduction->stops) return VW_ERROR_MEMORY;
     enum vw_status status = VW_OK;
-    for (uint64_t epochs = stride; epochs < (uint64_t)config->epochs + stride && !status; epochs += stride) {
-        uint32_t until = epochs < config->epochs ? (uint32_t)epochs : config->epochs;
-        if (until > config->burn_in_epochs) status = make_stop(reproduction, until, &reproduction->stops[reproduction->stop_count++]);
+    for (uint64_t epochs = stride; epochs < (uint64_t)last + stride && !status; epochs += stride) {
+        uint32_t until = epochs < last ? (uint32_t)epochs : last;
+        if (until > burn_in) status = make_stop(reproduction, until, &reproduction->stops[reproduction->stop_count++]);
     }
     return status;
 }
