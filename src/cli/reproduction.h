@@ -28,8 +28,8 @@ struct vw_reproduction {
     uint32_t stop_count;
 };
 
-// Reads the runs that vw_seed_runs_make() made for options->seeds seeds, as far as all of them go and options->config.epochs. Free it also after a
-// failure.
+// Reads the runs that vw_seed_runs_make() made for options->seeds seeds, as far as all of them go and options->config.epochs. Free it also
+// after a failure.
 enum vw_status vw_reproduction_make(const struct vw_options *options, struct vw_reproduction *reproduction);
 void vw_reproduction_free(struct vw_reproduction *reproduction);
 
