@@ -86,7 +86,7 @@ static const struct option_row rows[] = {
     {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
     {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,
      FIELD(resume)},
-    {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 1000},
+    {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 50},
     {"vary", "NAME", "what differs between the runs; the rest stays as --seed has it", VW_OPTIONS_REPRODUCE, FIELD(config.vary),
      .kind = KIND_CHOICE, .choice_name = vary_choice, .choice_count = VW_VARY_INIT + 1},
     {"expect", "HEAD", "the head that an earlier command printed", VW_OPTIONS_VERIFY, TEXT, FIELD(expect)},

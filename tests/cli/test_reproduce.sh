@@ -150,7 +150,7 @@ check "and the base seed, too" refused order 'seed_1 has base_seed = 0, not 1' -
 check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 9223372036854775806 &&
     test -s "$folder/far/seed_9223372036854775807/ledger.db"'
 
-check "one seed agrees with none" refused one '--seeds takes a whole number, 2 to 1000' --seeds 1
+check "one seed agrees with none" refused one '--seeds takes a whole number, 2 to 50' --seeds 1
 check "so does none" refused one '--seeds takes' --seeds 0
 check "a seed beyond the largest is refused" refused one 'pass 9223372036854775807' --seeds 3 --seed 9223372036854775806
 check "an unknown form is refused" refused one '"colour" is not one of all\|order\|pixels\|init' --vary colour
