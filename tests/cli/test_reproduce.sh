@@ -104,7 +104,7 @@ check "longer runs are read as far as asked" eval 'reproduce longer --seeds 3 --
 
 # stop_reproduction SIGNAL OUT: starts or goes on, and signals at a random moment once the second seed's steps are recorded.
 stop_reproduction() {
-    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 200 "${tiny[@]}" >"$folder/stdout" 2>"$folder/stderr" &
+    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 60 "${tiny[@]}" >"$folder/stdout" 2>"$folder/stderr" &
     local process=$! code=0
     until [[ -s $folder/$2/seed_1/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
     sleep "0.$((RANDOM % 25 + 10))"
@@ -116,11 +116,11 @@ stop_reproduction() {
     *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*go on by --resume' "$folder/stderr" ;;
     esac
 }
-check "the long way without interruption" reproduce long --seeds 3 --epochs 200
+check "the long way without interruption" reproduce long --seeds 3 --epochs 60
 for signal in INT KILL; do
     check "SIG$signal in the midst" stop_reproduction "$signal" "$signal"
     check "what is there is intact" "$program" verify "$folder/$signal/seed_0" --device llvmpipe --quiet
-    check "it goes on" reproduce "$signal" --seeds 3 --epochs 200
+    check "it goes on" reproduce "$signal" --seeds 3 --epochs 60
     check "and is the one without interruption" same_reproduction long "$signal"
 done
 
