@@ -20,6 +20,13 @@ static const struct vw_command commands[] = {
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
      "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
+    {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
+     "Leaves a run per seed in OUT/seed_<seed>, as value does, reproduce.csv (every measure of agreement, pair, method and number of "
+     "epochs) "
+     "and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_REPRODUCE |
+         VW_OPTIONS_JSON,
+     vw_command_reproduce},
     {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
      "Opens the scene as the training did: run it from the same folder when paths were relative.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},

@@ -26,9 +26,19 @@ enum vw_background_form {
     VW_BACKGROUND_RANDOM, // one drawn for every ray and step, so that no field can hide floaters of the scene's colour
 };
 
+// What a run's seed decides (decision 12). Where it is but one of these, the others go by the base seed.
+enum vw_vary {
+    VW_VARY_ALL,
+    VW_VARY_ORDER,  // of the photos in every epoch
+    VW_VARY_PIXELS, // those of every step, redraws included; jitter, random backgrounds, and where occupancy looks
+    VW_VARY_INIT,   // of the params
+};
+
 // Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
 struct vw_config {
-    uint64_t seed;           // 0 to 2^63-1
+    uint64_t seed;           // 0 to 2^63-1; of what varies
+    enum vw_vary vary;       // VW_VARY_ALL, but for runs that are to differ in one respect alone
+    uint64_t base_seed;      // 0 to 2^63-1; of what does not vary; 0 with VW_VARY_ALL
     uint32_t epochs;         // not part of the run's identity: a run can be extended
     uint32_t burn_in_epochs; // first epochs that do not count into scores
     uint32_t rays;           // per step, 1 to 65536
@@ -56,13 +66,17 @@ enum vw_status vw_config_check(const struct vw_config *config);
 // What an option ("rays", without dashes) admits, in words: "1 to 65536", "a power of two, 16 to 64". False when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
-// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
+// The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS or VW_VARY_INIT.
+uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
+// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects. Without `vary` and
+// `base_seed` everything varies.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
 const char *vw_loss_name(enum vw_loss loss);                  // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer);   // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form); // "fixed", "random"
+const char *vw_vary_name(enum vw_vary vary);                  // "all", "order", "pixels", "init"
 
 // ---- Effects (decision 7) ------------------------------------------------------------------------------------------
 

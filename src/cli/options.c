@@ -34,10 +34,11 @@ struct option_row {
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
+static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
-                   sizeof(enum vw_background_form) == sizeof(uint32_t),
+                   sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t),
                "KIND_CHOICE stores 32 bits");
 
 #define FIELD(field) .offset = offsetof(struct vw_options, field)
@@ -85,6 +86,9 @@ static const struct option_row rows[] = {
     {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
     {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,
      FIELD(resume)},
+    {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 50},
+    {"vary", "NAME", "what differs between the runs; the rest stays as --seed has it", VW_OPTIONS_REPRODUCE, FIELD(config.vary),
+     .kind = KIND_CHOICE, .choice_name = vary_choice, .choice_count = VW_VARY_INIT + 1},
     {"expect", "HEAD", "the head that an earlier command printed", VW_OPTIONS_VERIFY, TEXT, FIELD(expect)},
     {"replay", "N", "take the first N steps again and compare every bit", VW_OPTIONS_VERIFY, COUNT, FIELD(replay_steps), .least = 1,
      .most = UINT32_MAX},
@@ -100,7 +104,7 @@ static const struct option_row rows[] = {
 
 enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
 
-static const struct vw_options defaults = {.downscale = 1};
+static const struct vw_options defaults = {.downscale = 1, .seeds = 3};
 
 // What a number may be, "" for what is none.
 static void describe_range(const struct option_row *row, char text[VW_CONFIG_RANGE_BYTES]) {

@@ -20,6 +20,7 @@ struct vw_options {
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
+    uint32_t seeds; // runs to compare
     const char *expect;
     uint32_t replay_steps;
     const char *view;
@@ -39,6 +40,7 @@ enum {
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
+    VW_OPTIONS_REPRODUCE = 1024,
 };
 
 struct vw_command {

@@ -62,23 +62,31 @@ static json_t *identity_of(const char *config_json) {
     return identity;
 }
 
-// The first setting that differs, if any.
+static char *setting_to_text(const json_t *value) { return value ? json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)) : NULL; }
+
+static enum vw_status refuse_setting(const char *key, const json_t *ours, const json_t *recorded, const char *out) {
+    char *here = setting_to_text(ours), *there = setting_to_text(recorded);
+    enum vw_status status = vw_fail(VW_ERROR_USAGE, "the run in %s has %s = %s, not %s; give the same options, or another --out", out, key,
+                                    there ? there : "nothing", here ? here : "nothing");
+    free(here);
+    free(there);
+    return status;
+}
+
+// The first setting that differs, if any. Some are there in one of both only: what they say is then left at its default.
 static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
-    json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *value;
+    json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *all = json_object(), *value;
     enum vw_status status = VW_OK;
     const char *key;
-    json_object_foreach(ours, key, value) {
-        const json_t *other = json_object_get(recorded, key);
-        if (status || json_equal(value, other)) continue;
-        char *here = json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)),
-             *there = other ? json_dumps(other, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)) : NULL;
-        status = vw_fail(VW_ERROR_USAGE, "--resume: the run in %s has %s = %s, not %s; give the same options, or another --out", out, key,
-                         there ? there : "nothing", here ? here : "this");
-        free(here);
-        free(there);
+    if (all && !json_object_update(all, recorded) && !json_object_update(all, ours)) {
+        json_object_foreach(all, key, value) {
+            const json_t *here = json_object_get(ours, key), *there = json_object_get(recorded, key);
+            if (!status && !json_equal(here, there)) status = refuse_setting(key, here, there, out);
+        }
     }
     json_decref(ours);
     json_decref(recorded);
+    json_decref(all);
     return status;
 }
 

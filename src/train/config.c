@@ -33,10 +33,16 @@ const struct vw_config vw_config_default = {
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
+static const char *const vary_names[] = {"all", "order", "pixels", "init"};
 
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
 const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
+const char *vw_vary_name(enum vw_vary vary) { return vary_names[vary]; }
+
+uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
+    return config->vary == VW_VARY_ALL || config->vary == draws ? config->seed : config->base_seed;
+}
 
 // One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
 enum kind {
@@ -107,6 +113,9 @@ static enum vw_status check_together(const struct vw_config *config) {
                        (uint64_t)config->rays * config->samples, 1u << 24);
     if (config->levels * config->features % 4 != 0)
         return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels, config->features);
+    if (config->base_seed > (config->vary == VW_VARY_ALL ? 0 : INT64_MAX))
+        return vw_fail(VW_ERROR_USAGE, "base_seed is %" PRIu64 ": at most %" PRId64 ", and 0 where everything varies", config->base_seed,
+                       INT64_MAX);
     double finest = config->base_resolution * pow(config->growth, config->levels - 1.0);
     if (finest > 65535.0)
         return vw_fail(VW_ERROR_USAGE,
@@ -141,6 +150,10 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
     failed = failed || json_object_set_new(object, "background", json_string(vw_background_name(config->background)));
     failed = failed || json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
+    if (config->vary != VW_VARY_ALL) { // absent otherwise, so that such runs keep the names they had before there was a choice
+        failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
+        failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
+    }
     // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
     char *text = failed ? NULL : json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT);
@@ -181,6 +194,11 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK && json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
         status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
         if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
+    }
+    if (status == VW_OK && json_object_get(object, "vary")) {
+        status = name_from_json(object, "vary", vary_names, VW_ARRAY_COUNT(vary_names), &choice);
+        if (status == VW_OK) parsed.vary = (enum vw_vary)choice;
+        parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
     }
     const char *effects = json_string_value(json_object_get(object, "effects"));
     if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))

@@ -100,8 +100,9 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->loss = config->loss;
     s->optimizer = config->optimizer;
     s->momentum = config->beta1 > 0.0 && config->optimizer != VW_OPTIMIZER_SGD;
-    s->seed_low = (uint32_t)config->seed;
-    s->seed_high = (uint32_t)(config->seed >> 32);
+    uint64_t seed = vw_config_seed_of(config, VW_VARY_PIXELS); // no pass draws order or initialisation
+    s->seed_low = (uint32_t)seed;
+    s->seed_high = (uint32_t)(seed >> 32);
     s->learning_rate = (float)config->learning_rate;
     s->beta1 = (float)config->beta1;
     s->beta2 = (float)config->beta2;

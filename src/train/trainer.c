@@ -183,7 +183,9 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     if (status == VW_OK)
         status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu),
                               vw_gpu_get_limits(trainer->gpu), &trainer->model);
-    if (status == VW_OK) status = field_create(trainer->gpu, &trainer->model, trainer->scene, trainer->config.seed, &trainer->field);
+    if (status == VW_OK)
+        status =
+            field_create(trainer->gpu, &trainer->model, trainer->scene, vw_config_seed_of(&trainer->config, VW_VARY_INIT), &trainer->field);
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
     if (status == VW_OK && trainer->validate) status = create_validation(trainer);
@@ -240,7 +242,8 @@ uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step) 
 
 uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step) {
     uint32_t epoch = trainer_epoch_of_step(trainer, step);
-    if (epoch != trainer->ordered_epoch) vw_random_order(trainer->config.seed, epoch, trainer->train_count, trainer->order);
+    if (epoch != trainer->ordered_epoch)
+        vw_random_order(vw_config_seed_of(&trainer->config, VW_VARY_ORDER), epoch, trainer->train_count, trainer->order);
     trainer->ordered_epoch = epoch;
     return trainer->order[(step - 1) % trainer->train_count];
 }
@@ -262,9 +265,10 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
     uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
     uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * pixels_per_step(trainer);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
+    uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_PIXELS);
     bool probed = noise_probe_due(trainer, step);
     for (uint32_t draw = 0; draw <= (probed ? PROBE_REDRAWS : 0); draw++)
-        pixels_draw(trainer->scene, view_of_step(trainer, step), trainer->config.seed, step, draw, rays, pixels + draw * rays);
+        pixels_draw(trainer->scene, view_of_step(trainer, step), seed, step, draw, rays, pixels + draw * rays);
     if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * (probed ? 1 + PROBE_REDRAWS : 1));
     if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, scalar_row + rows_per_measurement(trainer));
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);

@@ -55,7 +55,7 @@ value_again() { # value_again OUT [VARIABLE=VALUE]...
 
 check "--help lists the commands" prints '^  value SCENE' "$program" --help
 check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$program" --version
-for command in devices info value train render; do
+for command in devices info value train reproduce render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
 check "help shows ranges and defaults" prints '^  --rays N .*, 1 to 65536 \(500\)$' "$program" value --help

@@ -27,6 +27,12 @@ static void identify(const struct parts *parts, uint8_t run_id[32]) {
 
 static void change_scene(struct parts *parts) { parts->scene->hash[7] ^= 1; }
 static void change_seed(struct parts *parts) { parts->config.seed ^= UINT64_C(1) << 40; }
+static void change_vary(struct parts *parts) { parts->config.vary = VW_VARY_ORDER; }
+static void change_vary_to_pixels(struct parts *parts) { parts->config.vary = VW_VARY_PIXELS; }
+static void change_base_seed(struct parts *parts) {
+    change_vary(parts);
+    parts->config.base_seed = 1;
+}
 static void change_rays(struct parts *parts) { parts->config.rays++; }
 static void change_learning_rate(struct parts *parts) { parts->config.learning_rate *= 1.0 + 0x1p-52; }
 static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++; }
@@ -48,9 +54,10 @@ static void change_subset(struct parts *parts) {
 
 static void every_part_of_a_run_names_it(void **state) {
     (void)state;
-    static void (*const changes[])(struct parts *) = {
-        change_scene,   change_subset,     change_seed,   change_rays,   change_learning_rate, change_burn_in, change_validation,
-        change_effects, change_background, change_device, change_driver, change_to_unbounded,  change_box};
+    static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,           change_rays,
+                                                      change_learning_rate, change_burn_in, change_validation,     change_effects,
+                                                      change_background,    change_device,  change_driver,         change_to_unbounded,
+                                                      change_box,           change_vary,    change_vary_to_pixels, change_base_seed};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

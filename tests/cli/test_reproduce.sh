@@ -1,0 +1,167 @@
+#!/usr/bin/env bash
+# The same scene valued with several seeds: what agrees, what a seed varies, stopping and going on. Takes the program's path. SEED=N draws
+# other moments to kill.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
+tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --effects none --device llvmpipe --quiet)
+seed=${SEED:-1}
+RANDOM=$seed
+echo "seed $seed"
+scene=$folder/spoiled.json
+sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
+
+reproduce() { # reproduce OUT [OPTION]...
+    "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
+    cat "$folder/stderr"
+    return 1
+}
+
+# fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches.
+fails() {
+    local code=0
+    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+refused() { fails 2 "$2" "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:3}"; }
+
+table() { # table OUT FILE SQL: of a CSV file, as the table t
+    sqlite3 -cmd '.mode csv' -cmd ".import $folder/$1/$2 t" -cmd '.mode list' :memory: "$3"
+}
+same_tables() { cmp "$folder/$1/reproduce.csv" "$folder/$2/reproduce.csv" && cmp "$folder/$1/scatter.csv" "$folder/$2/scatter.csv"; }
+same_reproduction() { # same_reproduction OUT OUT: whole, of three seeds
+    local k
+    same_tables "$1" "$2" || return 1
+    for k in 0 1 2; do same_run "$1/seed_$k" "$2/seed_$k" || return 1; done
+}
+
+check "three seeds" reproduce whole --seeds 3
+r='-?[01]\.[0-9]{3}'
+check "the table has a row per method, r and rho first" grep -qE "^dv_psnr +$r \[$r $r\] +$r \[$r $r\] " "$folder/stdout"
+check "and one per number of epochs" test "$(grep -cE '^ +[56] +(3840|4608) ' "$folder/stdout")" = 2
+value() { "$program" value "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:2}" >"$folder/stdout"; }
+check "a seed's run is the one of value" eval 'value alone --seed 1 && same_run alone whole/seed_1'
+check "also where effects are decided, once for all seeds" eval 'reproduce decided --seeds 2 --effects auto &&
+    value decided_alone --seed 1 --effects auto && same_run decided_alone decided/seed_1'
+check "the header of reproduce.csv" grep -qx 'method,epochs,training_rays,seed_a,seed_b,photos,measure,value' \
+    <(head -n 1 "$folder/whole/reproduce.csv")
+check "the header of scatter.csv" grep -qx 'name,method,seed_a,seed_b,value_a,value_b,spoiled' <(head -n 1 "$folder/whole/scatter.csv")
+methods=$(table whole scatter.csv "SELECT count(DISTINCT method) FROM t")
+check "a row per method, stop, pair and measure" test "$methods" -ge 3 -a \
+    "$(table whole reproduce.csv 'SELECT count(*) FROM t')" = $((methods * 2 * 3 * 7))
+check "a point per method, pair and photo" test "$(table whole scatter.csv 'SELECT count(*) FROM t')" = $((methods * 3 * 12))
+check "the spoiled are known" test "$(table whole scatter.csv "SELECT group_concat(DISTINCT name) FROM t WHERE spoiled = '1'")" = \
+    view_001,view_002
+check "and not among the unspoiled" test "$(table whole reproduce.csv "SELECT DISTINCT photos FROM t
+    WHERE measure = 'unspoiled_pearson'")" = 10
+check "points are the ledgers' scores" test "$(table whole scatter.csv "ATTACH '$folder/whole/seed_2/ledger.db' AS ledger;
+    SELECT count(*), max(abs(value_b - value)) FROM t JOIN ledger.image USING (name) JOIN ledger.score USING (image_id, method)
+    WHERE seed_b = 2 AND seed_a = 0")" = "$((methods * 12))|0.0"
+
+# Pearson's r again, by another program, from the points.
+recompute_pearson() {
+    sqlite3 :memory: <<SQL
+.mode csv
+.import $folder/$1/scatter.csv point
+.import $folder/$1/reproduce.csv agreement
+.mode list
+WITH mean AS (SELECT method, seed_a, seed_b, avg(value_a) AS a, avg(value_b) AS b FROM point GROUP BY 1, 2, 3),
+     again AS (SELECT method, seed_a, seed_b, sum((value_a - a) * (value_b - b)) /
+                      sqrt(sum((value_a - a) * (value_a - a)) * sum((value_b - b) * (value_b - b))) AS r
+               FROM point JOIN mean USING (method, seed_a, seed_b) GROUP BY 1, 2, 3)
+SELECT count(*), max(abs(r - value)) < 1e-12 FROM again JOIN agreement USING (method, seed_a, seed_b)
+WHERE measure = 'pearson' AND epochs = '6' AND value <> '';
+SQL
+}
+check "r is that of the points" test "$(recompute_pearson whole)" = "$((methods * 3))|1"
+
+contents() { cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort; }
+before=$(contents whole)
+check "again: nothing is left to do" reproduce whole --seeds 3 --json
+check "and nothing changes" test -n "$before" -a "$(contents whole)" = "$before"
+json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
+check "the JSON says the same" test "$(printf '%.9f' "$(json '$.by_epochs[#-1].methods[0].pearson.lowest')")" = \
+    "$(printf '%.9f' "$(table whole reproduce.csv "SELECT min(CAST(value AS REAL)) FROM t
+        WHERE method = 'dv_psnr' AND measure = 'pearson' AND epochs = '6'")")"
+check "and what varied" test "$(json '$.vary'),$(json '$.seeds[2]'),$(json '$.photos')" = all,2,12
+
+check "two of the seeds" reproduce pair --seeds 2
+check "and one more" reproduce pair --seeds 3
+check "are the three" same_reproduction whole pair
+check "fewer epochs" reproduce short --seeds 3 --epochs 5
+check "that are taken further" reproduce short --seeds 3
+check "are those" same_reproduction whole short
+check "longer runs are read as far as asked" eval 'reproduce longer --seeds 3 --epochs 9 && reproduce longer --seeds 3 &&
+    same_tables whole longer'
+
+# stop_reproduction SIGNAL OUT: starts or goes on, and signals at a random moment once the second seed's steps are recorded.
+stop_reproduction() {
+    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 60 "${tiny[@]}" >"$folder/stdout" 2>"$folder/stderr" &
+    local process=$! code=0
+    until [[ -s $folder/$2/seed_1/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
+    sleep "0.$((RANDOM % 25 + 10))"
+    kill "-$1" "$process" 2>/dev/null
+    wait "$process" 2>/dev/null || code=$?
+    [[ ! -e $folder/$2/reproduce.csv ]] || { echo "it was over before it was stopped"; return 1; }
+    case $1 in
+    KILL) [[ $code -eq 137 ]] ;;
+    *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*go on by --resume' "$folder/stderr" ;;
+    esac
+}
+check "the long way without interruption" reproduce long --seeds 3 --epochs 60
+for signal in INT KILL; do
+    check "SIG$signal in the midst" stop_reproduction "$signal" "$signal"
+    check "what is there is intact" "$program" verify "$folder/$signal/seed_0" --device llvmpipe --quiet
+    check "it goes on" reproduce "$signal" --seeds 3 --epochs 60
+    check "and is the one without interruption" same_reproduction long "$signal"
+done
+
+same_of_seeds() { # same_of_seeds OUT SQL: "same" or "other"
+    local answers=("$(query "$1/seed_0" "$2")" "$(query "$1/seed_1" "$2")")
+    [[ -n ${answers[0]} && ${answers[0]} == "${answers[1]}" ]] && echo same || echo other
+}
+# varies OUT ORDER START: whether two seeds have the same order, and the same untrained field; in the end they differ
+varies() {
+    local order start
+    reproduce "$1" --seeds 2 --vary "$1" || return 1
+    order=$(same_of_seeds "$1" 'SELECT group_concat(image_id) FROM step')
+    start=$(same_of_seeds "$1" 'SELECT val_psnr FROM step WHERE step = 0')
+    [[ $order,$start,$(same_of_seeds "$1" 'SELECT val_psnr FROM step WHERE step = 60') == "$2,$3,other" ]]
+}
+check "--vary order" varies order other same
+check "--vary pixels" varies pixels same same
+check "--vary init" varies init same other
+check "--vary all" varies all other other
+steps() { query "$1" 'SELECT val_psnr, image_id FROM step WHERE step > 0'; }
+check "the base seed's run has the same steps, whatever varies" eval '[[ -n $(steps all/seed_0) &&
+    $(steps order/seed_0) == "$(steps all/seed_0)" ]]'
+check "what varies is taken again by a replay" "$program" verify "$folder/order/seed_1" --replay 5 --device llvmpipe --quiet
+check "what varies is part of what a run is" refused order 'seed_0 has base_seed = 0, not nothing' --seeds 2 --vary all
+check "and named when it is another" refused order 'seed_0 has vary = "order", not "pixels"' --seeds 2 --vary pixels
+check "and the base seed, too" refused order 'seed_1 has base_seed = 0, not 1' --seeds 2 --seed 1 --vary order
+check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 9223372036854775806 &&
+    test -s "$folder/far/seed_9223372036854775807/ledger.db"'
+
+check "one seed agrees with none" refused one '--seeds takes a whole number, 2 to 50' --seeds 1
+check "so does none" refused one '--seeds takes' --seeds 0
+check "a seed beyond the largest is refused" refused one 'pass 9223372036854775807' --seeds 3 --seed 9223372036854775806
+check "an unknown form is refused" refused one '"colour" is not one of all\|order\|pixels\|init' --vary colour
+check "epochs that all burn in are refused" refused one 'no scores to compare' --burn-in 6
+check "nothing is left of refusals" test ! -e "$folder/one"
+check "a folder that holds a run of value is refused" refused alone 'holds a single run; name another folder' --seeds 2
+check "another config is refused by name" refused whole 'seed_0 has rays = 64, not 65' --seeds 3 --rays 65
+mkdir -p "$folder/other" && echo x >"$folder/other/seed_1" && echo x >"$folder/file"
+check "a file in a run's place is refused" refused other 'seed_1: is a file' --seeds 2
+check "and one in the folder's" refused file 'is a file; name a folder' --seeds 2
+mkdir -p "$folder/broken/seed_0" && echo x >"$folder/broken/seed_0/ledger.db"
+check "and what is no ledger" refused broken 'seed_0/ledger.db' --seeds 2
+check "value has no --vary" fails 2 'unknown option "--vary"' "$program" value "$scene" --out "$folder/one" --vary order
+conclude "$@"

@@ -1,0 +1,156 @@
+// What a seed varies (decision 12): order, pixels and initialisation, each alone or all together.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/trainer_fixture.h"
+#include "viewworth/memory.h"
+
+enum { BASE_SEED = 5, OTHER_SEED = 6 };
+
+// The part of a run that each kind of draws decides.
+struct drawn {
+    struct test_run *run;
+    struct vw_pixel pixels[64];  // of the first step
+    uint32_t jitter_seed[2];     // what shaders draw from
+    uint32_t order[3 * 5];       // photo by step
+    struct vw_view_error *views; // of the untrained field
+};
+
+static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
+    struct vw_config config = test_config();
+    config.vary = vary;
+    config.seed = seed;
+    config.base_seed = vary == VW_VARY_ALL ? 0 : BASE_SEED;
+    return config;
+}
+
+static void draw(const struct vw_scene *scene, const struct vw_config *config, struct drawn *drawn) {
+    *drawn = (struct drawn){0};
+    struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one batch
+    drawn->jitter_seed[0] = trainer->model.specialization.seed_low;
+    drawn->jitter_seed[1] = trainer->model.specialization.seed_high;
+    drawn->run = vw_allocate(1, sizeof *drawn->run);
+    test_run_finish(trainer, drawn->run);
+    memcpy(drawn->pixels, vw_buffer_map(trainer->pixels), config->rays * sizeof *drawn->pixels);
+    vw_trainer_destroy(&trainer);
+    drawn->views = drawn->run->views[0];
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(drawn->order); i++) drawn->order[i] = drawn->run->records[1 + i].view;
+}
+
+// Where in the photo a step looks, whichever photo it is.
+static bool same_places(const struct drawn *a, const struct drawn *b) {
+    for (uint32_t i = 0; i < test_config().rays; i++)
+        if (a->pixels[i].x_px != b->pixels[i].x_px || a->pixels[i].y_px != b->pixels[i].y_px) return false;
+    return true;
+}
+
+static bool same_start(const struct drawn *a, const struct drawn *b) {
+    return !memcmp(a->views, b->views, TEST_VALS * sizeof *a->views) &&
+           test_same_bits(a->run->records[0].val_psnr, b->run->records[0].val_psnr);
+}
+
+static void a_seed_varies_what_it_is_told_to(void **state) {
+    (void)state;
+    static const struct {
+        enum vw_vary vary;
+        bool order, pixels, start; // which of them stay
+    } forms[] = {
+        {VW_VARY_ALL, false, false, false},
+        {VW_VARY_ORDER, false, true, true},
+        {VW_VARY_PIXELS, true, false, true},
+        {VW_VARY_INIT, true, true, false},
+    };
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
+        struct drawn base, other;
+        struct vw_config config = varying(forms[i].vary, BASE_SEED);
+        draw(scene, &config, &base);
+        config.seed = OTHER_SEED;
+        draw(scene, &config, &other);
+        print_message("vary %s\n", vw_vary_name(forms[i].vary));
+        assert_int_equal(!memcmp(base.order, other.order, sizeof base.order), forms[i].order);
+        assert_int_equal(same_places(&base, &other), forms[i].pixels);
+        assert_int_equal(!memcmp(base.jitter_seed, other.jitter_seed, sizeof base.jitter_seed), forms[i].pixels);
+        assert_int_equal(same_start(&base, &other), forms[i].start);
+        assert_memory_not_equal(base.run->params, other.run->params, 4 * base.run->param_words);
+        test_run_free(base.run);
+        test_run_free(other.run);
+    }
+    vw_scene_close(&scene);
+}
+
+// At the base seed all forms take the same run: that of the seed alone, as it was before there was a choice.
+static void at_the_base_seed_all_forms_agree(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config plain = test_config();
+    plain.seed = BASE_SEED;
+    plain.noise_floor = true;
+    struct test_run *run = test_run(scene, &plain, true, 4);
+    for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_INIT; vary++) {
+        struct vw_config config = varying(vary, BASE_SEED);
+        config.noise_floor = true;
+        struct test_run *same = test_run(scene, &config, true, 4);
+        test_run_assert_same(run, same);
+        test_run_free(same);
+    }
+    test_run_free(run);
+    vw_scene_close(&scene);
+}
+
+static void all_is_said_by_saying_nothing(void **state) {
+    (void)state;
+    struct vw_config config = varying(VW_VARY_ALL, BASE_SEED), read;
+    char *json = vw_config_to_json(&config, true);
+    assert_null(strstr(json, "vary")); // the text that names runs is as it was
+    assert_null(strstr(json, "base_seed"));
+    free(json);
+    json = vw_config_to_json(&config, false);
+    assert_ok(vw_config_from_json(json, &read));
+    assert_int_equal(read.vary, VW_VARY_ALL);
+    for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++) assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
+    free(json);
+}
+
+static void a_form_is_kept_in_json(void **state) {
+    (void)state;
+    for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_INIT; vary++) {
+        struct vw_config config = varying(vary, OTHER_SEED), read;
+        config.base_seed = INT64_MAX;
+        char *json = vw_config_to_json(&config, false);
+        assert_ok(vw_config_from_json(json, &read));
+        assert_int_equal(read.vary, vary);
+        assert_int_equal(read.seed, OTHER_SEED);
+        assert_true(read.base_seed == INT64_MAX);
+        free(json);
+    }
+    struct vw_config read;
+    char *json = vw_config_to_json(&(struct vw_config){.vary = VW_VARY_ORDER}, false), *form = strstr(json, "\"order\"");
+    assert_non_null(form);
+    memcpy(form, "\"ordre\"", 7);
+    assert_int_equal(vw_config_from_json(json, &read), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "vary"));
+    free(json);
+    struct vw_config config = varying(VW_VARY_ORDER, OTHER_SEED);
+    config.base_seed = UINT64_MAX;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    config = varying(VW_VARY_ALL, OTHER_SEED);
+    config.base_seed = 1; // would be lost in JSON
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_seed_varies_what_it_is_told_to),
+        cmocka_unit_test(at_the_base_seed_all_forms_agree),
+        cmocka_unit_test(all_is_said_by_saying_nothing),
+        cmocka_unit_test(a_form_is_kept_in_json),
+    };
+    return cmocka_run_group_tests_name("seeds", tests, NULL, test_gpu_close);
+}
