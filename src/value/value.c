@@ -9,6 +9,13 @@
 #include "value/uncertainty.h"
 #include "viewworth/memory.h"
 
+// What is known of one photo.
+struct tally {
+    double sum, squared_weights;
+    uint32_t visits;
+    struct vw_mean_variance sampling; // over its probed steps
+};
+
 // One method on its way to its scores.
 struct scoring {
     const struct vw_method *method;
@@ -17,30 +24,25 @@ struct scoring {
     struct vw_series series; // treated, photo by photo
     uint64_t *starts;        // where each photo's visits begin
     double *weights;         // of the epochs
-    double *by_epoch;        // what one photo's visits of each epoch contribute; NaN without a visit
-};
-
-// What is known of one photo.
-struct tally {
-    double sum, squared_weights;
-    uint32_t visits;
-    struct vw_mean_variance sampling; // over its probed steps
+    double *by_epoch;        // what each photo's visits of each epoch contribute, photo by photo; NaN without a visit
+    struct tally *tallies;   // of the photos
+    struct vw_interval *intervals;
 };
 
 // Contributions are summed in the order of the steps, so that equal ledgers give equal bits.
 static struct tally tally_visits(const struct scoring *scoring, uint32_t image) {
     struct tally tally = {0};
-    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) scoring->by_epoch[e] = NAN;
+    double *by_epoch = &scoring->by_epoch[(size_t)image * scoring->series.epoch_count];
+    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) by_epoch[e] = NAN;
     for (uint64_t i = scoring->starts[image]; i < scoring->starts[image + 1]; i++) {
         const struct vw_visit *visit = &scoring->series.visits[i];
-        double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta;
+        double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta, *of_epoch = &by_epoch[visit->epoch];
         if (weight == 0) continue;
         vw_mean_variance_add(&tally.sampling, visit->sampling_variance);
         if (!isfinite(contribution)) continue;
         tally.sum += contribution;
         tally.squared_weights += weight * weight;
         tally.visits++;
-        double *of_epoch = &scoring->by_epoch[visit->epoch];
         *of_epoch = isnan(*of_epoch) ? contribution : *of_epoch + contribution;
     }
     return tally;
@@ -70,50 +72,61 @@ static void take_cube_root(struct vw_ledger_score *score) {
 }
 
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
-    struct tally tally = tally_visits(scoring, image);
-    struct vw_interval interval = vw_interval_of_sum(scoring->by_epoch, scoring->series.epoch_count);
+    const struct tally *tally = &scoring->tallies[image];
+    const struct vw_interval *interval = &scoring->intervals[image];
     struct vw_ledger_score score = {
         .image_id = scoring->input->images[image].image_id,
         .method = scoring->about->name,
-        .value = tally.sum,
+        .value = tally->sum,
         .unit = scoring->about->unit,
-        .standard_error = interval.standard_error,
-        .visits = tally.visits,
-        .sampling_error = vw_method_is_sum_of_steps(scoring->method) ? sampling_error_of_sum(&tally) : NAN,
-        .low = interval.low,
-        .high = interval.high,
+        .standard_error = interval->standard_error,
+        .visits = tally->visits,
+        .sampling_error = vw_method_is_sum_of_steps(scoring->method) ? sampling_error_of_sum(tally) : NAN,
+        .low = interval->low,
+        .high = interval->high,
     };
-    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally.visits > 0) divide(&score, tally.visits);
+    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally->visits > 0) divide(&score, tally->visits);
     if (scoring->method->outcome == VW_OUTCOME_CUBE_ROOT) take_cube_root(&score);
     return score;
 }
 
 // Appends a score per train image; nothing when no image has a visit that counts.
 static enum vw_status append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
+    const struct vw_value_input *input = scoring->input;
     uint32_t count = 0;
     bool visited = false;
-    for (uint32_t i = 0; i < scoring->input->image_count; i++) {
-        struct vw_ledger_score score = score_photo(scoring, i);
-        visited = visited || score.visits > 0;
-        if (strcmp(scoring->input->images[i].split, "train") == 0) scores[*score_count + count++] = score;
-    }
+    for (uint32_t i = 0; i < input->image_count; i++) visited = visited || scoring->tallies[i].visits > 0;
     if (!visited) return VW_OK;
+    for (uint32_t i = 0; i < input->image_count; i++)
+        if (strcmp(input->images[i].split, "train") == 0) scores[*score_count + count++] = score_photo(scoring, i);
     enum vw_status status = vw_rank_intervals(&scores[*score_count], count);
     *score_count += count;
     return status;
 }
 
+static enum vw_status allocate(struct scoring *scoring) {
+    size_t images = scoring->input->image_count, epochs = scoring->series.epoch_count;
+    scoring->starts = vw_allocate(images + 1, sizeof *scoring->starts);
+    scoring->weights = vw_allocate(epochs, sizeof *scoring->weights);
+    scoring->by_epoch = vw_allocate(images, epochs * sizeof *scoring->by_epoch);
+    scoring->tallies = vw_allocate(images, sizeof *scoring->tallies);
+    scoring->intervals = vw_allocate(images, sizeof *scoring->intervals);
+    bool whole = scoring->starts && scoring->weights && scoring->by_epoch && scoring->tallies && scoring->intervals;
+    return whole ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// From the steps to what each photo's visits contribute.
 static enum vw_status prepare(struct scoring *scoring) {
     const struct vw_method *method = scoring->method;
-    enum vw_status status = vw_series_make(scoring->input, method->measure, method->sign, method->form, &scoring->series);
+    const struct vw_value_input *input = scoring->input;
+    enum vw_status status = vw_series_make(input, method->measure, method->sign, method->form, &scoring->series);
+    if (!status) status = allocate(scoring);
     if (!status) status = method->treatment(&scoring->series);
-    scoring->starts = vw_allocate((size_t)scoring->input->image_count + 1, sizeof *scoring->starts);
-    scoring->weights = vw_allocate(scoring->series.epoch_count, sizeof *scoring->weights);
-    scoring->by_epoch = vw_allocate(scoring->series.epoch_count, sizeof *scoring->by_epoch);
-    if (!status && (!scoring->starts || !scoring->weights || !scoring->by_epoch)) status = VW_ERROR_MEMORY;
-    if (!status) method->weighting(scoring->weights, scoring->series.epoch_count);
-    if (!status) status = vw_series_sort_by_photo(&scoring->series, scoring->input->image_count, scoring->starts);
-    return status;
+    if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
+    if (status) return status;
+    method->weighting(scoring->weights, scoring->series.epoch_count);
+    for (uint32_t i = 0; i < input->image_count; i++) scoring->tallies[i] = tally_visits(scoring, i);
+    return vw_intervals_of_sums(scoring->by_epoch, input->image_count, scoring->series.epoch_count, scoring->intervals);
 }
 
 static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
@@ -123,6 +136,8 @@ static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *
     free(scoring->starts);
     free(scoring->weights);
     free(scoring->by_epoch);
+    free(scoring->tallies);
+    free(scoring->intervals);
     return status;
 }
 
