@@ -63,7 +63,10 @@ static void revisits_telescope(void **state) {
         assert_close(sum_of(&series, test_train_views[photo]), last - first, rounding, "the sum of a photo's revisits");
     }
     vw_series_free(&series);
-    series = make(game, 0, 0, VW_FORM_REVISIT);
+    struct vw_value_input input = test_input_of(game, 0, 0);
+    input.images++; // so that the first image is one that is trained on
+    input.image_count--;
+    ASSERT_OK(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_REVISIT, &series));
     for (uint32_t i = 0; i < series.count; i++) // the first visit has none before it: the untrained field is no visit
         assert_int_equal(isnan(series.visits[i].delta), i < TEST_TRAIN_COUNT);
     vw_series_free(&series);
