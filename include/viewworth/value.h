@@ -19,8 +19,9 @@
 //   root_sum_*         sum of sign(d) sqrt|d|: a single outsized delta weighs less
 //   clipped_*          sum of d, each clipped at two robust spreads (statistics.h) from the median of its epoch
 //   rank_*             mean over the visits of the rank of d among its epoch's, from -1 (the lowest) to 1 (the highest)
-//   momentum_*         sum of credits c, d(t) = sum over k of (1 - b) b^k c(t - k) in the sense of least squares with one worth per photo:
-//                      src/value/momentum.h; only for runs with momentum b > 0
+//   momentum_*         sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), d(t - 1) of the step before, on whatever photo: solves
+//                      d(t) = sum over k of (1 - b) b^k c(t - k), which is what Adam's first moment (Kingma and Ba, ICLR 2015) makes of the
+//                      gradients, and so of the credits to first order, with momentum b; only for runs with b > 0
 #ifndef VIEWWORTH_VALUE_H
 #define VIEWWORTH_VALUE_H
 

@@ -134,8 +134,8 @@ static enum vw_status rank_epochs(struct vw_series *series) { return treat_epoch
     X("clipped_loss", L1_UNIT, "sum of d, clipped at 2 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
     X("rank_psnr", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", PSNR, STEP, rank_epochs, weigh_all, MEAN)            \
     X("rank_loss", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", LOSS, STEP, rank_epochs, weigh_all, MEAN)            \
-    X("momentum_psnr", "dB", "sum of credits c, d(t) = sum of (1 - beta1) beta1^k c(t - k)", PSNR, DECONVOLVED, keep, weigh_all, SUM)      \
-    X("momentum_loss", L1_UNIT, "sum of credits c, d(t) = sum of (1 - beta1) beta1^k c(t - k)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
+    X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)                      \
+    X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
 #define LISTED(name, unit, formula, ...) {name, unit, formula},
 #define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                                            \

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "ledger/find_image.h"
-#include "value/momentum.h"
 #include "viewworth/memory.h"
 
 static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record, uint32_t *image) {
@@ -25,9 +24,33 @@ static void append(struct vw_series *series, const struct vw_visit *visit, uint3
     series->visits[series->count++].epoch = series->epoch_count - 1;
 }
 
-// `before` has the value that the next delta starts from: one entry for all photos in the step form, one for each in the revisit form.
-static enum vw_status take_visits(const struct vw_value_input *input, const struct vw_measure *measure, double sign, bool revisit,
-                                  double *before, struct vw_series *series) {
+// How a step's delta is made, and what the next one starts from.
+struct reader {
+    const struct vw_measure *measure;
+    double sign, beta1;
+    enum vw_form form;
+    double *before;    // the measure that a delta is taken from: by image in the revisit form, else the first entry
+    double last_delta; // of the step before
+};
+
+// The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) + b d(t - 1). A step
+// without a value counts as not taken: skipped, it leaves the first moment as it is.
+static double undo_momentum(struct reader *reader, double delta) {
+    double credit = (delta - reader->beta1 * reader->last_delta) / (1 - reader->beta1);
+    reader->last_delta = delta;
+    return credit;
+}
+
+static double take_delta(struct reader *reader, const struct vw_step_record *record, uint32_t image) {
+    bool revisit = reader->form == VW_FORM_REVISIT, trained = record->view != VW_RECORD_UNTRAINED;
+    double after = vw_measure_of_record(reader->measure, record), *before = &reader->before[revisit ? image : 0];
+    double delta = reader->sign * (after - *before);
+    if (isfinite(after) && (trained || !revisit)) *before = after;
+    if (!isfinite(delta)) return NAN;
+    return reader->form == VW_FORM_DECONVOLVED ? undo_momentum(reader, delta) : delta;
+}
+
+static enum vw_status take_visits(const struct vw_value_input *input, struct reader *reader, struct vw_series *series) {
     uint64_t taken = 0;
     uint32_t last_epoch = 0;
     for (uint64_t i = 0; i < input->record_count; i++) {
@@ -37,13 +60,9 @@ static enum vw_status take_visits(const struct vw_value_input *input, const stru
         struct vw_visit visit = {0};
         enum vw_status status = trained ? find_image(input, record, &visit.image) : VW_OK;
         if (status) return status;
-        double after = vw_measure_of_record(measure, record);
-        double *from = &before[revisit ? visit.image : 0];
-        visit.delta = sign * (after - *from);
-        if (!isfinite(visit.delta)) visit.delta = NAN;
-        if (isfinite(after) && (trained || !revisit)) *from = after;
+        visit.delta = take_delta(reader, record, visit.image);
         if (!trained || record->epoch < input->burn_in_epochs) continue;
-        visit.sampling_variance = vw_step_sampling_variance(measure, record, probes);
+        visit.sampling_variance = vw_step_sampling_variance(reader->measure, record, probes);
         append(series, &visit, record->epoch, &last_epoch);
     }
     return VW_OK;
@@ -52,12 +71,12 @@ static enum vw_status take_visits(const struct vw_value_input *input, const stru
 enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign, enum vw_form form,
                               struct vw_series *series) {
     *series = (struct vw_series){.visits = vw_allocate(input->record_count, sizeof *series->visits)};
-    double *before = vw_allocate((size_t)input->image_count + 1, sizeof *before);
-    enum vw_status status = series->visits && before ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i <= input->image_count; i++) before[i] = NAN;
-    if (!status) status = take_visits(input, measure, sign, form == VW_FORM_REVISIT, before, series);
-    free(before);
-    if (!status && form == VW_FORM_DECONVOLVED) status = vw_momentum_deconvolve(input->beta1, input->image_count, series);
+    struct reader reader = {.measure = measure, .sign = sign, .beta1 = input->beta1, .form = form};
+    reader.before = vw_allocate((size_t)input->image_count + 1, sizeof *reader.before);
+    enum vw_status status = series->visits && reader.before ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i <= input->image_count; i++) reader.before[i] = NAN;
+    if (!status) status = take_visits(input, &reader, series);
+    free(reader.before);
     return status;
 }
 

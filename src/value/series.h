@@ -13,7 +13,7 @@
 enum vw_form {
     VW_FORM_STEP,        // the measure after the step minus the one before it: the last value there is
     VW_FORM_REVISIT,     // minus the one after this photo's visit before; of all its visits they add up to the last minus the first
-    VW_FORM_DECONVOLVED, // the step form, freed from what momentum mixed into it (momentum.h)
+    VW_FORM_DECONVOLVED, // the step form d freed from what momentum b mixed into it: (d(t) - b d(t - 1)) / (1 - b), see value.h
 };
 
 // A step on a photo after burn-in.
