@@ -55,52 +55,48 @@ static enum vw_status take_roots(struct vw_series *series) {
     return VW_OK;
 }
 
-// The visits of one epoch that have a value.
-struct epoch {
-    uint32_t count;
-    double *deltas, *results;
-};
-typedef enum vw_status epoch_treatment(struct epoch *epoch);
-
-// Applies a treatment that looks at a whole epoch to each of them.
-static enum vw_status treat_epochs(struct vw_series *series, epoch_treatment *treat) {
-    double *block = vw_allocate(series->count, 2 * sizeof *block);
-    if (!block) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
-    for (uint64_t first = 0, end; !status && first < series->count; first = end) {
-        struct epoch epoch = {0, block, block + series->count};
-        for (end = first; end < series->count && series->visits[end].epoch == series->visits[first].epoch; end++)
-            if (!isnan(series->visits[end].delta)) epoch.deltas[epoch.count++] = series->visits[end].delta;
-        status = treat(&epoch);
-        uint32_t taken = 0;
-        for (uint64_t i = first; !status && i < end; i++)
-            if (!isnan(series->visits[i].delta)) series->visits[i].delta = epoch.results[taken++];
-    }
-    free(block);
-    return status;
+// Clips the visits of an epoch at twice their robust spread on either side of their median; a spread of 0 tells nothing and clips nothing.
+// `values` has room for them.
+static void clip_epoch(struct vw_visit *visits, uint64_t count, double *values) {
+    uint32_t valued = 0;
+    for (uint64_t i = 0; i < count; i++)
+        if (!isnan(visits[i].delta)) values[valued++] = visits[i].delta;
+    double middle = vw_median(values, valued), most = 2 * vw_robust_spread(values, valued);
+    for (uint64_t i = 0; i < count && most > 0; i++)
+        if (!isnan(visits[i].delta)) visits[i].delta = fmin(fmax(visits[i].delta, middle - most), middle + most);
 }
 
-// At twice the robust spread of the epoch on either side of its median; a spread of 0 tells nothing and clips nothing.
-static enum vw_status clip_epoch(struct epoch *epoch) {
-    for (uint32_t i = 0; i < epoch->count; i++) epoch->results[i] = epoch->deltas[i];
-    double spread = vw_robust_spread(epoch->results, epoch->count);
-    for (uint32_t i = 0; i < epoch->count; i++) epoch->results[i] = epoch->deltas[i];
-    double middle = vw_median(epoch->results, epoch->count); // sorts them; the deltas keep their order
-    for (uint32_t i = 0; i < epoch->count; i++)
-        epoch->results[i] = spread > 0 ? fmin(fmax(epoch->deltas[i], middle - 2 * spread), middle + 2 * spread) : epoch->deltas[i];
+static enum vw_status clip_epochs(struct vw_series *series) {
+    double *values = vw_allocate(series->count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint64_t first = 0, end; first < series->count; first = end) {
+        for (end = first + 1; end < series->count && series->visits[end].epoch == series->visits[first].epoch;) end++;
+        clip_epoch(&series->visits[first], end - first, values);
+    }
+    free(values);
     return VW_OK;
 }
 
-static enum vw_status clip_epochs(struct vw_series *series) { return treat_epochs(series, clip_epoch); }
-
-static enum vw_status rank_epoch(struct epoch *epoch) {
-    enum vw_status status = vw_ranks(epoch->deltas, epoch->count, epoch->results);
-    for (uint32_t i = 0; !status && i < epoch->count; i++)
-        epoch->results[i] = epoch->count > 1 ? 2 * (epoch->results[i] - 1) / (epoch->count - 1.0) - 1 : 0;
-    return status;
+// Adds what the next step's delta departs from the mean of that step's own photo: damage that is repaired at once shows there, to the
+// credit of whoever came next.
+static enum vw_status add_aftermath(struct vw_series *series) {
+    uint32_t image_count = 0;
+    for (uint64_t i = 0; i < series->count; i++)
+        if (series->visits[i].image >= image_count) image_count = series->visits[i].image + 1;
+    struct vw_spread *spreads = vw_allocate(image_count, sizeof *spreads);
+    if (!spreads) return VW_ERROR_MEMORY;
+    struct vw_visit *last = NULL;
+    for (uint64_t i = 0; i < series->count; i++)
+        if (!isnan(series->visits[i].delta)) vw_spread_add(&spreads[series->visits[i].image], series->visits[i].delta);
+    for (uint64_t i = 0; i < series->count; i++) {
+        struct vw_visit *visit = &series->visits[i];
+        if (isnan(visit->delta)) continue;
+        if (last) last->delta += visit->delta - spreads[visit->image].mean;
+        last = visit;
+    }
+    free(spreads);
+    return VW_OK;
 }
-
-static enum vw_status rank_epochs(struct vw_series *series) { return treat_epochs(series, rank_epoch); }
 
 // ---- The table --------------------------------------------------------------------------------------------------------------
 // Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), revisit_* the wording of its overview figure; the last
@@ -128,12 +124,10 @@ static enum vw_status rank_epochs(struct vw_series *series) { return treat_epoch
     X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN)                           \
     X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT)                                        \
     X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT)                                  \
-    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM)                                      \
     X("root_sum_loss", L1_UNIT "^(1/2)", "sum of sign(d) sqrt |d|", LOSS, STEP, take_roots, weigh_all, SUM)                                \
-    X("clipped_psnr", "dB", "sum of d, clipped at 2 robust spreads from its epoch's median", PSNR, STEP, clip_epochs, weigh_all, SUM)      \
     X("clipped_loss", L1_UNIT, "sum of d, clipped at 2 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
-    X("rank_psnr", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", PSNR, STEP, rank_epochs, weigh_all, MEAN)            \
-    X("rank_loss", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", LOSS, STEP, rank_epochs, weigh_all, MEAN)            \
+    X("lasting_psnr", "dB", "sum of d(t) + d(t + 1) - the mean d of the photo of t + 1", PSNR, STEP, add_aftermath, weigh_all, SUM)        \
+    X("lasting_loss", L1_UNIT, "sum of d(t) + d(t + 1) - the mean d of the photo of t + 1", LOSS, STEP, add_aftermath, weigh_all, SUM)     \
     X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)                      \
     X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
