@@ -16,11 +16,8 @@
 //   win_rate_*         visits that helped less visits that harmed, per visit: in [-1,1]. The share of visits that helped is (1 + score) / 2
 //                      where no d is 0
 //   root_*             cube root of the sum of d, which keeps the sign: large damage weighs less
-//   root_sum_loss      sum of sign(d) sqrt|d|: a single outsized delta weighs less
-//   clipped_loss       sum of d, each clipped at two robust spreads (statistics.h) from the median of its epoch
-//   lasting_*          sum of d(t) + d(t+1) - m(t+1), m the mean d of the photo used at step t+1: what is left a step later, for damage
-//   that is
-//                      repaired at once shows in what the next photo earns beyond its own mean
+//   root_sum_psnr      sum of sign(d) sqrt|d|: a single outsized delta weighs less
+//   clipped_*          sum of d, each clipped at three robust spreads (statistics.h) from the median of its epoch
 //   momentum_*         sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), d(t - 1) of the step before, on whatever photo: solves
 //                      d(t) = sum over k of (1 - b) b^k c(t - k), which is what Adam's first moment (Kingma and Ba, ICLR 2015) makes of the
 //                      gradients, and so of the credits to first order, with momentum b; only for runs with b > 0

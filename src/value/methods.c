@@ -55,13 +55,13 @@ static enum vw_status take_roots(struct vw_series *series) {
     return VW_OK;
 }
 
-// Clips the visits of an epoch at twice their robust spread on either side of their median; a spread of 0 tells nothing and clips nothing.
-// `values` has room for them.
+// Clips the visits of an epoch at three times their robust spread on either side of their median; a spread of 0 tells nothing and clips
+// nothing. `values` has room for them.
 static void clip_epoch(struct vw_visit *visits, uint64_t count, double *values) {
     uint32_t valued = 0;
     for (uint64_t i = 0; i < count; i++)
         if (!isnan(visits[i].delta)) values[valued++] = visits[i].delta;
-    double middle = vw_median(values, valued), most = 2 * vw_robust_spread(values, valued);
+    double middle = vw_median(values, valued), most = 3 * vw_robust_spread(values, valued);
     for (uint64_t i = 0; i < count && most > 0; i++)
         if (!isnan(visits[i].delta)) visits[i].delta = fmin(fmax(visits[i].delta, middle - most), middle + most);
 }
@@ -74,27 +74,6 @@ static enum vw_status clip_epochs(struct vw_series *series) {
         clip_epoch(&series->visits[first], end - first, values);
     }
     free(values);
-    return VW_OK;
-}
-
-// Adds what the next step's delta departs from the mean of that step's own photo: damage that is repaired at once shows there, to the
-// credit of whoever came next.
-static enum vw_status add_aftermath(struct vw_series *series) {
-    uint32_t image_count = 0;
-    for (uint64_t i = 0; i < series->count; i++)
-        if (series->visits[i].image >= image_count) image_count = series->visits[i].image + 1;
-    struct vw_spread *spreads = vw_allocate(image_count, sizeof *spreads);
-    if (!spreads) return VW_ERROR_MEMORY;
-    struct vw_visit *last = NULL;
-    for (uint64_t i = 0; i < series->count; i++)
-        if (!isnan(series->visits[i].delta)) vw_spread_add(&spreads[series->visits[i].image], series->visits[i].delta);
-    for (uint64_t i = 0; i < series->count; i++) {
-        struct vw_visit *visit = &series->visits[i];
-        if (isnan(visit->delta)) continue;
-        if (last) last->delta += visit->delta - spreads[visit->image].mean;
-        last = visit;
-    }
-    free(spreads);
     return VW_OK;
 }
 
@@ -124,10 +103,9 @@ static enum vw_status add_aftermath(struct vw_series *series) {
     X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN)                           \
     X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT)                                        \
     X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT)                                  \
-    X("root_sum_loss", L1_UNIT "^(1/2)", "sum of sign(d) sqrt |d|", LOSS, STEP, take_roots, weigh_all, SUM)                                \
-    X("clipped_loss", L1_UNIT, "sum of d, clipped at 2 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
-    X("lasting_psnr", "dB", "sum of d(t) + d(t + 1) - the mean d of the photo of t + 1", PSNR, STEP, add_aftermath, weigh_all, SUM)        \
-    X("lasting_loss", L1_UNIT, "sum of d(t) + d(t + 1) - the mean d of the photo of t + 1", LOSS, STEP, add_aftermath, weigh_all, SUM)     \
+    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM)                                      \
+    X("clipped_psnr", "dB", "sum of d, clipped at 3 robust spreads from its epoch's median", PSNR, STEP, clip_epochs, weigh_all, SUM)      \
+    X("clipped_loss", L1_UNIT, "sum of d, clipped at 3 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
     X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)                      \
     X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
