@@ -24,7 +24,7 @@ static enum vw_status read_runs(struct vw_reproduction *reproduction) {
     for (uint32_t i = 0; i < reproduction->run_count && !status; i++) {
         status = vw_seed_run_open(reproduction->options->out, vw_reproduction_seed(reproduction, i), &reproduction->ledgers[i]);
         if (!status)
-            status = vw_scoring_make(reproduction->ledgers[i], reproduction->options->config.burn_in_epochs, &reproduction->scorings[i]);
+            status = vw_scoring_make(reproduction->ledgers[i], &reproduction->options->config, &reproduction->scorings[i]);
         reproduction->runs[i] = reproduction->scorings[i].input;
     }
     return status;

@@ -9,7 +9,6 @@
 #include "viewworth/memory.h"
 
 enum { CELL_WIDTH = 21 };
-static const char default_method[] = "dv_psnr"; // whose agreement is shown by epochs
 
 static const struct {
     enum vw_agreement_measure measure;
@@ -63,11 +62,11 @@ static void print_headings(size_t column_count) {
 }
 
 static void print_by_epochs(const struct vw_reproduction *reproduction) {
-    printf("\nof %s after fewer epochs\n%-6s  %13s", default_method, "epochs", "training rays");
+    printf("\nof %s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
     print_headings(2);
     for (uint32_t i = 0; i < reproduction->stop_count; i++) {
         const struct vw_reproduction_stop *stop = &reproduction->stops[i];
-        uint32_t method = find_method(stop, default_method);
+        uint32_t method = find_method(stop, vw_value_default_method);
         printf("%6u  %13" PRIu64, stop->epochs, stop->training_rays);
         if (method < stop->tables.count) print_row(reproduction, stop, method, 2);
         else putchar('\n');

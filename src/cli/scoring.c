@@ -2,8 +2,9 @@
 
 #include <stdlib.h>
 
-enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_scoring *scoring) {
-    *scoring = (struct vw_scoring){.input = {.burn_in_epochs = burn_in_epochs}};
+enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring) {
+    double beta1 = config->optimizer == VW_OPTIMIZER_SGD ? 0 : config->beta1; // which plain gradient descent does not use
+    *scoring = (struct vw_scoring){.input = {.burn_in_epochs = config->burn_in_epochs, .beta1 = beta1}};
     struct vw_value_input *input = &scoring->input;
     struct vw_step_record *records = NULL;
     struct vw_probe *probes = NULL;

@@ -4,6 +4,7 @@
 
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
+#include "viewworth/train.h"
 #include "viewworth/value.h"
 
 struct vw_scoring {
@@ -13,8 +14,8 @@ struct vw_scoring {
     struct vw_noise_floor noise_floor;
 };
 
-// Computes all scores anew from the ledger's steps and probes. Free it also after a failure.
-enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_scoring *scoring);
+// Computes all scores anew from the ledger's steps and probes; `config` is the run's. Free it also after a failure.
+enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);
 
 #endif

@@ -13,9 +13,8 @@
 #include "viewworth/memory.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
-static const char shown_method[] = "dv_psnr";
 
-// The scores of one method, best first.
+// The scores of vw_value_default_method, best first.
 struct ranking {
     const struct vw_ledger_score **scores; // owned array
     uint32_t count;
@@ -31,7 +30,7 @@ static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_
     ranking->scores = vw_allocate(score_count, sizeof *ranking->scores);
     if (!ranking->scores) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < score_count; i++)
-        if (strcmp(scores[i].method, shown_method) == 0) ranking->scores[ranking->count++] = &scores[i];
+        if (strcmp(scores[i].method, vw_value_default_method) == 0) ranking->scores[ranking->count++] = &scores[i];
     qsort(ranking->scores, ranking->count, sizeof *ranking->scores, compare_scores);
     return VW_OK;
 }
@@ -54,7 +53,7 @@ static void print_photo(const struct vw_scene *scene, const struct vw_ledger_sco
 static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
     uint32_t shown = count_shown(ranking);
     if (!shown) return;
-    printf("most valuable photos (%s, positive = helps, ± standard error)\n", shown_method);
+    printf("most valuable photos (%s, positive = helps, ± standard error)\n", vw_value_default_method);
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, ranking->scores[i]);
     printf("least valuable photos\n");
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, ranking->scores[ranking->count - 1 - i]);

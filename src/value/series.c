@@ -1,0 +1,109 @@
+#include "value/series.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/memory.h"
+
+static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record, uint32_t *image) {
+    const struct vw_ledger_image *found = vw_ledger_find_image(input->images, input->image_count, record->view);
+    if (!found)
+        return vw_fail(VW_ERROR_INPUT, "step %" PRIu64 ": trained on image %u, which the image table lacks; verify the ledger",
+                       record->step, record->view);
+    *image = (uint32_t)(found - input->images);
+    return VW_OK;
+}
+
+// Epochs are counted by where they change, so that there are never more of them than visits, whatever their numbers are.
+static void append(struct vw_series *series, const struct vw_visit *visit, uint32_t epoch, uint32_t *last_epoch) {
+    if (series->count == 0 || epoch != *last_epoch) series->epoch_count++;
+    *last_epoch = epoch;
+    series->visits[series->count] = *visit;
+    series->visits[series->count++].epoch = series->epoch_count - 1;
+}
+
+// How a step's delta is made, and what the next one starts from.
+struct reader {
+    const struct vw_measure *measure;
+    double sign, beta1;
+    enum vw_form form;
+    double *before;    // the measure that a delta is taken from: by image in the revisit form, else the first entry
+    double last_delta; // of the step before
+};
+
+// The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) + b d(t - 1). A step
+// without a value counts as not taken: skipped, it leaves the first moment as it is.
+static double undo_momentum(struct reader *reader, double delta) {
+    double credit = (delta - reader->beta1 * reader->last_delta) / (1 - reader->beta1);
+    reader->last_delta = delta;
+    return credit;
+}
+
+static double take_delta(struct reader *reader, const struct vw_step_record *record, uint32_t image) {
+    bool revisit = reader->form == VW_FORM_REVISIT, trained = record->view != VW_RECORD_UNTRAINED;
+    double after = vw_measure_of_record(reader->measure, record), *before = &reader->before[revisit ? image : 0];
+    double delta = reader->sign * (after - *before);
+    if (isfinite(after) && (trained || !revisit)) *before = after;
+    if (!isfinite(delta)) return NAN;
+    return reader->form == VW_FORM_DECONVOLVED ? undo_momentum(reader, delta) : delta;
+}
+
+static enum vw_status take_visits(const struct vw_value_input *input, struct reader *reader, struct vw_series *series) {
+    uint64_t taken = 0;
+    uint32_t last_epoch = 0;
+    for (uint64_t i = 0; i < input->record_count; i++) {
+        const struct vw_step_record *record = &input->records[i];
+        struct vw_step_probes probes = vw_step_probes_take(input, record->step, &taken);
+        bool trained = record->view != VW_RECORD_UNTRAINED;
+        struct vw_visit visit = {0};
+        enum vw_status status = trained ? find_image(input, record, &visit.image) : VW_OK;
+        if (status) return status;
+        visit.delta = take_delta(reader, record, visit.image);
+        if (!trained || record->epoch < input->burn_in_epochs) continue;
+        visit.sampling_variance = vw_step_sampling_variance(reader->measure, record, probes);
+        append(series, &visit, record->epoch, &last_epoch);
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign, enum vw_form form,
+                              struct vw_series *series) {
+    *series = (struct vw_series){.visits = vw_allocate(input->record_count, sizeof *series->visits)};
+    struct reader reader = {.measure = measure, .sign = sign, .beta1 = input->beta1, .form = form};
+    reader.before = vw_allocate((size_t)input->image_count + 1, sizeof *reader.before);
+    enum vw_status status = series->visits && reader.before ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i <= input->image_count; i++) reader.before[i] = NAN;
+    if (!status) status = take_visits(input, &reader, series);
+    free(reader.before);
+    return status;
+}
+
+void vw_series_free(struct vw_series *series) {
+    free(series->visits);
+    *series = (struct vw_series){0};
+}
+
+enum vw_status vw_series_sort_by_photo(struct vw_series *series, uint32_t image_count, uint64_t *starts) {
+    struct vw_visit *sorted = vw_allocate(series->count, sizeof *sorted);
+    uint64_t *next = vw_allocate(image_count, sizeof *next);
+    enum vw_status status = sorted && next ? VW_OK : VW_ERROR_MEMORY;
+    for (uint64_t i = 0; !status && i < series->count; i++) next[series->visits[i].image]++;
+    uint64_t start = 0;
+    for (uint32_t i = 0; !status && i < image_count; i++) {
+        starts[i] = start;
+        start += next[i];
+        next[i] = starts[i];
+    }
+    starts[image_count] = start;
+    for (uint64_t i = 0; !status && i < series->count; i++) sorted[next[series->visits[i].image]++] = series->visits[i];
+    free(next);
+    if (status) {
+        free(sorted);
+        return status;
+    }
+    free(series->visits);
+    series->visits = sorted;
+    return VW_OK;
+}
