@@ -27,6 +27,10 @@ static const struct vw_command commands[] = {
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
      "the scene as the training did.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
+    {"import-steps", "LOG.csv", "Value photos by the per-step log of any other trainer",
+     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order and among others: the photo that a step trained on, and the "
+     "validation after it. Step 0 is the untrained state. Leaves ledger.db and scores.csv in the --out folder.",
+     VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 };
 
 static void print_help(void) {

@@ -39,6 +39,7 @@ enum {
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
+    VW_OPTIONS_IMPORT = 1 << 16, // --out, which must be given, and what of the training bears on scores
 };
 
 struct vw_command {
