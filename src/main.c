@@ -38,7 +38,7 @@ static void print_help(void) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++) {
         char call[32];
         snprintf(call, sizeof call, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
-        printf("  %-16s %s\n", call, commands[i].summary);
+        printf("  %-20s %s\n", call, commands[i].summary);
     }
     printf("\nviewworth COMMAND --help says more; viewworth --version names the version.\n");
 }

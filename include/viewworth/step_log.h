@@ -21,6 +21,7 @@
 
 struct vw_step_log {
     struct vw_csv csv;              // the file, which the names point into
+    uint8_t sha256[32];             // of the file
     struct vw_step_record *records; // owned; from step 0 on (added, without values, where the log begins with 1); no pooled PSNR, no views
     uint32_t record_count;
     struct vw_ledger_image *images; // owned; the photos, all in split train, by name; image_id is the place here

@@ -2,7 +2,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "cli/commands.h"
@@ -10,14 +9,13 @@
 #include "cli/json_output.h"
 #include "cli/out_folder.h"
 #include "cli/scoring.h"
+#include "cli/utc.h"
 #include "viewworth/file.h"
 #include "viewworth/hash.h"
 #include "viewworth/log.h"
 #include "viewworth/report.h"
 #include "viewworth/step_log.h"
 #include "viewworth/tally.h"
-
-enum { UTC_BYTES = 21 }; // "2026-11-21T03:04:05Z"
 
 struct import {
     const struct vw_options *options;
@@ -29,13 +27,6 @@ struct import {
     struct vw_tally tally;
     uint64_t unvalidated; // steps with neither values nor a flag
 };
-
-static void format_utc_now(char text[UTC_BYTES]) {
-    time_t now = time(NULL);
-    struct tm parts;
-    gmtime_r(&now, &parts);
-    strftime(text, UTC_BYTES, "%Y-%m-%dT%H:%M:%SZ", &parts);
-}
 
 // ---- Reading ----------------------------------------------------------------------------------------------------------
 
@@ -90,18 +81,16 @@ static void close_import(struct import *import) {
 
 // The run is the log: its run_id is what sha256sum says of the file. The photos have no files here, only names.
 static enum vw_status create_ledger(struct import *import) {
-    uint8_t log_hash[32], names_hash[32];
-    char log_hex[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "", started_utc[UTC_BYTES];
+    uint8_t names_hash[32];
+    char log_hex[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "", started_utc[VW_UTC_BYTES];
     struct vw_hasher hasher;
-    enum vw_status status = vw_sha256_file(import->options->operand, log_hash);
-    if (status) return status;
     vw_hasher_begin(&hasher);
     for (uint32_t i = 0; i < import->log.image_count; i++) vw_hasher_add_text(&hasher, import->log.images[i].name);
     vw_hasher_end(&hasher, names_hash);
-    vw_hash_to_hex(log_hash, log_hex);
+    vw_hash_to_hex(import->log.sha256, log_hex);
     vw_hash_to_hex(names_hash, names_hex);
     memset(no_shaders, '0', sizeof no_shaders - 1);
-    format_utc_now(started_utc);
+    vw_utc_now(started_utc);
     const struct vw_ledger_run run = {
         .run_id = log_hex,
         .scene_hash = names_hex,
@@ -117,7 +106,7 @@ static enum vw_status create_ledger(struct import *import) {
         .effects_json = "[]",
     };
     bool existed = vw_folder_exists(import->options->out);
-    status = vw_folder_create(import->options->out);
+    enum vw_status status = vw_folder_create(import->options->out);
     if (!status) status = vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
     if (status && !existed) rmdir(import->options->out); // leaves it when something else came to be in it
     return status;
@@ -130,13 +119,12 @@ static enum vw_status print_result(const struct import *import, uint32_t score_c
     enum vw_status status = vw_ledger_get_run(import->ledger, &run);
     if (status) return status;
     if (import->options->json)
-        return vw_json_print(json_pack("{s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", run.run_id, "log",
-                                       run.scene_path, "photos", (json_int_t)import->log.image_count, "epochs",
-                                       (json_int_t)import->log.epochs, "steps", (json_int_t)import->tally.steps, "nonfinite",
-                                       (json_int_t)import->tally.nonfinite, "score_count", (json_int_t)score_count, "ledger",
-                                       import->ledger_path, "scores", import->scores_path, "val_psnr_start_db",
-                                       vw_json_real(import->tally.first_val_psnr_db), "val_psnr_end_db",
-                                       vw_json_real(import->tally.last_val_psnr_db), "head", head));
+        return vw_json_print(json_pack(
+            "{s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", run.run_id, "log", run.scene_path, "photos",
+            (json_int_t)import->log.image_count, "epochs", (json_int_t)import->log.epochs, "steps", (json_int_t)import->tally.steps,
+            "nonfinite", (json_int_t)import->tally.nonfinite, "score_count", (json_int_t)score_count, "ledger", import->ledger_path,
+            "scores", import->scores_path, "val_psnr_start_db", vw_json_real(import->tally.first_val_psnr_db), "val_psnr_end_db",
+            vw_json_real(import->tally.last_val_psnr_db), "head", head));
     printf("imported  %" PRIu64 " steps on %u photos in %u epochs\n", import->tally.steps, import->log.image_count, import->log.epochs);
     printf("validation PSNR  %.2f dB after the last step\n", import->tally.last_val_psnr_db);
     printf("ledger   %s\nscores   %s\n", import->ledger_path, import->scores_path);
@@ -144,37 +132,39 @@ static enum vw_status print_result(const struct import *import, uint32_t score_c
     return VW_OK;
 }
 
-// The table comes first: a run that the ledger calls finished has it.
-static enum vw_status conclude(struct import *import) {
-    struct vw_scoring scoring;
-    char finished_utc[UTC_BYTES];
-    enum vw_status status = vw_scoring_make(import->ledger, import->config.burn_in_epochs, &scoring);
+// The table comes before the end: a run that the ledger calls finished has it.
+static enum vw_status record(struct import *import, uint32_t *score_count) {
+    struct vw_scoring scoring = {0};
+    char finished_utc[VW_UTC_BYTES];
+    enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
+    if (!status) status = vw_scoring_make(import->ledger, import->config.burn_in_epochs, &scoring);
     if (!status)
-        status = vw_report_write_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
-                                     scoring.input.image_count);
-    format_utc_now(finished_utc);
+        status =
+            vw_report_write_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
+    vw_utc_now(finished_utc);
     if (!status) status = vw_ledger_finish(import->ledger, "finished", finished_utc, scoring.scores, scoring.score_count);
-    if (!status) status = print_result(import, scoring.score_count);
+    *score_count = scoring.score_count;
     vw_scoring_free(&scoring);
     return status;
 }
 
 static void mark_failed(struct import *import) {
-    char finished_utc[UTC_BYTES];
+    char finished_utc[VW_UTC_BYTES];
     struct vw_kept_error why = vw_error_keep();
-    format_utc_now(finished_utc);
+    vw_utc_now(finished_utc);
     if (vw_ledger_finish(import->ledger, "failed", finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
     vw_error_put_back(&why);
 }
 
 enum vw_status vw_command_import_steps(const struct vw_options *options) {
     struct import import = {.options = options};
+    uint32_t score_count = 0;
     enum vw_status status = open_import(&import);
     if (!status) warn(&import);
     if (!status) status = create_ledger(&import);
-    if (!status) status = vw_ledger_append(import.ledger, import.log.records, import.log.record_count, NULL);
-    if (!status) status = conclude(&import);
+    if (!status) status = record(&import, &score_count);
     if (status && import.ledger) mark_failed(&import);
+    if (!status) status = print_result(&import, score_count);
     close_import(&import);
     return status;
 }

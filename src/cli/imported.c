@@ -22,8 +22,8 @@ enum vw_status vw_imported_config_from_json(const char *json, struct vw_config *
     json_error_t error;
     json_t *object = json_loads(json, 0, &error);
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:F, s:I, s:I}", "beta1", &parsed.beta1, "burn_in_epochs",
-                                  &burn_in_epochs, "epochs", &epochs))
+    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:F, s:I, s:I}", "beta1", &parsed.beta1, "burn_in_epochs", &burn_in_epochs,
+                                  "epochs", &epochs))
         status = vw_fail(VW_ERROR_INPUT, "config of an imported run: %s", error.text);
     json_decref(object);
     parsed.burn_in_epochs = (uint32_t)burn_in_epochs;

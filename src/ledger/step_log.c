@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "viewworth/file.h"
+#include "viewworth/hash.h"
 #include "viewworth/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
@@ -27,9 +28,7 @@ struct reading {
 
 // ---- Fields -----------------------------------------------------------------------------------------------------------
 
-static const char *field_of(const struct reading *reading, enum column column) {
-    return reading->log->csv.fields[reading->places[column]];
-}
+static const char *field_of(const struct reading *reading, enum column column) { return reading->log->csv.fields[reading->places[column]]; }
 
 static enum vw_status refuse_field(const struct reading *reading, enum column column, const char *what) {
     const struct vw_csv *csv = &reading->log->csv;
@@ -95,11 +94,12 @@ static enum vw_status check_step(const struct reading *reading, uint64_t step, b
         return vw_fail(VW_ERROR_INPUT, "%s:%u: field step: the log begins with step %" PRIu64 "; give it from step 0 or 1 on", csv->path,
                        csv->line, step);
     if (step < next)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: field step: step %" PRIu64 " comes again or too late, after step %" PRIu64
-                                       "; sort the log and keep one row of each step",
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%u: field step: step %" PRIu64 " comes again or too late, after step %" PRIu64
+                       "; sort the log and keep one row of each step",
                        csv->path, csv->line, step, next - 1);
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64
-                                   "; give every step: a change is credited to one photo",
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64 "; give every step: a change is credited to one photo",
                    csv->path, csv->line, step, next - 1);
 }
 
@@ -207,6 +207,7 @@ enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log) {
     *log = (struct vw_step_log){0};
     struct reading reading = {.log = log};
     enum vw_status status = vw_csv_open(path, FILE_LIMIT_BYTES, &log->csv);
+    if (!status) vw_sha256(log->csv.text, log->csv.size_bytes, log->sha256);
     if (!status) status = read_rows(&reading);
     if (!status) status = number_photos(&reading);
     free(reading.photos);
