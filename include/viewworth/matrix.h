@@ -7,7 +7,8 @@
 
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
-#include "viewworth/value.h"
+
+struct vw_value_input; // value.h
 
 // Rows are train photos, columns validation views, both in image order; entry (photo, view) is at photo * view_count + view. Owned arrays.
 struct vw_matrix {

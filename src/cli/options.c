@@ -82,6 +82,8 @@ static const struct option_row rows[] = {
     {"profile", NULL, "also time every pass, and say what it does with the device", VW_OPTIONS_TRAINING, FLAG, FIELD(profile)},
     {"noise-floor", NULL, "also probe the measurement: repeated validation, steps of learning rate 0, redrawn pixels", VW_OPTIONS_VALUE,
      FLAG, FIELD(config.noise_floor)},
+    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth", VW_OPTIONS_VALUE, TEXT,
+     FIELD(payout)},
     {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT | VW_OPTIONS_IMPORT, TEXT,
      FIELD(out)},
     {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,

@@ -9,7 +9,9 @@
 #include "cli/commands.h"
 #include "cli/json_output.h"
 #include "cli/scoring.h"
+#include "cli/sharing.h"
 #include "cli/training_run.h"
+#include "cli/validation_report.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
 
@@ -20,6 +22,12 @@ static const char shown_method[] = "dv_psnr";
 struct ranking {
     const struct vw_ledger_score **scores; // owned array
     uint32_t count;
+};
+
+// What the scores say beyond themselves.
+struct findings {
+    struct vw_sharing sharing;
+    struct vw_validation_report validation;
 };
 
 static int compare_scores(const void *left, const void *right) {
@@ -74,12 +82,15 @@ static void print_head(const struct vw_ledger *ledger) {
     printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
 }
 
-static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                       const struct findings *findings) {
     print_ranking(run->scene, ranking);
+    vw_sharing_print(&findings->sharing);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
            run->tally.last_val_psnr_db, run->tally.steps);
+    vw_validation_report_print(&findings->validation);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);
     print_head(run->ledger);
     vw_profile_print(&run->profile);
@@ -111,13 +122,15 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
                      vw_json_real(floor->redraw_l1));
 }
 
-static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                                 const struct findings *findings) {
     json_t *root = vw_training_to_json(run);
     json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
                                vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
                                "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "most_valuable",
                                photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
-    bool failed = !root || json_object_update(root, values);
+    bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
+                  !vw_validation_report_add_json(&findings->validation, root);
     json_decref(values);
     if (!failed) return vw_json_print(root);
     json_decref(root);
@@ -128,11 +141,16 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
     struct ranking ranking = {0};
+    struct findings findings = {0};
     enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
     if (!status) status = vw_training_finish(run, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
-    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);
-    else if (!status) print_text(run, &ranking, &scoring.noise_floor);
+    if (!status) status = vw_sharing_make(run, &scoring, shown_method, &findings.sharing);
+    if (!status) status = vw_validation_report_make(run, &scoring, &findings.validation);
+    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor, &findings);
+    else if (!status) print_text(run, &ranking, &scoring.noise_floor, &findings);
+    vw_validation_report_free(&findings.validation);
+    vw_sharing_free(&findings.sharing);
     free(ranking.scores);
     vw_scoring_free(&scoring);
     return status;
@@ -145,6 +163,7 @@ enum vw_status vw_command_value(const struct vw_options *options) {
                        config->burn_in_epochs);
     struct vw_training_run run;
     enum vw_status status = vw_training_open(options, true, &run);
+    if (!status) status = vw_sharing_check(options, run.scene);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = conclude(&run);
     vw_training_close(&run);

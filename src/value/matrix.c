@@ -7,7 +7,7 @@
 #include "ledger/find_image.h"
 #include "viewworth/memory.h"
 #include "viewworth/psnr.h"
-#include "viewworth/statistics.h"
+#include "viewworth/value.h"
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
 
@@ -56,31 +56,25 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     summing->step = step;
 }
 
-// Numbers the rows and columns. Without a row in table view there are no columns.
-static void number_images(struct summing *summing, bool has_views) {
+static void number_images(struct summing *summing) {
     const struct vw_value_input *input = summing->input;
     struct vw_matrix *matrix = summing->matrix;
     for (uint32_t i = 0; i < input->image_count; i++) {
-        bool photo = strcmp(input->images[i].split, "train") == 0, view = has_views && strcmp(input->images[i].split, "val") == 0;
+        bool photo = strcmp(input->images[i].split, "train") == 0, view = strcmp(input->images[i].split, "val") == 0;
         summing->places[i] = photo ? matrix->photo_count : view ? matrix->view_count : (uint32_t)NOT_IN_MATRIX;
         if (photo) matrix->photos[matrix->photo_count++] = input->images[i].image_id;
         if (view) matrix->views[matrix->view_count++] = input->images[i].image_id;
     }
 }
 
-static void note_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
-    (void)step, (void)image_id, (void)error;
-    *(bool *)context = true;
-}
-
-static enum vw_status allocate(struct summing *summing, bool has_views) {
+static enum vw_status allocate(struct summing *summing) {
     struct vw_matrix *matrix = summing->matrix;
     uint32_t image_count = summing->input->image_count;
     matrix->photos = vw_allocate(image_count, sizeof *matrix->photos);
     matrix->views = vw_allocate(image_count, sizeof *matrix->views);
     summing->places = vw_allocate(image_count, sizeof *summing->places);
     if (!matrix->photos || !matrix->views || !summing->places) return VW_ERROR_MEMORY;
-    number_images(summing, has_views);
+    number_images(summing);
     matrix->psnr = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->psnr);
     matrix->l1 = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->l1);
     matrix->end_psnr = summing->last_psnr = vw_allocate(matrix->view_count, sizeof *summing->last_psnr);
@@ -90,13 +84,19 @@ static enum vw_status allocate(struct summing *summing, bool has_views) {
     return VW_OK;
 }
 
+// Whether table view had any rows.
+static bool has_values(const struct vw_matrix *matrix) {
+    bool some = false;
+    for (uint32_t v = 0; v < matrix->view_count; v++) some = some || !isnan(matrix->end_psnr[v]);
+    return some;
+}
+
 enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_input *input, struct vw_matrix *matrix) {
     *matrix = (struct vw_matrix){0};
     struct summing summing = {.input = input, .matrix = matrix};
-    bool has_views = false;
-    enum vw_status status = vw_ledger_each_view(ledger, note_view, &has_views);
-    if (!status) status = allocate(&summing, has_views);
-    if (!status && has_views) status = vw_ledger_each_view(ledger, take_view, &summing);
+    enum vw_status status = allocate(&summing);
+    if (!status) status = vw_ledger_each_view(ledger, take_view, &summing);
+    if (!status && !has_values(matrix)) matrix->view_count = 0;
     free(summing.places);
     free(summing.last_l1);
     return status;
