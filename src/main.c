@@ -17,7 +17,7 @@ static const struct vw_command commands[] = {
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
      "Leaves ledger.db (every step and score), scores.csv, matrix.csv (photo by validation photo), field.vwf and checkpoints in the --out "
      "folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos show the same. Positive scores "
-     "help. With --resume on a finished run all tables are made again.",
+     "help. With --resume on a finished run all tables but scores.csv are made again.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
      "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
