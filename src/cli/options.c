@@ -58,7 +58,8 @@ static const struct option_row rows[] = {
     {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1, .most = 64},
     {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_SEED},
     {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
-    {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, COUNT, FIELD(config.burn_in_epochs)},
+    {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, COUNT,
+     FIELD(config.burn_in_epochs)},
     {"rays", "N", "training rays per step", VW_OPTIONS_TRAINING, COUNT, FIELD(config.rays)},
     {"samples", "N", "samples per ray", VW_OPTIONS_TRAINING, COUNT, FIELD(config.samples)},
     {"val-rays", "N", "validation rays in total, at least 32 per validation photo", VW_OPTIONS_TRAINING, COUNT, FIELD(config.val_rays)},
@@ -67,7 +68,8 @@ static const struct option_row rows[] = {
     {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer), .kind = KIND_CHOICE,
      .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
     {"lr", "X", "learning rate", VW_OPTIONS_TRAINING, REAL, FIELD(config.learning_rate)},
-    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, REAL, FIELD(config.beta1)},
+    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, REAL,
+     FIELD(config.beta1)},
     {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
      FIELD(config.effects), .kind = KIND_EFFECTS},
     {"background", "NAME", "what transparent training pixels stand on: the scene's colour, or one drawn per ray and step",
@@ -262,7 +264,7 @@ static void print_option(const struct option_row *row, const struct vw_options *
 void vw_options_print_help(const struct vw_command *command) {
     struct vw_options options = defaults;
     options.config = vw_config_default;
-    const char *operand = command->operand ? command->operand : "", 
+    const char *operand = command->operand ? command->operand : "",
                *out = command->options & (VW_OPTIONS_OUT | VW_OPTIONS_IMPORT) ? " --out FOLDER" : "";
     printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out, command->summary);
     if (command->details) printf("%s\n", command->details);

@@ -22,8 +22,8 @@ enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
 
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device) {
     if (vw_is_imported(&run->row))
-        return vw_fail(VW_ERROR_USAGE, "%s: was imported from %s: there is no scene to open and no field; only its log and scores are known",
-                       run->ledger_path, run->row.scene_path);
+        return vw_fail(VW_ERROR_USAGE, "%s: was imported from %s: it has steps and scores, but no scene and no field", run->ledger_path,
+                       run->row.scene_path);
     enum vw_status status = vw_open_gpu(device, false, &run->gpu);
     if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
     if (status) return status;
