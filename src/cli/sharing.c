@@ -22,7 +22,7 @@ static bool has_providers(const struct vw_scene *scene) {
     return false;
 }
 
-enum vw_status vw_sharing_check(const struct vw_options *options, const struct vw_scene *scene) {
+enum vw_status vw_sharing_check_options(const struct vw_options *options) {
     uint64_t cents;
     if (!options->payout) return VW_OK;
     if (!vw_payout_parse(options->payout, &cents))
@@ -30,7 +30,11 @@ enum vw_status vw_sharing_check(const struct vw_options *options, const struct v
                        (double)VW_PAYOUT_CENTS_MAX / 100, options->payout);
     if (options->config.epochs <= options->config.burn_in_epochs)
         return vw_fail(VW_ERROR_USAGE, "--payout: there will be no scores to pay by; take more --epochs than --burn-in");
-    if (!has_providers(scene))
+    return VW_OK;
+}
+
+enum vw_status vw_sharing_check_scene(const struct vw_options *options, const struct vw_scene *scene) {
+    if (options->payout && !has_providers(scene))
         return vw_fail(VW_ERROR_USAGE, "--payout: no photo to train on has a provider; name them by --providers FILE.csv");
     return VW_OK;
 }

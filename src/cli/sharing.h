@@ -25,8 +25,10 @@ struct vw_sharing {
     char *providers_path, *payout_path, *duplicates_path; // owned
 };
 
-// Before any step: whether --payout is an amount and there is somebody to be paid. VW_ERROR_USAGE.
-enum vw_status vw_sharing_check(const struct vw_options *options, const struct vw_scene *scene);
+// Before any step: whether --payout is an amount that there will be scores to pay by, and whether there is somebody to be paid.
+// VW_ERROR_USAGE.
+enum vw_status vw_sharing_check_options(const struct vw_options *options);
+enum vw_status vw_sharing_check_scene(const struct vw_options *options, const struct vw_scene *scene);
 // Works everything out by the scores of `method`, and writes providers.csv, payout.csv and duplicates.csv where there is something to
 // write. A payout.csv that new steps have made out of date is removed. Warns of what is wrong. Free it also after a failure.
 enum vw_status vw_sharing_make(const struct vw_training_run *run, const struct vw_scoring *scoring, const char *method,

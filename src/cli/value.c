@@ -158,12 +158,14 @@ static enum vw_status conclude(struct vw_training_run *run) {
 
 enum vw_status vw_command_value(const struct vw_options *options) {
     const struct vw_config *config = &options->config;
+    enum vw_status status = vw_sharing_check_options(options);
+    if (status) return status;
     if (config->epochs <= config->burn_in_epochs)
         vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", config->epochs,
                        config->burn_in_epochs);
     struct vw_training_run run;
-    enum vw_status status = vw_training_open(options, true, &run);
-    if (!status) status = vw_sharing_check(options, run.scene);
+    status = vw_training_open(options, true, &run);
+    if (!status) status = vw_sharing_check_scene(options, run.scene);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = conclude(&run);
     vw_training_close(&run);

@@ -6,7 +6,7 @@
 #include "viewworth/memory.h"
 #include "viewworth/statistics.h"
 
-static const double RATIO_MOST = 3;
+static const double RATIO_MOST = 4;
 static const double BETWEEN_LEAST = 0.02; // of the median distance to the box's centre
 static const double ANGLE_LEAST = 10 * M_PI / 180;
 

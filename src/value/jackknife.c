@@ -49,24 +49,25 @@ static enum vw_status judge_columns(const struct vw_matrix *matrix, struct vw_vi
     return status;
 }
 
-// How far below the others a value may lie: 4 robust spreads, and `gap` at least. -INFINITY where that cannot be said.
-static double lower_limit(double *values, uint32_t count, double gap) {
+// How far below the others a value may lie: 4 robust spreads, and `gap` at least. -INFINITY where that cannot be said. `*middle` is the
+// median.
+static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
     for (uint32_t i = 0; i < count; i++)
-        if (isnan(values[i])) return -INFINITY;
-    double middle = vw_median(values, count);
-    return middle - fmax(SPREADS * vw_robust_spread(values, count), gap);
+        if (isnan(values[i])) return *middle = -INFINITY;
+    *middle = vw_median(values, count);
+    return *middle - fmax(SPREADS * vw_robust_spread(values, count), gap);
 }
 
 static enum vw_status judge_oddities(uint32_t count, struct vw_view_evidence *views) {
     double *values = vw_allocate(count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < count; v++) values[v] = views[v].agreement;
-    double least_agreement = fmin(lower_limit(values, count, AGREEMENT_GAP), AGREEMENT_MOST);
+    double middle, least_agreement = fmin(lower_limit(values, count, AGREEMENT_GAP, &middle), AGREEMENT_MOST);
     for (uint32_t v = 0; v < count; v++) values[v] = views[v].end_psnr;
-    double least_psnr = lower_limit(values, count, PSNR_GAP_DB);
+    double least_psnr = lower_limit(values, count, PSNR_GAP_DB, &middle);
     free(values);
     for (uint32_t v = 0; v < count; v++) {
-        views[v].disagrees = views[v].agreement < least_agreement;
+        views[v].disagrees = views[v].agreement < least_agreement && views[v].end_psnr < middle;
         views[v].stays_low = views[v].end_psnr < least_psnr;
     }
     return VW_OK;

@@ -63,9 +63,9 @@ check "importing again leaves the same rows" bash -c "'$program' import-steps '$
 check "they are the same" same_rows imported again
 check "--burn-in is heard" bash -c "'$program' import-steps '$log' --out '$folder/late' --burn-in 3 >/dev/null"
 check "visits say so" test "$(query late "SELECT DISTINCT visits FROM score WHERE method = 'dv_psnr'")" = 1
-check "--json tells the same" bash -c "'$program' import-steps '$log' --out '$folder/json' --json |
+check "--json tells the same" bash -c "'$program' import-steps '$log' --out '$folder/json' --json >'$folder/answer.json' &&
     sqlite3 :memory: \"SELECT j ->> '\$.steps' = 48 AND j ->> '\$.photos' = 12 AND j ->> '\$.epochs' = 4 AND j ->> '\$.nonfinite' = 0
-        AND length(j ->> '\$.head') = 64 FROM (SELECT CAST(readfile('/dev/stdin') AS TEXT) AS j)\" | grep -qx 1"
+        AND length(j ->> '\$.head') = 64 FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
 check "a log may come through a pipe" bash -c "cat '$log' | '$program' import-steps /dev/stdin --out '$folder/piped' >/dev/null"
 check "it is the same run" test "$(query piped 'SELECT run_id FROM run')" = "$(query imported 'SELECT run_id FROM run')"
 check "too few epochs warn" bash -c "'$program' import-steps '$log' --out '$folder/none' --burn-in 9 2>&1 >/dev/null |
@@ -78,7 +78,7 @@ check "verify finds it intact and says what it cannot check" prints '^it was imp
 check "verify --expect knows its head" prints 'is intact' "$program" verify "$folder/imported" --expect "$head"
 check "verify --replay is refused" fails 2 'was imported from' verify "$folder/imported" --replay 3 --quiet
 check "render is refused" fails 2 'was imported from' render "$folder/imported" --quiet
-check "value --resume does not go on with it" fails 2 'other photos' value "$root/scenes/clean.json" --out "$folder/imported" --resume \
+check "value --resume does not go on with it" fails 2 'another scene' value "$root/scenes/clean.json" --out "$folder/imported" --resume \
     "${tiny[@]}"
 query again "UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 7"
 check "verify finds an edited step" fails 1 'step 7 was edited' verify "$folder/again"
