@@ -17,8 +17,9 @@ struct vw_view_distance {
 };
 
 // The distance of two views is the larger of two ratios: of the distance between their positions to the median over the training views of
-// that to the nearest one, and of the angle between their axes likewise. These medians count as at least 2 % of the median distance to the
-// box's centre, and as 10 degrees: nearer views see the same, however dense the others lie.
+// that to the nearest one that is no copy (farther than 2 % and 2 degrees), and of the angle between their axes likewise. These medians
+// count as at least 2 % of the median distance to the box's centre, and as 10 degrees: nearer views see the same, however dense the others
+// lie.
 // `*distances`, one per validation view in scene order, is owned by the caller (free). With fewer than two training views there are none.
 enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances, uint32_t *count);
 

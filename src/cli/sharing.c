@@ -94,19 +94,23 @@ static enum vw_status make_duplicates(const struct vw_training_run *run, const s
     return status;
 }
 
-static void warn_of_group(const struct vw_duplicate_score *first) {
-    if (first->provider_count > 1)
-        vw_log_warning("%s and its near-duplicates are of %u providers: a copy shares its original's credit; pay for one of them",
-                       first->image->name, first->provider_count);
-    if (first->validation_count > 0)
-        vw_log_warning("%s is one of a group of near-duplicates that train and validate: they score high by being known; exclude one side",
-                       first->image->name);
-}
-
+// One line each, however many groups there are.
 static void warn(const struct vw_sharing *sharing) {
-    const struct vw_duplicate_score *rows = sharing->duplicates;
-    for (uint32_t i = 0; i < sharing->duplicate_count; i++)
-        if (i == 0 || rows[i].group != rows[i - 1].group) warn_of_group(&rows[i]);
+    const struct vw_duplicate_score *rows = sharing->duplicates, *shared = NULL, *leaked = NULL;
+    uint32_t shared_count = 0, leaked_count = 0;
+    for (uint32_t i = sharing->duplicate_count; i-- > 0;) {
+        if (i > 0 && rows[i].group == rows[i - 1].group) continue; // not the first of its group
+        if (rows[i].provider_count > 1) shared = &rows[i], shared_count++;
+        if (rows[i].validation_count > 0) leaked = &rows[i], leaked_count++;
+    }
+    if (shared)
+        vw_log_warning("%u groups of near-duplicates are of several providers, the first that of %s: a copy shares its original's credit; "
+                       "pay for one photo of each, and value the rest without the others",
+                       shared_count, shared->image->name);
+    if (leaked)
+        vw_log_warning("%u groups of near-duplicates both train and validate, the first that of %s: what trains there scores high by being "
+                       "known; exclude one side",
+                       leaked_count, leaked->image->name);
     if (sharing->nobody_helped) vw_log_warning("--payout: no provider's sum is positive, so that all share equally");
 }
 

@@ -9,6 +9,7 @@
 static const double RATIO_MOST = 4;
 static const double BETWEEN_LEAST = 0.02; // of the median distance to the box's centre
 static const double ANGLE_LEAST = 10 * M_PI / 180;
+static const double SAME_ANGLE = 2 * M_PI / 180;
 
 static double between(const struct vw_view *a, const struct vw_view *b) {
     double squares = 0;
@@ -25,9 +26,9 @@ static double angle(const struct vw_view *a, const struct vw_view *b) {
     return acos(fmin(fmax(cosine, -1), 1));
 }
 
-// What counts as 1 of each.
+// What counts as 1 of each, and how near in place another view of the same direction is but a copy.
 struct scales {
-    double between_world, angle;
+    double between_world, angle, copy_world;
 };
 
 static double distance(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
@@ -35,14 +36,18 @@ static double distance(const struct scales *scales, const struct vw_view *a, con
     return fmax(by_place, angle(a, b) / scales->angle);
 }
 
-// The training view nearest to `view`, itself left out; NULL when there is none.
+static bool is_copy(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
+    return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
+}
+
+// The training view nearest to `view`, itself left out, and its copies when it trains too; NULL when there is none.
 static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales, const struct vw_view *view,
                                           double *least) {
     const struct vw_view *nearest = NULL;
     *least = INFINITY;
     for (uint32_t i = 0; i < scene->view_count; i++) {
         const struct vw_view *other = &scene->views[i];
-        if (other->split != VW_SPLIT_TRAIN || other == view) continue;
+        if (other->split != VW_SPLIT_TRAIN || other == view || is_copy(scales, view, other)) continue;
         double apart = distance(scales, view, other);
         if (nearest && !(apart < *least)) continue;
         nearest = other;
@@ -55,8 +60,8 @@ static const struct vw_view *find_nearest(const struct vw_scene *scene, const st
 static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->view_count; i++)
-        if (scene->views[i].split == VW_SPLIT_TRAIN) (void)find_nearest(scene, scales, &scene->views[i], &values[count++]);
-    return vw_median(values, count);
+        if (scene->views[i].split == VW_SPLIT_TRAIN && find_nearest(scene, scales, &scene->views[i], &values[count])) count++;
+    return count ? vw_median(values, count) : 0;
 }
 
 static double median_to_centre(const struct vw_scene *scene, double *values) {
@@ -71,10 +76,10 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
 }
 
 static struct scales find_scales(const struct vw_scene *scene, double *values) {
-    const struct scales by_place = {1, INFINITY}, by_angle = {INFINITY, 1}; // one of the two alone
-    double between_least = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
-    return (struct scales){fmax(median_to_nearest(scene, &by_place, values), between_least),
-                           fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST)};
+    double least_world = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
+    const struct scales by_place = {1, INFINITY, least_world}, by_angle = {INFINITY, 1, least_world}; // one of the two alone
+    return (struct scales){fmax(median_to_nearest(scene, &by_place, values), least_world),
+                           fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
 }
 
 enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances, uint32_t *count) {

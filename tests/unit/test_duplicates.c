@@ -215,6 +215,10 @@ static void far_validation_views_are_told(void **state) {
     assert_true(distances[0].between_world > 1.5 && distances[0].angle_deg < 25);
     free(distances);
 
+    for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther
+    distances = measure(scene, &count);
+    assert_false(distances[2].far || distances[3].far);
+    free(distances);
     for (uint32_t i = 0; i < TRAIN; i++) copy_photo(scene, 0, i); // all in one place: the scales have a floor
     distances = measure(scene, &count);
     for (uint32_t i = 0; i < count; i++) assert_true(isfinite(distances[i].ratio));
