@@ -207,12 +207,12 @@ static void far_validation_views_are_told(void **state) {
         assert_false(distances[i].far); // one and two steps of the orbit
     }
     free(distances);
-    scene->views[TRAIN].camera_to_world[2][3] += 2; // 35 degrees up, as seen from the middle
-    turn(&scene->views[TRAIN + 1], 60);             // the same place, but another direction
+    scene->views[TRAIN].camera_to_world[2][3] += 3; // 45 degrees up, as seen from the middle
+    turn(&scene->views[TRAIN + 1], 180);            // the same place, but looking outward
     scene->views[TRAIN + 2].camera_to_world[2][3] += 0.2;
     distances = measure(scene, &count);
     assert_true(distances[0].far && distances[1].far && !distances[2].far && !distances[3].far);
-    assert_true(distances[0].between_world > 1.5 && distances[0].angle_deg < 25);
+    assert_true(distances[0].between_world > 2.5 && distances[0].angle_deg > 40); // of the training view that is nearest in both
     free(distances);
 
     for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther
