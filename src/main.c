@@ -15,7 +15,9 @@ static const struct vw_command commands[] = {
      "(.json).",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
-     "Leaves ledger.db (every step and score), scores.csv, field.vwf and checkpoints in the --out folder. Positive scores help.",
+     "Leaves ledger.db (every step and score), scores.csv, matrix.csv (photo by validation photo), field.vwf and checkpoints in the --out "
+     "folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos show the same. Positive scores "
+     "help. With --resume on a finished run all tables but scores.csv are made again.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
      "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
@@ -34,6 +36,10 @@ static const struct vw_command commands[] = {
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
      "the scene as the training did.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
+    {"import-steps", "LOG.csv", "Value photos by the per-step log of any other trainer",
+     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order and among others: the photo that a step trained on, and the "
+     "validation after it. Step 0 is the untrained state. Leaves ledger.db and scores.csv in the --out folder.",
+     VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 };
 
 static void print_help(void) {
@@ -41,7 +47,7 @@ static void print_help(void) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++) {
         char call[32];
         snprintf(call, sizeof call, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
-        printf("  %-16s %s\n", call, commands[i].summary);
+        printf("  %-20s %s\n", call, commands[i].summary);
     }
     printf("\nviewworth COMMAND --help says more; viewworth --version names the version.\n");
 }

@@ -97,5 +97,8 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
 // strings as above.
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
+// Calls `take` with every row of table view, by step and image, without keeping them: there is one per step and validation view.
+typedef void vw_ledger_view_taker(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error);
+enum vw_status vw_ledger_each_view(struct vw_ledger *ledger, vw_ledger_view_taker *take, void *context);
 
 #endif

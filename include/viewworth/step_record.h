@@ -38,7 +38,7 @@ struct vw_step_record {
     uint64_t clamped_count;            // gradient contributions clamped to the fixed-point range in this step
     uint32_t floored_views;            // validation views whose MSE fell below the floor and counts as 100 dB
     double val_psnr;                   // dB, mean over validation views of the per-view PSNR, MSE floored at 1e-10 (100 dB)
-    double val_psnr_pooled;            // dB, of the MSE over all validation pixels
+    double val_psnr_pooled;            // dB, of the MSE over all validation pixels; NaN without `views`: not measured (imported steps)
     double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid for the call that passes it
     uint32_t view_count;

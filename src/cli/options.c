@@ -59,7 +59,8 @@ static const struct option_row rows[] = {
     {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1, .most = 64},
     {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_SEED},
     {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
-    {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING, COUNT, FIELD(config.burn_in_epochs)},
+    {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, COUNT,
+     FIELD(config.burn_in_epochs)},
     {"rays", "N", "training rays per step", VW_OPTIONS_TRAINING, COUNT, FIELD(config.rays)},
     {"samples", "N", "samples per ray", VW_OPTIONS_TRAINING, COUNT, FIELD(config.samples)},
     {"val-rays", "N", "validation rays in total, at least 32 per validation photo", VW_OPTIONS_TRAINING, COUNT, FIELD(config.val_rays)},
@@ -68,7 +69,8 @@ static const struct option_row rows[] = {
     {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer), .kind = KIND_CHOICE,
      .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
     {"lr", "X", "learning rate", VW_OPTIONS_TRAINING, REAL, FIELD(config.learning_rate)},
-    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING, REAL, FIELD(config.beta1)},
+    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, REAL,
+     FIELD(config.beta1)},
     {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
      FIELD(config.effects), .kind = KIND_EFFECTS},
     {"background", "NAME", "what transparent training pixels stand on: the scene's colour, or one drawn per ray and step",
@@ -83,7 +85,10 @@ static const struct option_row rows[] = {
     {"profile", NULL, "also time every pass, and say what it does with the device", VW_OPTIONS_TRAINING, FLAG, FIELD(profile)},
     {"noise-floor", NULL, "also probe the measurement: repeated validation, steps of learning rate 0, redrawn pixels", VW_OPTIONS_VALUE,
      FLAG, FIELD(config.noise_floor)},
-    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
+    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth", VW_OPTIONS_VALUE, TEXT,
+     FIELD(payout)},
+    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT | VW_OPTIONS_IMPORT, TEXT,
+     FIELD(out)},
     {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,
      FIELD(resume)},
     {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 50},
@@ -212,7 +217,7 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
         return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
                        command->name);
     if (wanted) options->operand = operands[0];
-    if ((command->options & VW_OPTIONS_OUT) && (!options->out || !*options->out))
+    if ((command->options & (VW_OPTIONS_OUT | VW_OPTIONS_IMPORT)) && (!options->out || !*options->out))
         return vw_fail(VW_ERROR_USAGE, "%s: --out is missing; name the folder for the results", command->name);
     return VW_OK;
 }
@@ -263,7 +268,8 @@ static void print_option(const struct option_row *row, const struct vw_options *
 void vw_options_print_help(const struct vw_command *command) {
     struct vw_options options = defaults;
     options.config = vw_config_default;
-    const char *operand = command->operand ? command->operand : "", *out = command->options & VW_OPTIONS_OUT ? " --out FOLDER" : "";
+    const char *operand = command->operand ? command->operand : "",
+               *out = command->options & (VW_OPTIONS_OUT | VW_OPTIONS_IMPORT) ? " --out FOLDER" : "";
     printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out, command->summary);
     if (command->details) printf("%s\n", command->details);
     printf("\noptions, with defaults in parentheses:\n");

@@ -21,6 +21,7 @@ struct vw_options {
     const char *out;
     bool resume, profile, measure;
     uint32_t seeds; // runs to compare
+    const char *payout;
     const char *expect;
     uint32_t replay_steps;
     const char *view;
@@ -41,6 +42,7 @@ enum {
     VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
     VW_OPTIONS_REPRODUCE = 1024,
+    VW_OPTIONS_IMPORT = 2048, // --out, which must be given, and what of the training bears on scores
 };
 
 struct vw_command {

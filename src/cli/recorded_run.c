@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cli/effects_table.h"
+#include "cli/imported.h"
 #include "cli/open.h"
 #include "viewworth/file.h"
 
@@ -13,12 +14,16 @@ enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     enum vw_status status = vw_ledger_open(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
     if (status) return status;
-    status = vw_config_from_json(run->row.config_json, &run->config);
+    status = vw_is_imported(&run->row) ? vw_imported_config_from_json(run->row.config_json, &run->config)
+                                       : vw_config_from_json(run->row.config_json, &run->config);
     if (!status) status = vw_effects_from_json(run->row.effects_json, run->effects, &run->effect_count);
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device) {
+    if (vw_is_imported(&run->row))
+        return vw_fail(VW_ERROR_USAGE, "%s: was imported from %s: it has steps and scores, but no scene and no field", run->ledger_path,
+                       run->row.scene_path);
     enum vw_status status = vw_open_gpu(device, false, &run->gpu);
     if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
     if (status) return status;

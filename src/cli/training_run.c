@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "cli/effects_table.h"
@@ -14,19 +13,12 @@
 #include "cli/out_folder.h"
 #include "cli/resume.h"
 #include "cli/run_row.h"
+#include "cli/scoring.h"
+#include "cli/utc.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
 #include "viewworth/report.h"
-
-enum { UTC_BYTES = 21 }; // "2026-11-21T03:04:05Z"
-
-static void format_utc_now(char text[UTC_BYTES]) {
-    time_t now = time(NULL);
-    struct tm parts;
-    gmtime_r(&now, &parts);
-    strftime(text, UTC_BYTES, "%Y-%m-%dT%H:%M:%SZ", &parts);
-}
 
 // ---- Opening ----------------------------------------------------------------------------------------------------------
 
@@ -134,11 +126,11 @@ static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger
 
 static enum vw_status write_first_rows(struct vw_training_run *run, const struct vw_ledger_image *images) {
     struct vw_run_row first;
-    char started_utc[UTC_BYTES];
+    char started_utc[VW_UTC_BYTES];
     char *scene_options_json = vw_scene_options_to_json(run->options);
     enum vw_status status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->options->config, &first);
     if (!status && !scene_options_json) status = VW_ERROR_MEMORY;
-    format_utc_now(started_utc);
+    vw_utc_now(started_utc);
     first.row.started_utc = started_utc;
     first.row.scene_options_json = scene_options_json;
     if (!status) status = vw_ledger_create(run->ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
@@ -166,8 +158,8 @@ static void finish_early(struct vw_training_run *run, enum vw_status status) {
     struct vw_ledger_run row;
     struct vw_kept_error why = vw_error_keep();
     if (!vw_ledger_get_run(run->ledger, &row) && strcmp(row.status, "running") == 0 && status != VW_ERROR_MISMATCH) {
-        char finished_utc[UTC_BYTES];
-        format_utc_now(finished_utc);
+        char finished_utc[VW_UTC_BYTES];
+        vw_utc_now(finished_utc);
         const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
         struct vw_scoring scoring; // the scores so far, or none
         (void)vw_scoring_make(run->ledger, &run->options->config, &scoring);
@@ -272,8 +264,8 @@ static void say_oddities(const struct vw_tally *tally) {
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count) {
     if (run->complete) return VW_OK;
-    char finished_utc[UTC_BYTES];
-    format_utc_now(finished_utc);
+    char finished_utc[VW_UTC_BYTES];
+    vw_utc_now(finished_utc);
     enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
     if (!status && images) status = vw_report_write_csv(run->scores_path, scores, score_count, images, image_count);
     if (!status) status = vw_ledger_finish(run->ledger, "finished", finished_utc, scores, score_count);

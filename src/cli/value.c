@@ -8,7 +8,10 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
+#include "cli/scoring.h"
+#include "cli/sharing.h"
 #include "cli/training_run.h"
+#include "cli/validation_report.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
 
@@ -18,6 +21,12 @@ enum { SHOWN_AT_EACH_END = 5 };
 struct ranking {
     const struct vw_ledger_score **scores; // owned array
     uint32_t count;
+};
+
+// What the scores say beyond themselves.
+struct findings {
+    struct vw_sharing sharing;
+    struct vw_validation_report validation;
 };
 
 static int compare_scores(const void *left, const void *right) {
@@ -72,12 +81,15 @@ static void print_head(const struct vw_ledger *ledger) {
     printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
 }
 
-static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                       const struct findings *findings) {
     print_ranking(run->scene, ranking);
+    vw_sharing_print(&findings->sharing);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
            run->tally.last_val_psnr_db, run->tally.steps);
+    vw_validation_report_print(&findings->validation);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);
     print_head(run->ledger);
     vw_profile_print(&run->profile);
@@ -109,13 +121,15 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
                      vw_json_real(floor->redraw_l1));
 }
 
-static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                                 const struct findings *findings) {
     json_t *root = vw_training_to_json(run);
     json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
                                vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
                                "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "most_valuable",
                                photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
-    bool failed = !root || json_object_update(root, values);
+    bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
+                  !vw_validation_report_add_json(&findings->validation, root);
     json_decref(values);
     if (!failed) return vw_json_print(root);
     json_decref(root);
@@ -126,10 +140,15 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
     struct ranking ranking = {0};
+    struct findings findings = {0};
     enum vw_status status = vw_training_conclude(run, &scoring);
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
-    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);
-    else if (!status) print_text(run, &ranking, &scoring.noise_floor);
+    if (!status) status = vw_sharing_make(run, &scoring, vw_value_default_method, &findings.sharing);
+    if (!status) status = vw_validation_report_make(run, &scoring, &findings.validation);
+    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor, &findings);
+    else if (!status) print_text(run, &ranking, &scoring.noise_floor, &findings);
+    vw_validation_report_free(&findings.validation);
+    vw_sharing_free(&findings.sharing);
     free(ranking.scores);
     vw_scoring_free(&scoring);
     return status;
@@ -137,12 +156,15 @@ static enum vw_status conclude(struct vw_training_run *run) {
 
 enum vw_status vw_command_value(const struct vw_options *options) {
     const struct vw_config *config = &options->config;
+    enum vw_status status = vw_sharing_check_options(options);
+    if (status) return status;
     if (config->epochs <= config->burn_in_epochs)
         vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", config->epochs,
                        config->burn_in_epochs);
     struct vw_stage stage = {0};
     struct vw_training_run run;
-    enum vw_status status = vw_training_open(options, true, &stage, &run);
+    status = vw_training_open(options, true, &stage, &run);
+    if (!status) status = vw_sharing_check_scene(options, run.scene);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = conclude(&run);
     vw_training_close(&run);

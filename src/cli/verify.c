@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/commands.h"
+#include "cli/imported.h"
 #include "cli/interrupt.h"
 #include "cli/json_output.h"
 #include "cli/recorded_run.h"
@@ -140,6 +141,10 @@ static enum vw_status print_result(const struct vw_recorded_run *run, const stru
                                        (json_int_t)compared, "head", head));
     printf("%s is intact: %" PRIu64 " steps, %u scores, %s\n", run->ledger_path, steps, score_count, run->row.status);
     if (strcmp(run->row.status, "running") == 0) printf("it has not ended: whether its last steps were removed cannot be told\n");
+    if (vw_is_imported(&run->row))
+        printf("it was imported: how its steps were taken cannot be checked, only that they are those of the log, whose sha256sum is\n"
+               "its run_id %s\n",
+               run->row.run_id);
     if (options->replay_steps) printf("replay   %" PRIu64 " steps taken again gave the same bits\n", compared);
     printf("head     %s\n", head);
     return VW_OK;

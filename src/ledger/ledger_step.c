@@ -16,7 +16,8 @@ const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
 // A value is flagged when the trainer says so, or when a value that it vouches for is not finite.
 static bool is_nonfinite(const struct vw_step_record *record) {
     if (record->nonfinite || !record->validated) return record->nonfinite;
-    bool finite = isfinite(record->val_psnr) && isfinite(record->val_psnr_pooled) && isfinite(record->val_l1);
+    bool has_no_pooled = record->view_count == 0 && isnan(record->val_psnr_pooled); // an imported step, which is none the worse for it
+    bool finite = isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
     for (uint32_t i = 0; finite && i < record->view_count; i++) finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
     return !finite;
 }

@@ -15,15 +15,13 @@ static enum vw_status read_header(const struct vw_csv *csv) {
 }
 
 static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene) {
-    if (csv->field_count != 2)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
+    if (csv->field_count != 2) return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
     const char *name = csv->fields[0];
     struct vw_view *view = vw_scene_find_named(scene, name);
     if (!view)
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them", csv->path, csv->line,
                        name);
-    if (*view->provider)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line, name);
+    if (*view->provider) return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line, name);
     if (!vw_name_is_clean(csv->fields[1]))
         return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name holds control characters or is no UTF-8; correct it", csv->path,
                        csv->line);

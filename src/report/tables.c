@@ -1,0 +1,147 @@
+#include "viewworth/tables.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/csv.h"
+
+// The rows of a table, and what else it takes to print them.
+struct table {
+    const void *rows;
+    uint32_t count;
+    const double *standard_errors;
+    const struct vw_ledger_image *images;
+    uint32_t image_count;
+};
+
+static void write_text(FILE *stream, const char *text) {
+    vw_csv_write_text(stream, text);
+    fputc(',', stream);
+}
+
+static void write_real(FILE *stream, double value) {
+    vw_csv_write_real(stream, value);
+    fputc(',', stream);
+}
+
+void vw_amount_to_text(uint64_t cents, char text[VW_AMOUNT_BYTES]) {
+    snprintf(text, VW_AMOUNT_BYTES, "%" PRIu64 ".%02" PRIu64, cents / 100, cents % 100);
+}
+
+static void print_providers(FILE *stream, const void *context) {
+    const struct table *table = context;
+    const struct vw_provider_score *groups = table->rows;
+    uint32_t rank = 0;
+    fputs("provider,method,value,unit,stderr,photos,rank\n", stream);
+    for (uint32_t i = 0; i < table->count; i++) {
+        rank = i > 0 && strcmp(groups[i].method, groups[i - 1].method) == 0 ? rank + 1 : 1;
+        write_text(stream, groups[i].provider);
+        write_text(stream, groups[i].method);
+        write_real(stream, groups[i].value);
+        write_text(stream, groups[i].unit);
+        write_real(stream, groups[i].standard_error);
+        fprintf(stream, "%u,%u\n", groups[i].photo_count, rank);
+    }
+}
+
+enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count) {
+    return vw_csv_write_file(path, print_providers, &(struct table){.rows = groups, .count = count});
+}
+
+static void print_payout(FILE *stream, const void *context) {
+    const struct table *table = context;
+    const struct vw_payout *payouts = table->rows;
+    fputs("provider,method,value,unit,photos,share,amount\n", stream);
+    for (uint32_t i = 0; i < table->count; i++) {
+        char amount[VW_AMOUNT_BYTES];
+        vw_amount_to_text(payouts[i].cents, amount);
+        write_text(stream, payouts[i].group->provider);
+        write_text(stream, payouts[i].group->method);
+        write_real(stream, payouts[i].group->value);
+        write_text(stream, payouts[i].group->unit);
+        fprintf(stream, "%u,", payouts[i].group->photo_count);
+        write_real(stream, payouts[i].share);
+        fprintf(stream, "%s\n", amount);
+    }
+}
+
+enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count) {
+    return vw_csv_write_file(path, print_payout, &(struct table){.rows = payouts, .count = count});
+}
+
+static void print_duplicates(FILE *stream, const void *context) {
+    const struct table *table = context;
+    const struct vw_duplicate_score *rows = table->rows;
+    fputs("group,name,split,provider,similarity,method,value,unit,stderr,group_value\n", stream);
+    for (uint32_t i = 0; i < table->count; i++) {
+        const struct vw_ledger_score *score = rows[i].score;
+        fprintf(stream, "%u,", rows[i].group);
+        write_text(stream, rows[i].image->name);
+        write_text(stream, rows[i].image->split);
+        write_text(stream, rows[i].image->provider);
+        write_real(stream, rows[i].similarity);
+        write_text(stream, score ? score->method : NULL);
+        write_real(stream, score ? score->value : NAN);
+        write_text(stream, score ? score->unit : NULL);
+        write_real(stream, score ? score->standard_error : NAN);
+        vw_csv_write_real(stream, rows[i].group_value);
+        fputc('\n', stream);
+    }
+}
+
+enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count) {
+    return vw_csv_write_file(path, print_duplicates, &(struct table){.rows = rows, .count = count});
+}
+
+// ---- The matrix -------------------------------------------------------------------------------------------------------
+
+static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit, const double *row,
+                             uint32_t view_count, double standard_error) {
+    double mean = 0;
+    for (uint32_t v = 0; v < view_count; v++) mean += row[v] / view_count;
+    write_text(stream, photo->name);
+    write_text(stream, photo->provider);
+    write_text(stream, measure);
+    write_text(stream, unit);
+    write_real(stream, mean);
+    vw_csv_write_real(stream, standard_error);
+    for (uint32_t v = 0; v < view_count; v++) {
+        fputc(',', stream);
+        vw_csv_write_real(stream, row[v]);
+    }
+    fputc('\n', stream);
+}
+
+static void print_matrix(FILE *stream, const void *context) {
+    const struct table *table = context;
+    const struct vw_matrix *matrix = table->rows;
+    fputs("name,provider,measure,unit,mean,jackknife_stderr", stream);
+    for (uint32_t v = 0; v < matrix->view_count; v++) {
+        fputc(',', stream);
+        vw_csv_write_text(stream, vw_ledger_find_image(table->images, table->image_count, matrix->views[v])->name);
+    }
+    fputc('\n', stream);
+    for (uint32_t p = 0; p < matrix->photo_count; p++) {
+        const struct vw_ledger_image *photo = vw_ledger_find_image(table->images, table->image_count, matrix->photos[p]);
+        size_t first = (size_t)p * matrix->view_count;
+        print_matrix_row(stream, photo, "dv_psnr", "dB", &matrix->psnr[first], matrix->view_count, table->standard_errors[p]);
+        print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN);
+    }
+}
+
+static bool knows_all(const struct vw_ledger_image *images, uint32_t image_count, const uint32_t *image_ids, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!vw_ledger_find_image(images, image_count, image_ids[i])) return false;
+    return true;
+}
+
+enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
+                                     const struct vw_ledger_image *images, uint32_t image_count) {
+    if (!knows_all(images, image_count, matrix->photos, matrix->photo_count) ||
+        !knows_all(images, image_count, matrix->views, matrix->view_count))
+        return vw_fail(VW_ERROR_INPUT, "%s: the image table lacks a photo of the matrix; verify the ledger", path);
+    return vw_csv_write_file(path, print_matrix, &(struct table){matrix, 0, standard_errors, images, image_count});
+}

@@ -1,0 +1,113 @@
+#include "viewworth/view_distance.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "viewworth/memory.h"
+#include "viewworth/statistics.h"
+
+static const double RATIO_MOST = 4;
+static const double BETWEEN_LEAST = 0.02; // of the median distance to the box's centre
+static const double ANGLE_LEAST = 10 * M_PI / 180;
+static const double SAME_ANGLE = 2 * M_PI / 180;
+
+static double between(const struct vw_view *a, const struct vw_view *b) {
+    double squares = 0;
+    for (int i = 0; i < 3; i++) {
+        double apart = a->camera_to_world[i][3] - b->camera_to_world[i][3];
+        squares += apart * apart;
+    }
+    return sqrt(squares);
+}
+
+static double angle(const struct vw_view *a, const struct vw_view *b) {
+    double cosine = 0;
+    for (int i = 0; i < 3; i++) cosine += a->camera_to_world[i][2] * b->camera_to_world[i][2];
+    return acos(fmin(fmax(cosine, -1), 1));
+}
+
+// What counts as 1 of each, and how near in place another view of the same direction is but a copy.
+struct scales {
+    double between_world, angle, copy_world;
+};
+
+static double distance(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
+    double by_place = between(a, b) / scales->between_world;
+    return fmax(by_place, angle(a, b) / scales->angle);
+}
+
+static bool is_copy(const struct scales *scales, const struct vw_view *a, const struct vw_view *b) {
+    return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
+}
+
+// The training view nearest to `view`, itself left out, and its copies when it trains too; NULL when there is none.
+static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales, const struct vw_view *view,
+                                          double *least) {
+    const struct vw_view *nearest = NULL;
+    *least = INFINITY;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        const struct vw_view *other = &scene->views[i];
+        if (other->split != VW_SPLIT_TRAIN || other == view || is_copy(scales, view, other)) continue;
+        double apart = distance(scales, view, other);
+        if (nearest && !(apart < *least)) continue;
+        nearest = other;
+        *least = apart;
+    }
+    return nearest;
+}
+
+// The median over the training views of the distance to the nearest other one, on these scales.
+static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < scene->view_count; i++)
+        if (scene->views[i].split == VW_SPLIT_TRAIN && find_nearest(scene, scales, &scene->views[i], &values[count])) count++;
+    return count ? vw_median(values, count) : 0;
+}
+
+static double median_to_centre(const struct vw_scene *scene, double *values) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        double apart = 0;
+        if (scene->views[i].split != VW_SPLIT_TRAIN) continue;
+        for (int k = 0; k < 3; k++) apart = hypot(apart, scene->views[i].camera_to_world[k][3] - scene->box.centre_world[k]);
+        values[count++] = apart;
+    }
+    return vw_median(values, count);
+}
+
+static struct scales find_scales(const struct vw_scene *scene, double *values) {
+    double least_world = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
+    const struct scales by_place = {1, INFINITY, least_world}, by_angle = {INFINITY, 1, least_world}; // one of the two alone
+    return (struct scales){fmax(median_to_nearest(scene, &by_place, values), least_world),
+                           fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
+}
+
+enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances, uint32_t *count) {
+    double *values = vw_allocate(scene->view_count, sizeof *values);
+    struct vw_view_distance *made = vw_allocate(scene->view_count, sizeof *made);
+    if (!values || !made) {
+        free(values);
+        free(made);
+        return VW_ERROR_MEMORY;
+    }
+    uint32_t made_count = 0;
+    bool measurable = scene->split_count[VW_SPLIT_TRAIN] >= 2;
+    struct scales scales = measurable ? find_scales(scene, values) : (struct scales){0};
+    double typical = measurable ? fmax(median_to_nearest(scene, &scales, values), 1) : 0;
+    for (uint32_t v = 0; measurable && v < scene->view_count; v++) {
+        const struct vw_view *view = &scene->views[v];
+        if (view->split != VW_SPLIT_VAL) continue;
+        double apart;
+        const struct vw_view *nearest = find_nearest(scene, &scales, view, &apart);
+        made[made_count++] = (struct vw_view_distance){.view = v,
+                                                       .nearest = (uint32_t)(nearest - scene->views),
+                                                       .between_world = between(view, nearest),
+                                                       .angle_deg = angle(view, nearest) * 180 / M_PI,
+                                                       .ratio = apart / typical,
+                                                       .far = apart > RATIO_MOST * typical};
+    }
+    free(values);
+    *distances = made;
+    *count = made_count;
+    return VW_OK;
+}

@@ -1,0 +1,90 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/matrix.h"
+#include "viewworth/memory.h"
+#include "viewworth/statistics.h"
+
+enum { VIEWS_LEAST = 4 };                 // of which one can be told to be odd
+static const double SPREADS = 4;          // normal values lie farther off once in 16,000 times
+static const double AGREEMENT_MOST = 0.3; // of a view that disagrees: what it ranks high the others hardly do
+static const double AGREEMENT_GAP = 0.3;  // of it to the median, so that views that all agree a little are left in peace
+static const double PSNR_GAP_DB = 6;      // four times the squared error
+
+// What one photo's score is with all views, and with one view less.
+struct columns {
+    double *all, *rest, *own; // of each photo
+};
+
+static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct columns *columns) {
+    uint32_t count = matrix->view_count;
+    for (uint32_t p = 0; p < matrix->photo_count; p++) {
+        const double *row = &matrix->psnr[(size_t)p * count];
+        double sum = 0, others = 0; // not a difference, which would cancel where one view outweighs all others
+        for (uint32_t v = 0; v < count; v++) {
+            sum += row[v];
+            if (v != view) others += row[v];
+        }
+        columns->all[p] = sum / count;
+        columns->rest[p] = others / (count - 1);
+        columns->own[p] = row[view];
+    }
+}
+
+static enum vw_status judge_columns(const struct vw_matrix *matrix, struct vw_view_evidence *views) {
+    double *memory = vw_allocate(matrix->photo_count, 3 * sizeof *memory);
+    if (!memory) return VW_ERROR_MEMORY;
+    struct columns columns = {memory, memory + matrix->photo_count, memory + 2 * (size_t)matrix->photo_count};
+    enum vw_status status = VW_OK;
+    for (uint32_t v = 0; !status && v < matrix->view_count; v++) {
+        views[v] =
+            (struct vw_view_evidence){.image_id = matrix->views[v], .end_psnr = matrix->end_psnr[v], .agreement = NAN, .without = NAN};
+        if (matrix->view_count < 2) continue;
+        take_columns(matrix, v, &columns);
+        status = vw_spearman(columns.own, columns.rest, matrix->photo_count, &views[v].agreement);
+        if (!status) status = vw_spearman(columns.rest, columns.all, matrix->photo_count, &views[v].without);
+    }
+    free(memory);
+    return status;
+}
+
+// How far below the others a value may lie: 4 robust spreads, and `gap` at least. -INFINITY where that cannot be said. `*middle` is the
+// median.
+static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
+    for (uint32_t i = 0; i < count; i++)
+        if (isnan(values[i])) return *middle = -INFINITY;
+    *middle = vw_median(values, count);
+    return *middle - fmax(SPREADS * vw_robust_spread(values, count), gap);
+}
+
+static enum vw_status judge_oddities(uint32_t count, struct vw_view_evidence *views) {
+    double *values = vw_allocate(count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < count; v++) values[v] = views[v].agreement;
+    double middle, least_agreement = fmin(lower_limit(values, count, AGREEMENT_GAP, &middle), AGREEMENT_MOST);
+    for (uint32_t v = 0; v < count; v++) values[v] = views[v].end_psnr;
+    double least_psnr = lower_limit(values, count, PSNR_GAP_DB, &middle);
+    free(values);
+    for (uint32_t v = 0; v < count; v++) {
+        views[v].disagrees = views[v].agreement < least_agreement && views[v].end_psnr < middle;
+        views[v].stays_low = views[v].end_psnr < least_psnr;
+    }
+    return VW_OK;
+}
+
+// The delete-one jackknife of a mean: the standard error of the mean of the views' entries.
+static double standard_error_of(const double *row, uint32_t count) {
+    double mean = 0, squares = 0;
+    for (uint32_t v = 0; v < count; v++) mean += row[v] / count;
+    for (uint32_t v = 0; v < count; v++) squares += (row[v] - mean) * (row[v] - mean);
+    return count < 2 ? NAN : sqrt(squares / count / (count - 1));
+}
+
+enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views, double *standard_errors) {
+    enum vw_status status = judge_columns(matrix, views);
+    if (!status && matrix->view_count >= VIEWS_LEAST && matrix->visit_count > 0) status = judge_oddities(matrix->view_count, views);
+    for (uint32_t p = 0; !status && p < matrix->photo_count; p++)
+        standard_errors[p] = standard_error_of(&matrix->psnr[(size_t)p * matrix->view_count], matrix->view_count);
+    return status;
+}

@@ -1,0 +1,112 @@
+#include "viewworth/matrix.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/memory.h"
+#include "viewworth/psnr.h"
+#include "viewworth/value.h"
+
+enum { NOT_IN_MATRIX = UINT32_MAX };
+
+// ---- From the ledger's rows -------------------------------------------------------------------------------------------
+
+// A matrix being summed up.
+struct summing {
+    const struct vw_value_input *input;
+    struct vw_matrix *matrix;
+    uint32_t *places;            // owned; row or column of each image, by its place among the images
+    double *last_psnr, *last_l1; // owned; of each view; NaN before the first value
+    uint64_t step;               // whose rows are being taken
+    bool counted;                // that step is a visit
+};
+
+static uint32_t place_of(const struct summing *summing, uint32_t image_id, const char *split) {
+    const struct vw_value_input *input = summing->input;
+    const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, image_id);
+    if (!image || strcmp(image->split, split) != 0) return NOT_IN_MATRIX;
+    return summing->places[image - input->images];
+}
+
+// The row that a step counts for.
+static uint32_t row_of(const struct summing *summing, uint64_t step) {
+    const struct vw_value_input *input = summing->input;
+    const struct vw_step_record *record = step < input->record_count ? &input->records[step] : NULL;
+    if (!record || record->step != step || record->view == VW_RECORD_UNTRAINED || record->epoch < input->burn_in_epochs)
+        return NOT_IN_MATRIX;
+    return place_of(summing, record->view, "train");
+}
+
+static void take_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
+    struct summing *summing = context;
+    struct vw_matrix *matrix = summing->matrix;
+    uint32_t row = row_of(summing, step), column = place_of(summing, image_id, "val");
+    if (column == NOT_IN_MATRIX) return; // an image that the table of images lacks or calls other than val: verify finds it
+    double psnr = vw_psnr_db(error->mse), gain_psnr = psnr - summing->last_psnr[column], gain_l1 = summing->last_l1[column] - error->l1;
+    summing->last_psnr[column] = psnr;
+    summing->last_l1[column] = error->l1;
+    if (row == NOT_IN_MATRIX || isnan(gain_psnr) || isnan(gain_l1)) return;
+    size_t entry = (size_t)row * matrix->view_count + column;
+    matrix->psnr[entry] += gain_psnr;
+    matrix->l1[entry] += gain_l1;
+    matrix->visit_count += !summing->counted || summing->step != step;
+    summing->counted = true;
+    summing->step = step;
+}
+
+static void number_images(struct summing *summing) {
+    const struct vw_value_input *input = summing->input;
+    struct vw_matrix *matrix = summing->matrix;
+    for (uint32_t i = 0; i < input->image_count; i++) {
+        bool photo = strcmp(input->images[i].split, "train") == 0, view = strcmp(input->images[i].split, "val") == 0;
+        summing->places[i] = photo ? matrix->photo_count : view ? matrix->view_count : (uint32_t)NOT_IN_MATRIX;
+        if (photo) matrix->photos[matrix->photo_count++] = input->images[i].image_id;
+        if (view) matrix->views[matrix->view_count++] = input->images[i].image_id;
+    }
+}
+
+static enum vw_status allocate(struct summing *summing) {
+    struct vw_matrix *matrix = summing->matrix;
+    uint32_t image_count = summing->input->image_count;
+    matrix->photos = vw_allocate(image_count, sizeof *matrix->photos);
+    matrix->views = vw_allocate(image_count, sizeof *matrix->views);
+    summing->places = vw_allocate(image_count, sizeof *summing->places);
+    if (!matrix->photos || !matrix->views || !summing->places) return VW_ERROR_MEMORY;
+    number_images(summing);
+    matrix->psnr = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->psnr);
+    matrix->l1 = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->l1);
+    matrix->end_psnr = summing->last_psnr = vw_allocate(matrix->view_count, sizeof *summing->last_psnr);
+    summing->last_l1 = vw_allocate(matrix->view_count, sizeof *summing->last_l1);
+    if (!matrix->psnr || !matrix->l1 || !summing->last_psnr || !summing->last_l1) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < matrix->view_count; v++) summing->last_psnr[v] = summing->last_l1[v] = NAN;
+    return VW_OK;
+}
+
+// Whether table view had any rows.
+static bool has_values(const struct vw_matrix *matrix) {
+    bool some = false;
+    for (uint32_t v = 0; v < matrix->view_count; v++) some = some || !isnan(matrix->end_psnr[v]);
+    return some;
+}
+
+enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_input *input, struct vw_matrix *matrix) {
+    *matrix = (struct vw_matrix){0};
+    struct summing summing = {.input = input, .matrix = matrix};
+    enum vw_status status = allocate(&summing);
+    if (!status) status = vw_ledger_each_view(ledger, take_view, &summing);
+    if (!status && !has_values(matrix)) matrix->view_count = 0;
+    free(summing.places);
+    free(summing.last_l1);
+    return status;
+}
+
+void vw_matrix_clear(struct vw_matrix *matrix) {
+    free(matrix->photos);
+    free(matrix->views);
+    free(matrix->psnr);
+    free(matrix->l1);
+    free(matrix->end_psnr);
+    *matrix = (struct vw_matrix){0};
+}

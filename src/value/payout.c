@@ -1,0 +1,90 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+#include "viewworth/providers.h"
+
+// Whole digits, as many as there are; the text after them.
+static const char *parse_digits(const char *text, uint64_t *number) {
+    for (*number = 0; *text >= '0' && *text <= '9'; text++)
+        if (*number < UINT64_MAX / 100) *number = *number * 10 + (uint64_t)(*text - '0'); // beyond, it is too large as it is
+    return text;
+}
+
+bool vw_payout_parse(const char *text, uint64_t *cents) {
+    uint64_t whole = 0, fraction = 0;
+    const char *end = parse_digits(text, &whole), *point = end;
+    if (end == text || whole > VW_PAYOUT_CENTS_MAX / 100) return false;
+    if (*point == '.') end = parse_digits(point + 1, &fraction);
+    long digits = *point == '.' ? end - point - 1 : 0;
+    if (*end || digits > 2 || (*point == '.' && digits == 0)) return false;
+    *cents = 100 * whole + (digits == 1 ? 10 * fraction : fraction);
+    return *cents > 0 && *cents <= VW_PAYOUT_CENTS_MAX;
+}
+
+// A provider's claim, in whole numbers, so that nothing is lost to rounding.
+struct claim {
+    struct vw_payout *payout;
+    uint64_t weight;
+    unsigned __int128 remainder; // of amount * weight / sum of weights: the fraction of a cent
+};
+
+// The largest fraction first.
+static int compare_claims(const void *left, const void *right) {
+    const struct claim *a = left, *b = right;
+    if (a->remainder != b->remainder) return a->remainder > b->remainder ? -1 : 1;
+    return strcmp(a->payout->group->provider, b->payout->group->provider);
+}
+
+// Claims in units of 2^-52 of the largest; all alike where nobody has a positive one. Returns their sum.
+static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *nobody_helped) {
+    double largest = 0;
+    unsigned __int128 sum = 0; // of 2^52 each
+    for (uint32_t i = 0; i < count; i++) largest = fmax(largest, claims[i].payout->group->value);
+    *nobody_helped = !(largest > 0);
+    for (uint32_t i = 0; i < count; i++) {
+        double value = claims[i].payout->group->value;
+        claims[i].weight = *nobody_helped ? 1 : value > 0 ? (uint64_t)llround(value / largest * 0x1p52) : 0;
+        sum += claims[i].weight;
+    }
+    return sum;
+}
+
+static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, bool *nobody_helped) {
+    unsigned __int128 sum = weigh(claims, count, nobody_helped);
+    uint64_t left_cents = amount_cents;
+    for (uint32_t i = 0; i < count; i++) {
+        unsigned __int128 product = (unsigned __int128)amount_cents * claims[i].weight;
+        claims[i].remainder = product % sum;
+        claims[i].payout->cents = (uint64_t)(product / sum);
+        claims[i].payout->share = (double)claims[i].weight / (double)sum;
+        left_cents -= claims[i].payout->cents;
+    }
+    qsort(claims, count, sizeof *claims, compare_claims);
+    for (uint64_t i = 0; i < left_cents; i++) claims[i].payout->cents++; // fewer than there are fractions
+}
+
+enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method, uint64_t amount_cents,
+                                struct vw_payout **payouts, uint32_t *payout_count, bool *nobody_helped) {
+    uint32_t count = 0;
+    struct vw_payout *made = vw_allocate(group_count, sizeof *made);
+    struct claim *claims = vw_allocate(group_count, sizeof *claims);
+    enum vw_status status = made && claims ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < group_count; i++) {
+        if (!*groups[i].provider || strcmp(groups[i].method, method) != 0) continue;
+        made[count] = (struct vw_payout){.group = &groups[i]};
+        claims[count] = (struct claim){.payout = &made[count]};
+        count++;
+    }
+    if (!status && count == 0) status = vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
+    if (!status) divide(claims, count, amount_cents, nobody_helped);
+    free(claims);
+    if (status) {
+        free(made);
+        return status;
+    }
+    *payouts = made;
+    *payout_count = count;
+    return VW_OK;
+}

@@ -1,0 +1,89 @@
+#include "viewworth/providers.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/memory.h"
+
+// A score with its provider, and what sorts it.
+struct member {
+    const char *provider;
+    const struct vw_ledger_score *score;
+    uint32_t place; // among the scores: the first of its method
+};
+
+static int compare_members(const void *left, const void *right) {
+    const struct member *a = left, *b = right;
+    if (a->place != b->place) return a->place < b->place ? -1 : 1;
+    int order = strcmp(a->provider, b->provider);
+    if (order) return order;
+    return (a->score->image_id > b->score->image_id) - (a->score->image_id < b->score->image_id);
+}
+
+static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
+                              uint32_t image_count, struct member *members) {
+    for (uint32_t i = 0; i < score_count; i++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
+        if (!image) return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger", scores[i].image_id);
+        bool begins = i == 0 || strcmp(scores[i].method, scores[i - 1].method) != 0;
+        members[i] = (struct member){image->provider ? image->provider : "", &scores[i], begins ? i : members[i - 1].place};
+    }
+    return VW_OK;
+}
+
+// Most valuable first; the caller's groups are of one method.
+static int compare_groups(const void *left, const void *right) {
+    const struct vw_provider_score *a = left, *b = right;
+    if (a->value != b->value) return a->value > b->value ? -1 : 1;
+    return strcmp(a->provider, b->provider);
+}
+
+static struct vw_provider_score add_up(const struct member *members, uint32_t count) {
+    struct vw_provider_score group = {
+        .provider = members[0].provider, .method = members[0].score->method, .unit = members[0].score->unit, .photo_count = count};
+    double squares = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        group.value += members[i].score->value;
+        squares += members[i].score->standard_error * members[i].score->standard_error;
+    }
+    group.standard_error = sqrt(squares);
+    return group;
+}
+
+// The end of the run of members that begins at `first` and shares its method and, when asked for, its provider.
+static uint32_t end_of_run(const struct member *members, uint32_t count, uint32_t first, bool same_provider) {
+    uint32_t end = first + 1;
+    while (end < count && members[end].place == members[first].place &&
+           (!same_provider || strcmp(members[end].provider, members[first].provider) == 0))
+        end++;
+    return end;
+}
+
+enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
+                                  uint32_t image_count, struct vw_provider_score **groups, uint32_t *group_count) {
+    struct member *members = vw_allocate(score_count, sizeof *members);
+    struct vw_provider_score *made = vw_allocate(score_count, sizeof *made);
+    uint32_t count = 0;
+    enum vw_status status = members && made ? collect(scores, score_count, images, image_count, members) : VW_ERROR_MEMORY;
+    if (!status) qsort(members, score_count, sizeof *members, compare_members);
+    for (uint32_t first = 0, end; !status && first < score_count; first = end) {
+        uint32_t first_group = count;
+        end = end_of_run(members, score_count, first, false);
+        for (uint32_t i = first, next; i < end; i = next) {
+            next = end_of_run(members, end, i, true);
+            made[count++] = add_up(&members[i], next - i);
+        }
+        qsort(&made[first_group], count - first_group, sizeof *made, compare_groups);
+    }
+    free(members);
+    if (status) {
+        free(made);
+        return status;
+    }
+    *groups = made;
+    *group_count = count;
+    return VW_OK;
+}

@@ -1,0 +1,114 @@
+#!/usr/bin/env bash
+# import-steps from outside: a run of ours that is exported and imported again, what is refused, and what other commands make of such a
+# ledger. Takes the program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
+tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --effects none --quiet)
+log=$folder/log.csv
+
+# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
+prints() {
+    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# fails CODE PATTERN ARGUMENT...: that exit code, nothing on stdout, and one line on stderr that matches.
+fails() {
+    local code=0
+    "$program" "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq $1 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] &&
+        grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# export_steps RUN: its steps as another trainer would log them.
+export_steps() {
+    sqlite3 -header -csv "$folder/$1/ledger.db" "SELECT printf('%!.17g', val_l1) AS l1, name AS photo, step, train_loss, epoch,
+        printf('%!.17g', val_psnr) AS psnr FROM step LEFT JOIN image USING (image_id) ORDER BY step"
+}
+
+# same_scores RUN IMPORTED: dv_psnr and dv_loss of all photos are equal to the last bit, and there are some.
+same_scores() {
+    [[ $(query "$2" "ATTACH '$folder/$1/ledger.db' AS ours;
+        SELECT count(*) FROM score JOIN image USING (image_id)
+        JOIN ours.image AS our_image ON our_image.name = image.name
+        JOIN ours.score AS our_score ON our_score.image_id = our_image.image_id AND our_score.method = score.method
+        WHERE score.method IN ('dv_psnr', 'dv_loss') AND score.value = our_score.value AND score.visits = our_score.visits") == 24 ]]
+}
+
+# ---- There and back -----------------------------------------------------------------------------------------------------
+
+check "value gives a run" prints '' "$program" value "$root/scenes/clean.json" --out "$folder/ours" "${tiny[@]}"
+export_steps ours >"$log"
+check "its steps are a log" test "$(wc -l <"$log")" = 50
+check "the log is imported" prints '^imported  48 steps on 12 photos in 4 epochs$' "$program" import-steps "$log" --out "$folder/imported"
+check "its scores are those of the run" same_scores ours imported
+check "nothing is made up of what the log lacks" test \
+    "$(query imported "SELECT count(val_psnr_pooled), (SELECT count(*) FROM score WHERE method LIKE '%pooled%') FROM step")" = '0|0'
+check "run_id is what sha256sum says of the log" test "$(query imported 'SELECT run_id FROM run')" = "$(sha256sum "$log" | cut -d ' ' -f 1)"
+check "the ledger says where it is from" test "$(query imported "SELECT device, scene_path = '$log', status FROM run")" = \
+    'imported|1|finished'
+check "scores.csv has a line per score" test "$(wc -l <"$folder/imported/scores.csv")" = \
+    "$(($(query imported 'SELECT count(*) FROM score') + 1))"
+check "importing again leaves the same rows" bash -c "'$program' import-steps '$log' --out '$folder/again' >/dev/null"
+check "they are the same" same_rows imported again
+check "--burn-in is heard" bash -c "'$program' import-steps '$log' --out '$folder/late' --burn-in 3 >/dev/null"
+check "visits say so" test "$(query late "SELECT DISTINCT visits FROM score WHERE method = 'dv_psnr'")" = 1
+check "--json tells the same" bash -c "'$program' import-steps '$log' --out '$folder/json' --json >'$folder/answer.json' &&
+    sqlite3 :memory: \"SELECT j ->> '\$.steps' = 48 AND j ->> '\$.photos' = 12 AND j ->> '\$.epochs' = 4 AND j ->> '\$.nonfinite' = 0
+        AND length(j ->> '\$.head') = 64 FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
+check "a log may come through a pipe" bash -c "cat '$log' | '$program' import-steps /dev/stdin --out '$folder/piped' >/dev/null"
+check "it is the same run" test "$(query piped 'SELECT run_id FROM run')" = "$(query imported 'SELECT run_id FROM run')"
+check "too few epochs warn" bash -c "'$program' import-steps '$log' --out '$folder/none' --burn-in 9 2>&1 >/dev/null |
+    grep -q '^warning: .*no scores'"
+
+# ---- Other commands -----------------------------------------------------------------------------------------------------
+
+head=$("$program" verify "$folder/imported" | sed -n 's/^head *//p')
+check "verify finds it intact and says what it cannot check" prints '^it was imported: ' "$program" verify "$folder/imported"
+check "verify --expect knows its head" prints 'is intact' "$program" verify "$folder/imported" --expect "$head"
+check "verify --replay is refused" fails 2 'was imported from' verify "$folder/imported" --replay 3 --quiet
+check "render is refused" fails 2 'was imported from' render "$folder/imported" --quiet
+check "value --resume does not go on with it" fails 2 'another scene' value "$root/scenes/clean.json" --out "$folder/imported" --resume \
+    "${tiny[@]}"
+query again "UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 7"
+check "verify finds an edited step" fails 1 'step 7 was edited' verify "$folder/again"
+query late "UPDATE run SET config_json = '{}'"
+check "verify finds an edited configuration" fails 1 'run row was edited' verify "$folder/late"
+
+# ---- Refusals -----------------------------------------------------------------------------------------------------------
+
+check "a folder that holds a run is refused" fails 2 'holds a run already' import-steps "$log" --out "$folder/imported"
+check "a file in place of --out is refused" fails 2 'is a file' import-steps "$log" --out "$log"
+check "--out is needed" fails 2 '--out is missing' import-steps "$log"
+check "options of training are refused" fails 2 'unknown option "--rays"' import-steps "$log" --out "$folder/bad" --rays 5
+check "a burn-in out of range is refused" fails 2 '--burn-in takes' import-steps "$log" --out "$folder/bad" --burn-in 4000000000
+check "a log that is not there is refused" fails 2 'no/log.csv' import-steps "$folder/no/log.csv" --out "$folder/bad"
+sed '20s/[0-9.]*$/x/' "$log" >"$folder/broken.csv"
+check "a malformed line is refused by its number" fails 2 'broken\.csv:20: field psnr' import-steps "$folder/broken.csv" --out "$folder/bad"
+head -c 900 "$log" >"$folder/cut.csv"
+check "a log that is cut off is refused" fails 2 'cut\.csv:[0-9]+: ' import-steps "$folder/cut.csv" --out "$folder/bad"
+check "a ledger is no log" fails 2 'zero byte' import-steps "$folder/imported/ledger.db" --out "$folder/bad"
+check "refused logs leave no --out folder" test ! -e "$folder/bad"
+
+# ---- Size ---------------------------------------------------------------------------------------------------------------
+
+awk 'BEGIN { print "step,epoch,photo,psnr,l1"; print "0,0,,10,0.5"
+    for (i = 1; i <= 100000; i++)
+        printf "%d,%d,photo %d.jpg,%.6f,%.6f\n", i, int((i - 1) / 500), i * 7 % 500, 20 + sin(i), 0.1 + 0.01 * sin(i) }' \
+    >"$folder/long.csv"
+SECONDS=0
+check "100,000 lines are imported" prints '^imported  100000 steps on 500 photos in 200 epochs$' \
+    "$program" import-steps "$folder/long.csv" --out "$folder/long"
+echo "in $SECONDS s"
+check "in a few seconds" test "$SECONDS" -le 30 # of a machine that others use too
+conclude "$@"

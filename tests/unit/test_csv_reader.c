@@ -1,0 +1,153 @@
+// Reading CSV as RFC 4180 has it, and what is refused, with its line; that what is written reads back.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "viewworth/csv.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// All records as text: fields in brackets, records behind their line number.
+static char *all_of(const char *path) {
+    struct vw_csv csv;
+    bool found = false;
+    char *text = vw_copy_text("");
+    if (vw_csv_open(path, 1 << 20, &csv)) fail_msg("%s", vw_error_message());
+    for (;;) {
+        if (vw_csv_next(&csv, &found)) fail_msg("%s", vw_error_message());
+        if (!found) break;
+        char *longer = vw_format_text("%s%u:", text, csv.line);
+        free(text);
+        text = longer;
+        for (uint32_t i = 0; i < csv.field_count; i++) {
+            longer = vw_format_text("%s[%s]", text, csv.fields[i]);
+            free(text);
+            text = longer;
+        }
+    }
+    vw_csv_close(&csv);
+    return text;
+}
+
+static void test_records(void **state) {
+    static const struct {
+        const char *text, *expected;
+    } cases[] = {
+        {"", ""},
+        {"\n\r\n\n", ""},
+        {"a,b\nc,d", "1:[a][b]2:[c][d]"},
+        {"a,b\r\n\r\nc,d\r\n", "1:[a][b]3:[c][d]"},
+        {"\xef\xbb\xbf"
+         "a,b\n",
+         "1:[a][b]"},
+        {",\n,,", "1:[][]2:[][][]"},
+        {"\"a,b\",\"c\"\"d\"\n\"\"", "1:[a,b][c\"d]2:[]"},
+        {"\"two\nlines\",x\ny\n", "1:[two\nlines][x]3:[y]"},
+        {"\"two\r\nlines\"\r\ny", "1:[two\r\nlines]3:[y]"},
+        {"\"\"\"\"\"\",\"a\"\n", "1:[\"\"][a]"},
+        {" a , b\n", "1:[ a ][ b]"}, // spaces are part of a field
+        {"a\rb\n", "1:[a\rb]"},
+        {"a\n\"\"", "1:[a]2:[]"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char *records = all_of(temporary_file(*state, "a.csv", cases[i].text));
+        assert_string_equal(records, cases[i].expected);
+        free(records);
+    }
+}
+
+static void test_refusals(void **state) {
+    static const struct {
+        const char *text, *said;
+    } cases[] = {
+        {"a\nb,\"c\n", "a.csv:2: a quote stays open"},
+        {"a\n\"b\n\n\nc", "a.csv:2: a quote stays open"}, // where it begins
+        {"\"a\"b,c\n", "a.csv:1: text follows a closing quote"},
+        {"\"a\n\n\"b,c\n", "a.csv:3: text follows a closing quote"},
+        {"x\na\"b\"\n", "a.csv:2: a quote within a field"},
+        {"\"", "a.csv:1: a quote stays open"},
+        {"\"a\"\"", "a.csv:1: a quote stays open"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_csv csv;
+        bool found = true;
+        enum vw_status status = vw_csv_open(temporary_file(*state, "a.csv", cases[i].text), 1 << 20, &csv);
+        while (!status && found) status = vw_csv_next(&csv, &found);
+        assert_int_equal(status, VW_ERROR_INPUT);
+        if (!strstr(vw_error_message(), cases[i].said)) fail_msg("\"%s\" for:\n%s", vw_error_message(), cases[i].text);
+        vw_csv_close(&csv);
+    }
+    struct vw_csv csv;
+    assert_int_equal(vw_csv_open(temporary_path(*state, "none.csv"), 1 << 20, &csv), VW_ERROR_INPUT);
+    vw_csv_close(&csv);
+    assert_int_equal(vw_csv_open(temporary_file(*state, "a.csv", "12345"), 4, &csv), VW_ERROR_INPUT);
+    vw_csv_close(&csv);
+    FILE *file = fopen(temporary_path(*state, "a.csv"), "wb");
+    assert_int_equal(fwrite("a\0b", 1, 3, file), 3);
+    fclose(file);
+    assert_int_equal(vw_csv_open(temporary_path(*state, "a.csv"), 1 << 20, &csv), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "zero byte"));
+    vw_csv_close(&csv);
+}
+
+struct fields {
+    char texts[40][8];
+    uint32_t count;
+};
+
+static void print_fields(FILE *stream, const void *context) {
+    const struct fields *fields = context;
+    for (uint32_t i = 0; i < fields->count; i++) {
+        if (i > 0) fputc(',', stream);
+        vw_csv_write_text(stream, fields->texts[i]);
+    }
+    fputc('\n', stream);
+}
+
+// Any text comes back, as one record of as many fields.
+static void test_written_reads_back(void **state) {
+    static const char letters[] = "a,\"\n\r x";
+    const uint64_t seed = 20261121;
+    for (uint32_t round = 0; round < 50; round++) {
+        struct fields fields = {.count = VW_ARRAY_COUNT(fields.texts)};
+        for (uint32_t i = 0; i < fields.count; i++) {
+            uint32_t words[4];
+            vw_random_words(seed, VW_RANDOM_JITTER, round, i, 0, words);
+            fields.texts[i][0] = 'f'; // a record of one empty field would be a blank line
+            for (uint32_t c = 1; c < 1 + words[0] % 7; c++) fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
+        }
+        const char *path = temporary_path(*state, "a.csv");
+        assert_int_equal(vw_csv_write_file(path, print_fields, &fields), VW_OK);
+        struct vw_csv csv;
+        bool found = false;
+        assert_int_equal(vw_csv_open(path, 1 << 20, &csv), VW_OK);
+        if (vw_csv_next(&csv, &found)) fail_msg("seed %llu, round %u: %s", (unsigned long long)seed, round, vw_error_message());
+        assert_true(found && csv.field_count == fields.count);
+        for (uint32_t i = 0; i < fields.count; i++) assert_string_equal(csv.fields[i], fields.texts[i]);
+        assert_int_equal(vw_csv_next(&csv, &found), VW_OK);
+        assert_false(found);
+        vw_csv_close(&csv);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_records, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_written_reads_back, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
