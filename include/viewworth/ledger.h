@@ -49,12 +49,14 @@ struct vw_ledger_image {
 
 struct vw_ledger_score {
     uint32_t image_id;
-    const char *method;    // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
-    double value;          // positive = helps
-    const char *unit;      // "dB", "mean absolute error"
-    double standard_error; // NaN becomes NULL
-    uint32_t visits;       // steps that count into the value
-    double sampling_error; // see value.h; NaN becomes NULL (appended column)
+    const char *method;           // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
+    double value;                 // positive = helps
+    const char *unit;             // "dB", "mean absolute error"
+    double standard_error;        // NaN becomes NULL
+    uint32_t visits;              // steps that count into the value
+    double sampling_error;        // see value.h; NaN becomes NULL (appended column)
+    double low, high;             // 95 % interval of the value over seeds; NaN becomes NULL (appended columns)
+    uint32_t rank_low, rank_high; // 95 % interval of its rank in the method, 1 = most valuable; 0 becomes NULL (appended columns)
 };
 
 // Creates `path`; a file that exists is VW_ERROR_USAGE.

@@ -24,7 +24,8 @@ static bool same_real(double a, double b) { return a == b || (isnan(a) && isnan(
 
 static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
     return compare_keys(a, b) == 0 && same_real(a->value, b->value) && strcmp(a->unit, b->unit) == 0 &&
-           same_real(a->standard_error, b->standard_error) && a->visits == b->visits && same_real(a->sampling_error, b->sampling_error);
+           same_real(a->standard_error, b->standard_error) && a->visits == b->visits && same_real(a->sampling_error, b->sampling_error) &&
+           same_real(a->low, b->low) && same_real(a->high, b->high) && a->rank_low == b->rank_low && a->rank_high == b->rank_high;
 }
 
 // Sorts both.

@@ -49,8 +49,8 @@ enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run
         database, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run", &hasher);
     if (!status)
         status = hash_rows(database,
-                           "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error FROM score"
-                           " ORDER BY run_id, image_id, method",
+                           "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low,"
+                           " rank_high FROM score ORDER BY run_id, image_id, method",
                            &hasher);
     vw_ledger_end_hash(&hasher, hash);
     return status;

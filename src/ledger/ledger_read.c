@@ -252,13 +252,17 @@ static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .standard_error = real_or_nan(statement, 4),
         .visits = (uint32_t)sqlite3_column_int64(statement, 5),
         .sampling_error = real_or_nan(statement, 6),
+        .low = real_or_nan(statement, 7),
+        .high = real_or_nan(statement, 8),
+        .rank_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL reads as 0
+        .rank_high = (uint32_t)sqlite3_column_int64(statement, 10),
     };
     return status;
 }
 
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
     static const struct row_reader reader = {
-        "SELECT image_id, method, value, unit, stderr, visits, sampling_error FROM score"
+        "SELECT image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low, rank_high FROM score"
         " JOIN (SELECT method, min(rowid) AS first FROM score GROUP BY method) USING (method) ORDER BY first, image_id",
         sizeof **scores, read_score};
     uint64_t read_count = 0;

@@ -9,8 +9,8 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
     if (status) return status;
     struct vw_row row = {0};
     status = vw_database_prepare(&ledger->database,
-                                 "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, sampling_error)"
-                                 " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                                 "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high,"
+                                 " rank_low, rank_high) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), nullif(?, 0))",
                                  &row.statement);
     for (uint32_t i = 0; !status && i < score_count; i++) {
         const struct vw_ledger_score *score = &scores[i];
@@ -22,6 +22,10 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
         vw_row_add_real(&row, score->standard_error);
         vw_row_add_integer(&row, score->visits);
         vw_row_add_real(&row, score->sampling_error);
+        vw_row_add_real(&row, score->low);
+        vw_row_add_real(&row, score->high);
+        vw_row_add_integer(&row, score->rank_low);
+        vw_row_add_integer(&row, score->rank_high);
         status = vw_row_write(&row, &ledger->database, "record a score");
     }
     sqlite3_finalize(row.statement);

@@ -32,11 +32,12 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE score ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, method TEXT NOT NULL,"
-    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, sampling_error REAL,"
+    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, sampling_error REAL, low REAL, high REAL,"
+    " rank_low INTEGER, rank_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 2;";
+    "PRAGMA user_version = 3;";
 
-_Static_assert(VW_SCHEMA_VERSION == 2, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
+_Static_assert(VW_SCHEMA_VERSION == 3, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
 
 enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
 

@@ -63,6 +63,12 @@ static void print_real(FILE *stream, double value) {
     fputs(text, stream);
 }
 
+// A further field; an empty one for 0.
+static void print_rank(FILE *stream, uint32_t rank) {
+    if (rank) fprintf(stream, ",%u", rank);
+    else fputc(',', stream);
+}
+
 static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     print_text(stream, row->image->name);
     fputc(',', stream);
@@ -73,11 +79,17 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     print_real(stream, row->score->standard_error);
     fprintf(stream, ",%u,%u,", row->score->visits, rank);
     print_real(stream, row->score->sampling_error);
+    fputc(',', stream);
+    print_real(stream, row->score->low);
+    fputc(',', stream);
+    print_real(stream, row->score->high);
+    print_rank(stream, row->score->rank_low);
+    print_rank(stream, row->score->rank_high);
     fputc('\n', stream);
 }
 
 static void print_table(FILE *stream, const struct row *rows, uint32_t count) {
-    fputs("name,provider,method,value,unit,stderr,visits,rank,sampling_error\n", stream);
+    fputs("name,provider,method,value,unit,stderr,visits,rank,sampling_error,low,high,rank_low,rank_high\n", stream);
     for (uint32_t i = 0; i < count; i++) print_row(stream, &rows[i], i - rows[i].method_order + 1);
 }
 

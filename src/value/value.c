@@ -86,6 +86,8 @@ static void append_scores(const struct estimator *estimator, const struct tally 
             .standard_error = standard_error_of_sum(&tallies[i]),
             .visits = (uint32_t)tallies[i].deltas.count,
             .sampling_error = sampling_error_of_sum(&tallies[i]),
+            .low = NAN,
+            .high = NAN,
         };
     }
 }

@@ -86,7 +86,8 @@ static inline bool chain_holds(const char *path) {
     feed_rows(&state, raw, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run",
               0);
     feed_rows(&state, raw,
-              "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error FROM score ORDER BY image_id, method", 0);
+              "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low, rank_high FROM score"
+              " ORDER BY image_id, method", 0);
     holds = hash_is(&state, raw, SQL_SEAL, 0, head) && holds;
     sqlite3_close(raw);
     return holds;

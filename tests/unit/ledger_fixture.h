@@ -183,9 +183,9 @@ static inline void test_spoil(struct test_recording *recording) {
 
 enum { TEST_SCORE_COUNT = 3 };
 static const struct vw_ledger_score test_scores[TEST_SCORE_COUNT] = {
-    {1, "dv_psnr", 1.5, "dB", 0.25, 3, 0.125},
-    {2, "dv_psnr", -0.0, "dB", NAN, 1, NAN},
-    {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.001},
+    {1, "dv_psnr", 1.5, "dB", 0.25, 3, 0.125, 1, 2, 1, 2},
+    {2, "dv_psnr", -0.0, "dB", NAN, 1, NAN, NAN, NAN, 0, 0},
+    {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.001, 0.01, 0.02, 1, 1},
 };
 
 static inline struct vw_ledger *test_ledger_create(const char *path) {

@@ -102,6 +102,9 @@ static void probes_and_scores_read_back(void **state) {
         assert_true(read[i].value == expected[i]->value);
         assert_true(same_real(read[i].standard_error, expected[i]->standard_error));
         assert_true(same_real(read[i].sampling_error, expected[i]->sampling_error));
+        assert_true(same_real(read[i].low, expected[i]->low) && same_real(read[i].high, expected[i]->high));
+        assert_int_equal(read[i].rank_low, expected[i]->rank_low);
+        assert_int_equal(read[i].rank_high, expected[i]->rank_high);
     }
     free(read);
     vw_ledger_close(&ledger);
@@ -117,7 +120,7 @@ static void tables_are_as_contracted(void **state) {
         {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1"},
-        {"score", "run_id,image_id,method,value,unit,stderr,visits,sampling_error"},
+        {"score", "run_id,image_id,method,value,unit,stderr,visits,sampling_error,low,high,rank_low,rank_high"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
         char *sql = vw_format_text("SELECT group_concat(name) FROM (SELECT name FROM pragma_table_info('%s') ORDER BY cid)", tables[i][0]);
@@ -138,11 +141,12 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT seed FROM run", "9223372036854775807");
     assert_answer(path, "SELECT stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(path, "SELECT sampling_error FROM score WHERE image_id = 2", "NULL");
+    assert_answer(path, "SELECT rank_low IS NULL AND rank_high IS NULL AND low IS NULL FROM score WHERE image_id = 2", "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
     assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9", "repeat,still,redraw,redraw");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "2");
+    assert_answer(path, "PRAGMA user_version", "3");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -239,10 +243,10 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 3");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 4");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
-    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 1");
+    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 2");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "older viewworth"));
     assert_null(ledger);

@@ -284,8 +284,10 @@ static void rows_moved_and_added_are_found(void **state) {
          "INSERT INTO image SELECT 8, 'other', 'images/8.png', split, provider, sha256, truth FROM image"
          " WHERE image_id = 1",
          "table image", true},
-        {"a score added", "INSERT INTO score SELECT run_id, 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL FROM run", "score row", true},
-        {"a score of another run", "INSERT INTO score VALUES ('other', 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL)", "table score", true},
+        {"a score added", "INSERT INTO score SELECT run_id, 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, NULL, 1, 1 FROM run", "score row",
+         true},
+        {"a score of another run", "INSERT INTO score VALUES ('other', 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, NULL, 1, 1)",
+         "table score", true},
         {"a second run",
          "INSERT INTO run SELECT 'other', scene_hash, scene_path, seed, config_json, subset_hash, device, driver,"
          " shader_hash, version, started_utc, finished_utc, status, row_hash, seal_hash, scene_options_json, effects_json"
