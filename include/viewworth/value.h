@@ -30,6 +30,7 @@ struct vw_value_input {
 // times the mean over the photo's probed steps of the variance of the delta over the redraws and the step itself, all from the same state);
 // NaN without such a step.
 // `*scores` is owned by the caller (free); method and unit strings are static. No step after burn-in gives count 0.
+extern const char vw_value_default_method[]; // what tables show first
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count);
 
 // The noise of the measurement, from all probes of a run (`value --noise-floor`). NaN where no probe of that kind has a value.

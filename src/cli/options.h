@@ -20,6 +20,7 @@ struct vw_options {
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
+    double until_stable; // 0: take all epochs
     const char *expect;
     uint32_t replay_steps;
     const char *view;

@@ -2,9 +2,8 @@
 
 #include <stdlib.h>
 
-enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_scoring *scoring) {
-    *scoring = (struct vw_scoring){.input = {.burn_in_epochs = burn_in_epochs}};
-    struct vw_value_input *input = &scoring->input;
+enum vw_status vw_scoring_load(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_value_input *input) {
+    *input = (struct vw_value_input){.burn_in_epochs = burn_in_epochs};
     struct vw_step_record *records = NULL;
     struct vw_probe *probes = NULL;
     enum vw_status status = vw_ledger_get_images(ledger, &input->images, &input->image_count);
@@ -12,13 +11,23 @@ enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs
     if (!status) status = vw_ledger_get_probes(ledger, &probes, &input->probe_count);
     input->records = records;
     input->probes = probes;
-    if (!status) status = vw_value_score(input, &scoring->scores, &scoring->score_count);
-    if (!status) vw_value_noise_floor(input, &scoring->noise_floor);
+    return status;
+}
+
+void vw_scoring_unload(struct vw_value_input *input) {
+    free((void *)input->records);
+    free((void *)input->probes);
+}
+
+enum vw_status vw_scoring_make(struct vw_ledger *ledger, uint32_t burn_in_epochs, struct vw_scoring *scoring) {
+    *scoring = (struct vw_scoring){0};
+    enum vw_status status = vw_scoring_load(ledger, burn_in_epochs, &scoring->input);
+    if (!status) status = vw_value_score(&scoring->input, &scoring->scores, &scoring->score_count);
+    if (!status) vw_value_noise_floor(&scoring->input, &scoring->noise_floor);
     return status;
 }
 
 void vw_scoring_free(struct vw_scoring *scoring) {
-    free((void *)scoring->input.records);
-    free((void *)scoring->input.probes);
+    vw_scoring_unload(&scoring->input);
     free(scoring->scores);
 }

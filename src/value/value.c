@@ -22,6 +22,8 @@ static const struct estimator estimators[] = {
     {"dv_psnr_pooled", "dB", &vw_measure_psnr_pooled, 1},
 };
 
+const char vw_value_default_method[] = "dv_psnr";
+
 // What is known of one image.
 struct tally {
     double sum; // of its deltas
