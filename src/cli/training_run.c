@@ -179,7 +179,7 @@ static void finish_early(struct vw_training_run *run, enum vw_status status) {
         format_utc_now(finished_utc);
         const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
         struct vw_scoring scoring; // the scores so far, or none
-        (void)vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
+        (void)vw_scoring_make(run->ledger, &run->options->config, &scoring);
         if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count))
             vw_log_warning("%s", vw_error_message());
         vw_scoring_free(&scoring);

@@ -22,7 +22,7 @@ enum vw_status vw_until_stable_measure(struct vw_training_run *run, bool *stable
     *stable = false;
     if (!is_asked_for(run)) return VW_OK;
     struct vw_value_input input;
-    enum vw_status status = vw_scoring_load(run->ledger, run->options->config.burn_in_epochs, &input);
+    enum vw_status status = vw_scoring_load(run->ledger, &run->options->config, &input);
     if (!status) status = vw_value_stability(&input, vw_value_default_method, &run->stability);
     vw_scoring_unload(&input);
     *stable = !status && is_stable(run);

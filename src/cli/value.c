@@ -135,7 +135,7 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
     struct ranking ranking = {0};
-    enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
+    enum vw_status status = vw_scoring_make(run->ledger, &run->options->config, &scoring);
     if (!status) status = vw_training_finish(run, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
     if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);

@@ -49,7 +49,7 @@ static enum vw_status check_scores(struct vw_recorded_run *run, uint32_t *count)
     struct vw_scoring computed = {0};
     bool ended = strcmp(run->row.status, "running") != 0;
     enum vw_status status = vw_ledger_get_scores(run->ledger, &recorded, count);
-    if (!status && ended) status = vw_scoring_make(run->ledger, run->config.burn_in_epochs, &computed);
+    if (!status && ended) status = vw_scoring_make(run->ledger, &run->config, &computed);
     if (!status) status = compare_scores(run, recorded, *count, computed.scores, computed.score_count);
     vw_scoring_free(&computed);
     free(recorded);

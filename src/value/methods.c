@@ -111,34 +111,34 @@ static enum vw_status rank_epochs(struct vw_series *series) { return treat_epoch
 #define LOSS &vw_measure_l1, -1
 #define L1_UNIT "mean absolute error"
 
-// X(name, unit, formula, measure and its sign, form, treatment, weighting, outcome); d is the delta of a visit, e = 1 ... E the epochs after
-// burn-in. The order is that of the scores.
-#define METHODS(X) \
-    X("dv_psnr", "dB", "sum of d", PSNR, STEP, keep, weigh_all, SUM) \
-    X("dv_loss", L1_UNIT, "sum of d", LOSS, STEP, keep, weigh_all, SUM) \
-    X("dv_psnr_pooled", "dB", "sum of d", POOLED, STEP, keep, weigh_all, SUM) \
-    X("revisit_psnr", "dB", "sum of d since the photo's visit before", PSNR, REVISIT, keep, weigh_all, SUM) \
-    X("revisit_loss", L1_UNIT, "sum of d since the photo's visit before", LOSS, REVISIT, keep, weigh_all, SUM) \
-    X("last_epoch_psnr", "dB", "d in the last epoch", PSNR, STEP, keep, weigh_last, SUM) \
-    X("linear_psnr", "dB", "sum of 2 e / (E + 1) d", PSNR, STEP, keep, weigh_linearly, SUM) \
-    X("exponential_psnr", "dB", "sum of w d, w = exp(3 e / E) / its mean", PSNR, STEP, keep, weigh_exponentially, SUM) \
-    X("middle_psnr", "dB", "sum of d, E / 6 < e <= E / 2 rounded up", PSNR, STEP, keep, weigh_middle, SUM) \
-    X("middle_loss", L1_UNIT, "sum of d, E / 6 < e <= E / 2 rounded up", LOSS, STEP, keep, weigh_middle, SUM) \
-    X("win_rate_psnr", "wins less losses per visit", "mean of sign(d)", PSNR, STEP, take_signs, weigh_all, MEAN) \
-    X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN) \
-    X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT) \
-    X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT) \
-    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM) \
-    X("root_sum_loss", L1_UNIT "^(1/2)", "sum of sign(d) sqrt |d|", LOSS, STEP, take_roots, weigh_all, SUM) \
-    X("clipped_psnr", "dB", "sum of d, clipped at 2 robust spreads from its epoch's median", PSNR, STEP, clip_epochs, weigh_all, SUM) \
-    X("clipped_loss", L1_UNIT, "sum of d, clipped at 2 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM) \
-    X("rank_psnr", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", PSNR, STEP, rank_epochs, weigh_all, MEAN) \
-    X("rank_loss", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", LOSS, STEP, rank_epochs, weigh_all, MEAN) \
-    X("momentum_psnr", "dB", "sum of credits c, d(t) = sum of (1 - beta1) beta1^k c(t - k)", PSNR, DECONVOLVED, keep, weigh_all, SUM) \
+// X(name, unit, formula, measure and its sign, form, treatment, weighting, outcome); d is the delta of a visit, e = 1 ... E the epochs
+// after burn-in. The order is that of the scores.
+#define METHODS(X)                                                                                                                         \
+    X("dv_psnr", "dB", "sum of d", PSNR, STEP, keep, weigh_all, SUM)                                                                       \
+    X("dv_loss", L1_UNIT, "sum of d", LOSS, STEP, keep, weigh_all, SUM)                                                                    \
+    X("dv_psnr_pooled", "dB", "sum of d", POOLED, STEP, keep, weigh_all, SUM)                                                              \
+    X("revisit_psnr", "dB", "sum of d since the photo's visit before", PSNR, REVISIT, keep, weigh_all, SUM)                                \
+    X("revisit_loss", L1_UNIT, "sum of d since the photo's visit before", LOSS, REVISIT, keep, weigh_all, SUM)                             \
+    X("last_epoch_psnr", "dB", "d in the last epoch", PSNR, STEP, keep, weigh_last, SUM)                                                   \
+    X("linear_psnr", "dB", "sum of 2 e / (E + 1) d", PSNR, STEP, keep, weigh_linearly, SUM)                                                \
+    X("exponential_psnr", "dB", "sum of w d, w = exp(3 e / E) / its mean", PSNR, STEP, keep, weigh_exponentially, SUM)                     \
+    X("middle_psnr", "dB", "sum of d, E / 6 < e <= E / 2 rounded up", PSNR, STEP, keep, weigh_middle, SUM)                                 \
+    X("middle_loss", L1_UNIT, "sum of d, E / 6 < e <= E / 2 rounded up", LOSS, STEP, keep, weigh_middle, SUM)                              \
+    X("win_rate_psnr", "wins less losses per visit", "mean of sign(d)", PSNR, STEP, take_signs, weigh_all, MEAN)                           \
+    X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN)                           \
+    X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT)                                        \
+    X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT)                                  \
+    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM)                                      \
+    X("root_sum_loss", L1_UNIT "^(1/2)", "sum of sign(d) sqrt |d|", LOSS, STEP, take_roots, weigh_all, SUM)                                \
+    X("clipped_psnr", "dB", "sum of d, clipped at 2 robust spreads from its epoch's median", PSNR, STEP, clip_epochs, weigh_all, SUM)      \
+    X("clipped_loss", L1_UNIT, "sum of d, clipped at 2 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
+    X("rank_psnr", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", PSNR, STEP, rank_epochs, weigh_all, MEAN)            \
+    X("rank_loss", "mean rank", "mean rank of d in its epoch, from -1 (lowest) to 1", LOSS, STEP, rank_epochs, weigh_all, MEAN)            \
+    X("momentum_psnr", "dB", "sum of credits c, d(t) = sum of (1 - beta1) beta1^k c(t - k)", PSNR, DECONVOLVED, keep, weigh_all, SUM)      \
     X("momentum_loss", L1_UNIT, "sum of credits c, d(t) = sum of (1 - beta1) beta1^k c(t - k)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
 #define LISTED(name, unit, formula, ...) {name, unit, formula},
-#define MADE(name, unit, formula, measure, form, treatment, weighting, outcome) \
+#define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                                            \
     {measure, VW_FORM_##form, treatment, weighting, VW_OUTCOME_##outcome},
 static const struct vw_value_method listed[] = {METHODS(LISTED)};
 const struct vw_method vw_methods[] = {METHODS(MADE)};

@@ -75,8 +75,7 @@ static void fit(const struct model *model, struct workspace *work) {
         }
         trace_back(model, work->scratch, work->gradient);
         double shorter = dot(work->gradient, work->gradient, model->unknown_count);
-        for (uint32_t i = 0; i < model->unknown_count; i++)
-            work->direction[i] = work->gradient[i] + shorter / length * work->direction[i];
+        for (uint32_t i = 0; i < model->unknown_count; i++) work->direction[i] = work->gradient[i] + shorter / length * work->direction[i];
         length = shorter;
     }
 }

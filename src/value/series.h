@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_VALUE_SERIES_H
 #define VIEWWORTH_VALUE_SERIES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "value/measure.h"
@@ -17,9 +18,9 @@ enum vw_form {
 
 // A step on a photo after burn-in.
 struct vw_visit {
-    uint32_t image; // index in vw_value_input.images
-    uint32_t epoch; // counts from 0 at the end of burn-in
-    double delta;   // positive = helps; NaN where the step has no value, or no visit before it to start from
+    uint32_t image;           // index in vw_value_input.images
+    uint32_t epoch;           // counts from 0 at the end of burn-in
+    double delta;             // positive = helps; NaN where the step has no value, or no visit before it to start from
     double sampling_variance; // vw_step_sampling_variance
 };
 
@@ -35,8 +36,8 @@ enum vw_status vw_series_make(const struct vw_value_input *input, const struct v
                               struct vw_series *series);
 void vw_series_free(struct vw_series *series);
 
-// Reorders the visits photo by photo, each photo's in the order of the steps, as scores are summed. `starts` has image_count + 1 entries and
-// becomes where each photo's visits begin. VW_ERROR_MEMORY.
+// Reorders the visits photo by photo, each photo's in the order of the steps, as scores are summed. `starts` has image_count + 1 entries
+// and becomes where each photo's visits begin. VW_ERROR_MEMORY.
 enum vw_status vw_series_sort_by_photo(struct vw_series *series, uint32_t image_count, uint64_t *starts);
 
 #endif

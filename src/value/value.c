@@ -1,111 +1,142 @@
 #include "viewworth/value.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
-#include "value/measure.h"
+#include "value/methods.h"
+#include "value/uncertainty.h"
 #include "viewworth/memory.h"
 
-struct estimator {
-    const char *method, *unit;
-    const struct vw_measure *measure;
-    double sign; // +1 where more is better, -1 where less is
+// One method on its way to its scores.
+struct scoring {
+    const struct vw_method *method;
+    const struct vw_value_method *about;
+    const struct vw_value_input *input;
+    struct vw_series series; // treated, photo by photo
+    uint64_t *starts;        // where each photo's visits begin
+    double *weights;         // of the epochs
+    double *by_epoch;        // what one photo's visits of each epoch contribute; NaN without a visit
 };
 
-static const struct estimator estimators[] = {
-    {"dv_psnr", "dB", &vw_measure_psnr, 1},
-    {"dv_loss", "mean absolute error", &vw_measure_l1, -1},
-    {"dv_psnr_pooled", "dB", &vw_measure_psnr_pooled, 1},
-};
-
-const char vw_value_default_method[] = "dv_psnr";
-
-// What is known of one image.
+// What is known of one photo.
 struct tally {
-    double sum; // of its deltas
-    struct vw_spread deltas;
+    double sum, squared_weights;
+    uint32_t visits;
     struct vw_mean_variance sampling; // over its probed steps
 };
 
-static double standard_error_of_sum(const struct tally *tally) {
-    return sqrt(vw_spread_variance(&tally->deltas) * (double)tally->deltas.count);
+// Contributions are summed in the order of the steps, so that equal ledgers give equal bits.
+static struct tally tally_visits(const struct scoring *scoring, uint32_t image) {
+    struct tally tally = {0};
+    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) scoring->by_epoch[e] = NAN;
+    for (uint64_t i = scoring->starts[image]; i < scoring->starts[image + 1]; i++) {
+        const struct vw_visit *visit = &scoring->series.visits[i];
+        double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta;
+        if (weight == 0) continue;
+        vw_mean_variance_add(&tally.sampling, visit->sampling_variance);
+        if (!isfinite(contribution)) continue;
+        tally.sum += contribution;
+        tally.squared_weights += weight * weight;
+        tally.visits++;
+        double *of_epoch = &scoring->by_epoch[visit->epoch];
+        *of_epoch = isnan(*of_epoch) ? contribution : *of_epoch + contribution;
+    }
+    return tally;
 }
 
 // Given the states they start from, the deltas of different steps are drawn independently, so that their variances add up; those of the
 // probed steps stand for all.
 static double sampling_error_of_sum(const struct tally *tally) {
-    return sqrt((double)tally->deltas.count * vw_mean_variance_result(&tally->sampling));
+    return sqrt(tally->squared_weights * vw_mean_variance_result(&tally->sampling));
 }
 
-static enum vw_status find_tally(const struct vw_value_input *input, const struct vw_step_record *record, struct tally *tallies,
-                                 struct tally **tally) {
-    const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, record->view);
-    if (!image)
-        return vw_fail(VW_ERROR_INPUT, "step %" PRIu64 ": trained on image %u, which the image table lacks; verify the ledger",
-                       record->step, record->view);
-    *tally = &tallies[image - input->images];
-    return VW_OK;
+static void divide(struct vw_ledger_score *score, double divisor) {
+    score->value /= divisor;
+    score->standard_error /= divisor;
+    score->low /= divisor;
+    score->high /= divisor;
 }
 
-// Deltas are summed in the order of the steps, so that equal ledgers give equal bits.
-static enum vw_status tally_steps(const struct estimator *estimator, const struct vw_value_input *input, struct tally *tallies) {
-    double before = NAN;
-    uint64_t taken = 0;
-    for (uint64_t i = 0; i < input->record_count; i++) {
-        const struct vw_step_record *record = &input->records[i];
-        struct vw_step_probes probes = vw_step_probes_take(input, record->step, &taken);
-        double after = vw_measure_of_record(estimator->measure, record);
-        double delta = estimator->sign * (after - before);
-        if (isfinite(after)) before = after;
-        if (record->epoch < input->burn_in_epochs || record->view == VW_RECORD_UNTRAINED) continue;
-        struct tally *tally = NULL;
-        enum vw_status status = find_tally(input, record, tallies, &tally);
-        if (status) return status;
-        vw_mean_variance_add(&tally->sampling, vw_step_sampling_variance(estimator->measure, record, probes));
-        if (!isfinite(delta)) continue;
-        tally->sum += delta;
-        vw_spread_add(&tally->deltas, delta);
-    }
-    return VW_OK;
+// The ends of the interval move as the value does. The standard error shrinks as the interval does: the slope at the value itself says
+// nothing where the sum is near 0.
+static void take_cube_root(struct vw_ledger_score *score) {
+    double low = cbrt(score->low), high = cbrt(score->high), width = score->high - score->low;
+    score->value = cbrt(score->value);
+    score->standard_error *= width > 0 ? (high - low) / width : 1;
+    score->low = low;
+    score->high = high;
 }
 
-// Appends a score per train image; nothing when no image was visited after burn-in.
-static void append_scores(const struct estimator *estimator, const struct tally *tallies, const struct vw_value_input *input,
-                          struct vw_ledger_score *scores, uint32_t *score_count) {
+static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
+    struct tally tally = tally_visits(scoring, image);
+    struct vw_interval interval = vw_interval_of_sum(scoring->by_epoch, scoring->series.epoch_count);
+    struct vw_ledger_score score = {
+        .image_id = scoring->input->images[image].image_id,
+        .method = scoring->about->name,
+        .value = tally.sum,
+        .unit = scoring->about->unit,
+        .standard_error = interval.standard_error,
+        .visits = tally.visits,
+        .sampling_error = vw_method_is_sum_of_steps(scoring->method) ? sampling_error_of_sum(&tally) : NAN,
+        .low = interval.low,
+        .high = interval.high,
+    };
+    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally.visits > 0) divide(&score, tally.visits);
+    if (scoring->method->outcome == VW_OUTCOME_CUBE_ROOT) take_cube_root(&score);
+    return score;
+}
+
+// Appends a score per train image; nothing when no image has a visit that counts.
+static enum vw_status append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
+    uint32_t count = 0;
     bool visited = false;
-    for (uint32_t i = 0; i < input->image_count; i++) visited = visited || tallies[i].deltas.count > 0;
-    for (uint32_t i = 0; visited && i < input->image_count; i++) {
-        if (strcmp(input->images[i].split, "train") != 0) continue;
-        scores[(*score_count)++] = (struct vw_ledger_score){
-            .image_id = input->images[i].image_id,
-            .method = estimator->method,
-            .value = tallies[i].sum,
-            .unit = estimator->unit,
-            .standard_error = standard_error_of_sum(&tallies[i]),
-            .visits = (uint32_t)tallies[i].deltas.count,
-            .sampling_error = sampling_error_of_sum(&tallies[i]),
-            .low = NAN,
-            .high = NAN,
-        };
+    for (uint32_t i = 0; i < scoring->input->image_count; i++) {
+        struct vw_ledger_score score = score_photo(scoring, i);
+        visited = visited || score.visits > 0;
+        if (strcmp(scoring->input->images[i].split, "train") == 0) scores[*score_count + count++] = score;
     }
+    if (!visited) return VW_OK;
+    enum vw_status status = vw_rank_intervals(&scores[*score_count], count);
+    *score_count += count;
+    return status;
+}
+
+static enum vw_status prepare(struct scoring *scoring) {
+    const struct vw_method *method = scoring->method;
+    enum vw_status status = vw_series_make(scoring->input, method->measure, method->sign, method->form, &scoring->series);
+    if (!status) status = method->treatment(&scoring->series);
+    scoring->starts = vw_allocate((size_t)scoring->input->image_count + 1, sizeof *scoring->starts);
+    scoring->weights = vw_allocate(scoring->series.epoch_count, sizeof *scoring->weights);
+    scoring->by_epoch = vw_allocate(scoring->series.epoch_count, sizeof *scoring->by_epoch);
+    if (!status && (!scoring->starts || !scoring->weights || !scoring->by_epoch)) status = VW_ERROR_MEMORY;
+    if (!status) method->weighting(scoring->weights, scoring->series.epoch_count);
+    if (!status) status = vw_series_sort_by_photo(&scoring->series, scoring->input->image_count, scoring->starts);
+    return status;
+}
+
+static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
+    enum vw_status status = prepare(scoring);
+    if (!status) status = append_scores(scoring, scores, score_count);
+    vw_series_free(&scoring->series);
+    free(scoring->starts);
+    free(scoring->weights);
+    free(scoring->by_epoch);
+    return status;
 }
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count) {
     enum vw_status status = VW_OK;
-    uint32_t count = 0;
-    struct tally *tallies = vw_allocate(input->image_count, sizeof *tallies);
-    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * VW_ARRAY_COUNT(estimators), sizeof *made);
-    if (!tallies || !made) status = VW_ERROR_MEMORY;
-    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(estimators); i++) {
-        memset(tallies, 0, input->image_count * sizeof *tallies);
-        status = tally_steps(&estimators[i], input, tallies);
-        if (!status) append_scores(&estimators[i], tallies, input, made, &count);
+    uint32_t count = 0, listed_count;
+    const struct vw_value_method *listed = vw_value_methods(&listed_count);
+    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * vw_method_count, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < vw_method_count; i++) {
+        struct scoring scoring = {.method = &vw_methods[i], .about = &listed[i], .input = input};
+        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) continue; // would be the step form again
+        status = score_by(&scoring, made, &count);
     }
-    free(tallies);
     if (status) {
         free(made);
         return status;

@@ -46,10 +46,10 @@ static void known_worths_come_back(void **state) {
     struct test_recording *training = train(0, 6, 3);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(training, 1, &count);
-    assert_int_equal(count, 3 * TEST_TRAIN_COUNT);
+    assert_true(count > 3 * TEST_TRAIN_COUNT);
     const char *methods[] = {"dv_psnr", "dv_loss", "dv_psnr_pooled"}, *units[] = {"dB", "mean absolute error", "dB"};
     const double factors[] = {1, 0.01, 2}; // positive = helps, also where the measure falls
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < 3 * TEST_TRAIN_COUNT; i++) {
         uint32_t method = i / TEST_TRAIN_COUNT, image = i % TEST_TRAIN_COUNT;
         assert_string_equal(scores[i].method, methods[method]);
         assert_string_equal(scores[i].unit, units[method]);
@@ -211,8 +211,13 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
         run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100};
     }
     run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
-    return (struct vw_value_input){run->records,   NOISY_STEP_COUNT, run->probes,     NOISY_PROBE_COUNT,
-                                   burn_in_epochs, test_images,      TEST_IMAGE_COUNT};
+    return (struct vw_value_input){.records = run->records,
+                                   .record_count = NOISY_STEP_COUNT,
+                                   .probes = run->probes,
+                                   .probe_count = NOISY_PROBE_COUNT,
+                                   .burn_in_epochs = burn_in_epochs,
+                                   .images = test_images,
+                                   .image_count = TEST_IMAGE_COUNT};
 }
 
 // Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each more.
@@ -395,7 +400,7 @@ static void score_quality_tells_auc_and_r(void **state) {
     // Clean photos 1, 3, 6 score 1, 5, 3 and spoiled ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
     const char *sql = "UPDATE score SET value = CASE image_id WHEN 1 THEN 1 WHEN 3 THEN 5 WHEN 5 THEN 4 ELSE 3 END"
                       " WHERE method = 'dv_loss';"
-                      "DELETE FROM score WHERE method = 'dv_psnr_pooled';";
+                      "DELETE FROM score WHERE method NOT IN ('dv_psnr', 'dv_loss');";
     assert_int_equal(sqlite3_exec(raw, sql, NULL, NULL, NULL), SQLITE_OK);
     sqlite3_close(raw);
     command = vw_format_text("'%s' '%s/two'", script, (const char *)*state);
