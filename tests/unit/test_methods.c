@@ -1,0 +1,428 @@
+// Every method on games whose values are known, and against a plain recomputation.
+#include "unit/value_game.h"
+
+static const uint64_t seed = 5;
+static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
+enum { EPOCHS = 13, BURN_IN = 1, VALUED = EPOCHS - BURN_IN, ALL = (1 << TEST_TRAIN_COUNT) - 1 };
+
+static struct vw_ledger_score *score(const struct test_game *game, double beta1, uint32_t *count) {
+    struct vw_value_input input = test_input_of(game, BURN_IN, beta1);
+    struct vw_ledger_score *scores = NULL;
+    ASSERT_OK(vw_value_score(&input, &scores, count));
+    return scores;
+}
+
+static double value_of(const struct vw_ledger_score *scores, uint32_t count, const char *method, uint32_t photo) {
+    return test_find_score(scores, count, method, test_train_views[photo])->value;
+}
+
+// Sums of some dozen numbers near 20 are right to 1e-13.
+static void assert_near(double value, double expected, const char *what) {
+    if (!(fabs(value - expected) <= 1e-11)) fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
+}
+
+// ---- Games whose values are known ---------------------------------------------------------------------------------------------
+
+static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
+    struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
+    double value = game->records[game->count - 1].val_psnr - 12;
+    free(game);
+    return value;
+}
+
+static double leave_one_out(test_rule *rule, uint32_t photo, uint64_t with_seed) {
+    return played_value(rule, ALL, with_seed) - played_value(rule, ALL & ~(1u << photo), with_seed);
+}
+
+// The mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s! (n - 1 - s)! / n!.
+static double shapley(test_rule *rule, uint32_t photo, uint64_t with_seed) {
+    static const double factorial[] = {1, 1, 2, 6, 24, 120};
+    double value = 0;
+    for (uint32_t subset = 0; subset <= ALL; subset++) {
+        if (subset >> photo & 1) continue;
+        int others = __builtin_popcount(subset);
+        value += factorial[others] * factorial[TEST_TRAIN_COUNT - 1 - others] / factorial[TEST_TRAIN_COUNT] *
+                 (played_value(rule, subset | 1u << photo, with_seed) - played_value(rule, subset, with_seed));
+    }
+    return value;
+}
+
+static double additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    (void)with_seed;
+    return worth_db[order[step]];
+}
+
+// Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree: visits * worth.
+static void additive_worths_come_back(void **state) {
+    (void)state;
+    struct test_game *game = test_play(additive, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        double worth = worth_db[photo], whole = VALUED * worth;
+        assert_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
+        assert_near(shapley(additive, photo, seed), whole, "Shapley's value");
+        const struct {
+            const char *method;
+            double expected;
+        } cases[] = {
+            {"dv_psnr", whole},
+            {"dv_loss", whole / 100},
+            {"dv_psnr_pooled", 2 * whole},
+            {"linear_psnr", whole},
+            {"exponential_psnr", whole},
+            {"clipped_psnr", whole},
+            {"clipped_loss", whole / 100},
+            {"last_epoch_psnr", worth},
+            {"middle_psnr", 4 * worth}, // epochs 3 to 6 of 12
+            {"middle_loss", worth / 25},
+            {"win_rate_psnr", worth > 0 ? 1 : -1},
+            {"win_rate_loss", worth > 0 ? 1 : -1},
+            {"root_psnr", cbrt(whole)},
+            {"root_loss", cbrt(whole / 100)},
+            {"root_sum_psnr", VALUED * copysign(sqrt(fabs(worth)), worth)},
+            {"root_sum_loss", VALUED * copysign(sqrt(fabs(worth)), worth) / 10},
+        };
+        for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)
+            assert_near(value_of(scores, count, cases[i].method, photo), cases[i].expected, cases[i].method);
+        const double ranks[TEST_TRAIN_COUNT] = {1, -0.5, 0, -1, 0.5};
+        assert_near(value_of(scores, count, "rank_psnr", photo), ranks[photo], "rank_psnr");
+        assert_near(value_of(scores, count, "rank_loss", photo), ranks[photo], "rank_loss");
+    }
+    free(scores);
+    free(game);
+}
+
+// Two photos show the same: whichever comes first in an epoch brings all that either has, the other nothing.
+static double duplicates(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)with_seed;
+    if (order[step] > 1) return 0.1;
+    for (uint32_t earlier = first; earlier < step; earlier++)
+        if (order[earlier] == 1 - order[step]) return 0;
+    return 0.5;
+}
+
+static void duplicates_share_their_worth(void **state) {
+    (void)state;
+    double pair[2] = {0};
+    enum { SEEDS = 40 };
+    for (uint64_t with_seed = 0; with_seed < SEEDS; with_seed++) {
+        struct test_game *game = test_play(duplicates, EPOCHS, with_seed);
+        uint32_t count = 0;
+        struct vw_ledger_score *scores = score(game, 0, &count);
+        double first = value_of(scores, count, "dv_psnr", 0), second = value_of(scores, count, "dv_psnr", 1);
+        assert_near(first + second, 0.5 * VALUED, "what a pair shares");
+        pair[0] += first / SEEDS;
+        pair[1] += second / SEEDS;
+        free(scores);
+        free(game);
+    }
+    // Half each but for the luck of the draw: 480 coins of 0.5 dB, summed per run, spread the mean by 0.137 dB; within four of that.
+    assert_true(fabs(pair[0] - 0.25 * VALUED) < 0.55);
+    for (uint32_t photo = 0; photo < 2; photo++) { // so that the sums tell Shapley's value, not what is lost without the photo
+        assert_near(shapley(duplicates, photo, seed), 0.25 * VALUED, "Shapley's value");
+        assert_near(leave_one_out(duplicates, photo, seed), 0, "leave-one-out");
+    }
+}
+
+// Photo 3 takes 2 dB, which the step after it brings back, whoever takes it; else worths are additive, and its own is nothing.
+static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    (void)with_seed;
+    bool repairs = step > 1 && order[step - 1] == 3, harms = order[step] == 3;
+    return (harms ? 0 : worth_db[order[step]]) + (repairs ? 2 : 0) - (harms ? 2 : 0);
+}
+
+// What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo and for those that
+// happen to follow. Where it is bounded the error is, and the others keep their order.
+static void repaired_damage_is_overstated_by_sums(void **state) {
+    (void)state;
+    struct test_game *game = test_play(repaired, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    assert_true(fabs(leave_one_out(repaired, 3, seed)) <= 2 + 1e-9); // a last visit may go unrepaired
+    assert_true(value_of(scores, count, "dv_psnr", 3) <= -2 * (VALUED - 1));
+    assert_true(fabs(value_of(scores, count, "clipped_psnr", 3)) < 0.75 * fabs(value_of(scores, count, "dv_psnr", 3)));
+    assert_near(value_of(scores, count, "root_psnr", 3), cbrt(value_of(scores, count, "dv_psnr", 3)), "root_psnr");
+    assert_true(value_of(scores, count, "win_rate_psnr", 3) < -0.6);
+    free(scores);
+    free(game);
+}
+
+// ---- Against a plain recomputation --------------------------------------------------------------------------------------------
+
+static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    double noise = test_noise(with_seed, step);
+    return (worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) / (1 + 0.01 * step); // some outsized, all fading
+}
+
+// The deltas of a measure by valued epoch and photo, from the records; NaN where there is none.
+struct grid {
+    double d[VALUED][TEST_TRAIN_COUNT];
+};
+
+static double read_measure(const struct vw_step_record *record, bool loss) { return loss ? -record->val_l1 : record->val_psnr; }
+
+static struct grid grid_of(const struct test_game *game, bool loss, bool revisit) {
+    struct grid grid;
+    double own[TEST_TRAIN_COUNT], shared = read_measure(&game->records[0], loss);
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) own[i] = NAN;
+    for (uint32_t step = 1; step < game->count; step++) {
+        const struct vw_step_record *record = &game->records[step];
+        uint32_t photo = game->order[step];
+        double measure = read_measure(record, loss), before = revisit ? own[photo] : shared;
+        if (record->epoch >= BURN_IN) grid.d[record->epoch - BURN_IN][photo] = measure - before;
+        if (!isnan(measure)) own[photo] = shared = measure;
+    }
+    return grid;
+}
+
+static int compare(const void *a, const void *b) {
+    return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b);
+}
+
+// The middle of an epoch's values, NaN left out.
+static double middle_of(const double *values) {
+    double sorted[TEST_TRAIN_COUNT];
+    int n = 0;
+    for (int i = 0; i < TEST_TRAIN_COUNT; i++)
+        if (!isnan(values[i])) sorted[n++] = values[i];
+    qsort(sorted, n, sizeof *sorted, compare);
+    return (sorted[(n - 1) / 2] + sorted[n / 2]) / 2;
+}
+
+static double clipped(const double *epoch, uint32_t photo) {
+    double middle = middle_of(epoch), away[TEST_TRAIN_COUNT];
+    for (int i = 0; i < TEST_TRAIN_COUNT; i++) away[i] = fabs(epoch[i] - middle);
+    double most = 2 * 1.4826 * middle_of(away);
+    return epoch[photo] > middle + most ? middle + most : epoch[photo] < middle - most ? middle - most : epoch[photo];
+}
+
+static double ranked(const double *epoch, uint32_t photo) {
+    double less = 0, n = 0;
+    for (int i = 0; i < TEST_TRAIN_COUNT; i++) {
+        n += !isnan(epoch[i]);
+        less += (epoch[i] < epoch[photo]) - (epoch[i] > epoch[photo]);
+    }
+    return n > 1 ? less / (n - 1) : 0;
+}
+
+// What an epoch adds to the score of a method, without _psnr and _loss, before what is done to the sum.
+static double contribution(const char *method, const double *epoch, uint32_t photo, double e) {
+    const double d = epoch[photo], count = VALUED;
+    if (strcmp(method, "dv") == 0 || strcmp(method, "root") == 0 || strcmp(method, "revisit") == 0) return d;
+    if (strcmp(method, "last_epoch") == 0) return e == count ? d : NAN;
+    if (strcmp(method, "linear") == 0) return 2 * e / (count + 1) * d;
+    if (strcmp(method, "exponential") == 0) { // a geometric series
+        double ratio = exp(3 / count), mean = ratio * (pow(ratio, count) - 1) / (ratio - 1) / count;
+        return pow(ratio, e) / mean * d;
+    }
+    if (strcmp(method, "middle") == 0) return e >= 3 && e <= 6 ? d : NAN;
+    if (strcmp(method, "win_rate") == 0) return d > 0 ? 1 : d < 0 ? -1 : d;
+    if (strcmp(method, "root_sum") == 0) return d > 0 ? sqrt(d) : -sqrt(-d);
+    if (strcmp(method, "clipped") == 0) return isnan(d) ? NAN : clipped(epoch, photo);
+    if (strcmp(method, "rank") == 0) return isnan(d) ? NAN : ranked(epoch, photo);
+    fail_msg("no formula here for %s", method);
+    return NAN;
+}
+
+// Holds one score against its formula.
+static void check_score(const struct test_game *game, const struct vw_ledger_score *score) {
+    const char *end = strrchr(score->method, '_');
+    char *method = vw_format_text("%.*s", (int)(end - score->method), score->method);
+    uint32_t photo = 0, visits = 0;
+    while (test_train_views[photo] != score->image_id) photo++;
+    const struct grid grid = grid_of(game, strcmp(end, "_loss") == 0, strcmp(method, "revisit") == 0);
+    double sum = 0;
+    for (uint32_t e = 0; e < VALUED; e++) {
+        double part = contribution(method, grid.d[e], photo, e + 1);
+        if (isnan(part)) continue;
+        sum += part;
+        visits++;
+    }
+    if (strcmp(method, "win_rate") == 0 || strcmp(method, "rank") == 0) sum /= visits;
+    if (strcmp(method, "root") == 0) sum = cbrt(sum);
+    assert_near(score->value, sum, score->method);
+    assert_int_equal(score->visits, visits);
+    free(method);
+}
+
+static void methods_follow_their_formulas(void **state) {
+    (void)state;
+    for (uint64_t with_seed = 0; with_seed < 5; with_seed++) {
+        struct test_game *game = test_play(noisy, EPOCHS, with_seed);
+        for (uint32_t step = 17; step < 23 + with_seed; step++) test_flag(game, step); // one epoch keeps a photo or two
+        uint32_t count = 0, checked = 0, listed;
+        vw_value_methods(&listed);
+        struct vw_ledger_score *scores = score(game, 0, &count);
+        for (uint32_t i = 0; i < count; i++) {
+            if (strcmp(scores[i].method, "dv_psnr_pooled") == 0) continue;
+            check_score(game, &scores[i]);
+            checked++;
+        }
+        assert_int_equal(checked, (listed - 3) * TEST_TRAIN_COUNT); // all but the pooled one and those of momentum
+        free(scores);
+        free(game);
+    }
+}
+
+// The least-squares fit by its full matrix: photo i explains step t by (1 - b) b^k for each of its visits k steps before, what burn-in left
+// in the first moment by b^t.
+enum { UNKNOWNS = TEST_TRAIN_COUNT + 1, STEPS = VALUED * TEST_TRAIN_COUNT };
+
+static void solve(double system[UNKNOWNS][UNKNOWNS + 1]) { // Gauss-Jordan with pivots; the solution is the last column
+    for (int column = 0; column < UNKNOWNS; column++) {
+        int pivot = column;
+        for (int row = column; row < UNKNOWNS; row++)
+            if (fabs(system[row][column]) > fabs(system[pivot][column])) pivot = row;
+        for (int k = 0; k <= UNKNOWNS; k++) {
+            double swapped = system[pivot][k];
+            system[pivot][k] = system[column][k];
+            system[column][k] = swapped;
+        }
+        for (int row = 0; row < UNKNOWNS; row++) {
+            double factor = system[row][column] / system[column][column];
+            for (int k = 0; row != column && k <= UNKNOWNS; k++) system[row][k] -= factor * system[column][k];
+        }
+    }
+    for (int row = 0; row < UNKNOWNS; row++) system[row][UNKNOWNS] /= system[row][row];
+}
+
+static void fit_plainly(const struct test_game *game, double beta1, double worths[TEST_TRAIN_COUNT]) {
+    static double matrix[STEPS][UNKNOWNS + 1]; // last the deltas
+    double system[UNKNOWNS][UNKNOWNS + 1] = {{0}};
+    memset(matrix, 0, sizeof matrix);
+    for (int t = 0; t < STEPS; t++) {
+        for (int k = 0; k <= t; k++) matrix[t][game->order[1 + TEST_TRAIN_COUNT * BURN_IN + t - k]] += (1 - beta1) * pow(beta1, k);
+        matrix[t][TEST_TRAIN_COUNT] = pow(beta1, t + 1);
+        const struct vw_step_record *record = &game->records[1 + TEST_TRAIN_COUNT * BURN_IN + t];
+        matrix[t][UNKNOWNS] = record->val_psnr - record[-1].val_psnr;
+        for (int i = 0; i < UNKNOWNS; i++)
+            for (int j = 0; j <= UNKNOWNS; j++) system[i][j] += matrix[t][i] * matrix[t][j];
+    }
+    solve(system);
+    for (int i = 0; i < TEST_TRAIN_COUNT; i++) worths[i] = system[i][UNKNOWNS];
+}
+
+static void momentum_is_the_least_squares_fit(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    for (double beta1 = 0.5; beta1 < 0.96; beta1 += 0.1) {
+        uint32_t count = 0, listed;
+        double worths[TEST_TRAIN_COUNT];
+        vw_value_methods(&listed);
+        struct vw_ledger_score *scores = score(game, beta1, &count);
+        assert_int_equal(count, listed * TEST_TRAIN_COUNT);
+        fit_plainly(game, beta1, worths);
+        for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+            double expected = VALUED * worths[photo]; // the systems' condition is below 1e5
+            assert_true(fabs(value_of(scores, count, "momentum_psnr", photo) - expected) < 1e-8);
+            assert_true(fabs(value_of(scores, count, "momentum_loss", photo) - expected / 100) < 1e-8);
+        }
+        free(scores);
+    }
+    free(game);
+}
+
+// ---- The table and the edges --------------------------------------------------------------------------------------------------
+
+static void the_list_is_in_the_order_of_scores(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    uint32_t count = 0, listed;
+    const struct vw_value_method *methods = vw_value_methods(&listed);
+    struct vw_ledger_score *scores = score(game, 0.9, &count);
+    bool has_default = false;
+    for (uint32_t i = 0; i < listed; i++) {
+        assert_string_equal(scores[i * TEST_TRAIN_COUNT].method, methods[i].name);
+        assert_string_equal(scores[i * TEST_TRAIN_COUNT].unit, methods[i].unit);
+        assert_true(strlen(methods[i].formula) > 0);
+        has_default = has_default || strcmp(methods[i].name, vw_value_default_method) == 0;
+        for (uint32_t j = 0; j < i; j++) assert_string_not_equal(methods[i].name, methods[j].name);
+    }
+    assert_true(has_default);
+    free(scores);
+    free(game);
+}
+
+static void a_single_epoch_has_scores_without_errors(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, 1, seed);
+    struct vw_value_input input = test_input_of(game, 0, 0);
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(isfinite(scores[i].value) && isnan(scores[i].standard_error));
+        assert_int_equal(scores[i].visits, 1);
+        assert_true(strncmp(scores[i].method, "revisit", 7) != 0); // nothing to start from
+    }
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        double whole = value_of(scores, count, "dv_psnr", photo);
+        assert_true(value_of(scores, count, "middle_psnr", photo) == whole && value_of(scores, count, "last_epoch_psnr", photo) == whole);
+        assert_near(value_of(scores, count, "exponential_psnr", photo), whole, "exponential_psnr");
+        assert_near(value_of(scores, count, "linear_psnr", photo), whole, "linear_psnr");
+    }
+    free(scores);
+    ASSERT_OK(vw_value_score(&(struct vw_value_input){.records = game->records, .record_count = 1}, &scores, &count));
+    assert_int_equal(count, 0); // the untrained field alone
+    free(scores);
+    input.burn_in_epochs = 1;
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    assert_int_equal(count, 0); // no visit after burn-in
+    free(scores);
+    free(game);
+}
+
+// A lone photo is neither high nor low among those of its epoch, and nothing is clipped where photos do not spread.
+static void equal_deltas_stay(void **state) {
+    (void)state;
+    struct test_game *game = test_play_subset(additive, 1, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    assert_near(value_of(scores, count, "rank_psnr", 0), 0, "the rank of one");
+    assert_near(value_of(scores, count, "clipped_psnr", 0), VALUED * worth_db[0], "clipped_psnr");
+    assert_true(value_of(scores, count, "rank_psnr", 1) == 0 && value_of(scores, count, "win_rate_psnr", 1) == 0); // not visited
+    free(scores);
+    free(game);
+}
+
+// The interval of a mean and of a root follow from that of the sum.
+static void intervals_follow_the_outcome(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
+        const struct vw_ledger_score *root = test_find_score(scores, count, "root_psnr", test_train_views[photo]);
+        assert_true(sum->low < sum->value && sum->value < sum->high && sum->standard_error > 0);
+        assert_near(root->low, cbrt(sum->low), "the low end of a root");
+        assert_near(root->high, cbrt(sum->high), "the high end of a root");
+        assert_near(root->standard_error / (root->high - root->low), sum->standard_error / (sum->high - sum->low), "a root's error");
+        const struct vw_ledger_score *rank = test_find_score(scores, count, "rank_psnr", test_train_views[photo]);
+        assert_true(rank->high - rank->low < 1 && rank->standard_error < 0.25); // of a mean: that of the sum is VALUED times as long
+        assert_true(rank->low < rank->value && rank->value < rank->high);
+        assert_in_range(sum->rank_low, 1, sum->rank_high);
+        assert_in_range(sum->rank_high, 1, TEST_TRAIN_COUNT);
+    }
+    free(scores);
+    free(game);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(additive_worths_come_back),
+        cmocka_unit_test(duplicates_share_their_worth),
+        cmocka_unit_test(repaired_damage_is_overstated_by_sums),
+        cmocka_unit_test(methods_follow_their_formulas),
+        cmocka_unit_test(momentum_is_the_least_squares_fit),
+        cmocka_unit_test(the_list_is_in_the_order_of_scores),
+        cmocka_unit_test(a_single_epoch_has_scores_without_errors),
+        cmocka_unit_test(equal_deltas_stay),
+        cmocka_unit_test(intervals_follow_the_outcome),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
