@@ -412,6 +412,44 @@ static void intervals_follow_the_outcome(void **state) {
     free(game);
 }
 
+// Step 8 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their weights have it.
+static void sampling_errors_heed_weights(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
+    const struct vw_probe probe = {.step = 8, .kind = VW_PROBE_REDRAW, .val_psnr = game->records[8].val_psnr + 0.2};
+    input.probes = &probe;
+    input.probe_count = 1;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    double linear = 0;
+    for (int e = 1; e <= VALUED; e++) linear += pow(2 * e / (VALUED + 1.0), 2);
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    const struct {
+        const char *method;
+        double expected; // NaN for what is no weighted sum of step deltas
+    } cases[] = {
+        {"dv_psnr", sqrt(VALUED * 0.02)},
+        {"linear_psnr", sqrt(linear * 0.02)},
+        {"middle_psnr", sqrt(4 * 0.02)},
+        {"last_epoch_psnr", sqrt(0.02)},
+        {"revisit_psnr", NAN},
+        {"win_rate_psnr", NAN},
+        {"root_psnr", NAN},
+        {"clipped_psnr", NAN},
+        {"momentum_psnr", NAN},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        double error = test_find_score(scores, count, cases[i].method, game->records[8].view)->sampling_error;
+        assert_int_equal(isnan(error), isnan(cases[i].expected));
+        if (!isnan(error)) assert_near(error, cases[i].expected, cases[i].method);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (scores[i].image_id != game->records[8].view) assert_true(isnan(scores[i].sampling_error)); // not probed
+    free(scores);
+    free(game);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(additive_worths_come_back),
@@ -423,6 +461,7 @@ int main(void) {
         cmocka_unit_test(a_single_epoch_has_scores_without_errors),
         cmocka_unit_test(equal_deltas_stay),
         cmocka_unit_test(intervals_follow_the_outcome),
+        cmocka_unit_test(sampling_errors_heed_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
