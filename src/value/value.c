@@ -9,17 +9,6 @@
 #include "value/uncertainty.h"
 #include "viewworth/memory.h"
 
-// One method on its way to its scores.
-struct scoring {
-    const struct vw_method *method;
-    const struct vw_value_method *about;
-    const struct vw_value_input *input;
-    struct vw_series series; // treated, photo by photo
-    uint64_t *starts;        // where each photo's visits begin
-    double *weights;         // of the epochs
-    double *by_epoch;        // what one photo's visits of each epoch contribute; NaN without a visit
-};
-
 // What is known of one photo.
 struct tally {
     double sum, squared_weights;
@@ -27,10 +16,24 @@ struct tally {
     struct vw_mean_variance sampling; // over its probed steps
 };
 
+// One method on its way to its scores.
+struct scoring {
+    const struct vw_method *method;
+    const struct vw_value_method *about;
+    const struct vw_value_input *input;
+    struct vw_series series;       // treated, photo by photo
+    uint64_t *starts;              // where each photo's visits begin
+    double *weights;               // of the epochs
+    struct tally *tallies;         // per photo
+    double *by_epoch;              // what a photo's visits of each epoch contribute, photo by photo; NaN without a visit
+    struct vw_interval *intervals; // of the sums of these, per photo
+};
+
 // Contributions are summed in the order of the steps, so that equal ledgers give equal bits.
 static struct tally tally_visits(const struct scoring *scoring, uint32_t image) {
     struct tally tally = {0};
-    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) scoring->by_epoch[e] = NAN;
+    double *by_epoch = scoring->by_epoch + (size_t)image * scoring->series.epoch_count;
+    for (uint32_t e = 0; e < scoring->series.epoch_count; e++) by_epoch[e] = NAN;
     for (uint64_t i = scoring->starts[image]; i < scoring->starts[image + 1]; i++) {
         const struct vw_visit *visit = &scoring->series.visits[i];
         double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta;
@@ -40,7 +43,7 @@ static struct tally tally_visits(const struct scoring *scoring, uint32_t image) 
         tally.sum += contribution;
         tally.squared_weights += weight * weight;
         tally.visits++;
-        double *of_epoch = &scoring->by_epoch[visit->epoch];
+        double *of_epoch = &by_epoch[visit->epoch];
         *of_epoch = isnan(*of_epoch) ? contribution : *of_epoch + contribution;
     }
     return tally;
@@ -70,8 +73,8 @@ static void take_cube_root(struct vw_ledger_score *score) {
 }
 
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
-    struct tally tally = tally_visits(scoring, image);
-    struct vw_interval interval = vw_interval_of_sum(scoring->by_epoch, scoring->series.epoch_count);
+    struct tally tally = scoring->tallies[image];
+    struct vw_interval interval = scoring->intervals[image];
     struct vw_ledger_score score = {
         .image_id = scoring->input->images[image].image_id,
         .method = scoring->about->name,
@@ -90,15 +93,17 @@ static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_
 
 // Appends a score per train image; nothing when no image has a visit that counts.
 static enum vw_status append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
-    uint32_t count = 0;
+    uint32_t count = 0, images = scoring->input->image_count;
     bool visited = false;
-    for (uint32_t i = 0; i < scoring->input->image_count; i++) {
-        struct vw_ledger_score score = score_photo(scoring, i);
-        visited = visited || score.visits > 0;
-        if (strcmp(scoring->input->images[i].split, "train") == 0) scores[*score_count + count++] = score;
+    for (uint32_t i = 0; i < images; i++) {
+        scoring->tallies[i] = tally_visits(scoring, i);
+        visited = visited || scoring->tallies[i].visits > 0;
     }
     if (!visited) return VW_OK;
-    enum vw_status status = vw_rank_intervals(&scores[*score_count], count);
+    enum vw_status status = vw_intervals_of_sums(scoring->by_epoch, images, scoring->series.epoch_count, scoring->intervals);
+    for (uint32_t i = 0; !status && i < images; i++)
+        if (strcmp(scoring->input->images[i].split, "train") == 0) scores[*score_count + count++] = score_photo(scoring, i);
+    if (!status) status = vw_rank_intervals(&scores[*score_count], count);
     *score_count += count;
     return status;
 }
@@ -107,10 +112,14 @@ static enum vw_status prepare(struct scoring *scoring) {
     const struct vw_method *method = scoring->method;
     enum vw_status status = vw_series_make(scoring->input, method->measure, method->sign, method->form, &scoring->series);
     if (!status) status = method->treatment(&scoring->series);
-    scoring->starts = vw_allocate((size_t)scoring->input->image_count + 1, sizeof *scoring->starts);
+    size_t images = scoring->input->image_count;
+    scoring->starts = vw_allocate(images + 1, sizeof *scoring->starts);
+    scoring->tallies = vw_allocate(images, sizeof *scoring->tallies);
+    scoring->intervals = vw_allocate(images, sizeof *scoring->intervals);
     scoring->weights = vw_allocate(scoring->series.epoch_count, sizeof *scoring->weights);
-    scoring->by_epoch = vw_allocate(scoring->series.epoch_count, sizeof *scoring->by_epoch);
-    if (!status && (!scoring->starts || !scoring->weights || !scoring->by_epoch)) status = VW_ERROR_MEMORY;
+    scoring->by_epoch = vw_allocate(images * scoring->series.epoch_count, sizeof *scoring->by_epoch);
+    if (!status && (!scoring->starts || !scoring->tallies || !scoring->intervals || !scoring->weights || !scoring->by_epoch))
+        status = VW_ERROR_MEMORY;
     if (!status) method->weighting(scoring->weights, scoring->series.epoch_count);
     if (!status) status = vw_series_sort_by_photo(&scoring->series, scoring->input->image_count, scoring->starts);
     return status;
@@ -121,6 +130,8 @@ static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *
     if (!status) status = append_scores(scoring, scores, score_count);
     vw_series_free(&scoring->series);
     free(scoring->starts);
+    free(scoring->tallies);
+    free(scoring->intervals);
     free(scoring->weights);
     free(scoring->by_epoch);
     return status;

@@ -3,6 +3,7 @@
 
 #include <sqlite3.h>
 
+#include "value/uncertainty.h"
 #include "viewworth/file.h"
 #include "viewworth/value.h"
 
@@ -80,8 +81,8 @@ static void burn_in_leaves_epochs_out(void **state) {
     free(training);
 }
 
-// Three visits with deltas 1, 2 and 6: sum 9, standard deviation sqrt(7), standard error sqrt(7) * sqrt(3).
-static void standard_error_is_of_the_sum(void **state) {
+// Three visits with deltas 1, 2 and 6: sum 9.
+static void uncertainty_is_of_the_sum(void **state) {
     (void)state;
     struct test_recording training = {.count = 4};
     const double psnr[] = {10, 11, 13, 19};
@@ -97,10 +98,17 @@ static void standard_error_is_of_the_sum(void **state) {
     struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
     assert_near(third->value, 9, "dv_psnr");
-    assert_near(third->standard_error, sqrt(21), "the standard error");
+    struct vw_interval interval;
+    ASSERT_OK(vw_intervals_of_sums((const double[]){1, 2, 6}, 1, 3, &interval));
+    assert_near(third->standard_error, interval.standard_error, "the standard error");
+    assert_near(third->low, interval.low, "the low end");
+    assert_near(third->high, interval.high, "the high end");
+    assert_true(third->low < 9 && third->high > 9);
+    assert_true(third->rank_low == 1 && third->rank_high == TEST_TRAIN_COUNT); // the others are not known
     assert_int_equal(third->visits, 3);
     const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
-    assert_true(unvisited->value == 0 && unvisited->visits == 0 && isnan(unvisited->standard_error));
+    assert_true(unvisited->value == 0 && unvisited->visits == 0 && isnan(unvisited->standard_error) && isnan(unvisited->low) &&
+                isnan(unvisited->high) && unvisited->rank_low == 0 && unvisited->rank_high == 0);
     free(scores);
 }
 
@@ -421,7 +429,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(known_worths_come_back),
         cmocka_unit_test(burn_in_leaves_epochs_out),
-        cmocka_unit_test(standard_error_is_of_the_sum),
+        cmocka_unit_test(uncertainty_is_of_the_sum),
         cmocka_unit_test(flagged_steps_are_bridged),
         cmocka_unit_test(a_flagged_start_is_no_delta),
         cmocka_unit_test(an_unknown_image_is_refused),
