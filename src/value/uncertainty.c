@@ -18,7 +18,7 @@ enum {
 static const double CORRELATION_MOST = 0.9;
 static const double CORRELATION_PRIOR = 0.3; // standard deviation: matters only where few numbers speak
 static const double KEPT_LEAST = 0.5;        // frequencies of which the trend takes more are left out
-static const double RUN_VARIANCE = 1.2;      // of the sum over what its own epochs show; see uncertainty.h
+static const double RUN_VARIANCE = 1.5;      // of the sum over what its own epochs show; see uncertainty.h
 static const double RANK_ERRORS = 1.645;     // see uncertainty.h
 static const double PI = 3.14159265358979323846;
 

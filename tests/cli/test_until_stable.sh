@@ -25,9 +25,9 @@ refuses() { # refuses R: exit code 2 and a line that names the option
 photos=12 # to train on, in clean.json
 
 # The epochs that a run of 40 takes until its scores rank as half of them did.
-wanted=0.6
+wanted=0.92
 check "a run that stops" value stable 40 --until-stable "$wanted"
-check "says so" says '^stable .* after epoch [0-9]+: .*wanted 0\.6\)'
+check "says so" says '^stable .* after epoch [0-9]+: .*wanted 0\.92\)'
 epochs=$(($(steps stable) / photos))
 check "at the end of an epoch" test "$((epochs * photos))" = "$(steps stable)"
 check "after at least eight that count, and before the last ($epochs)" test "$epochs" -ge 9 -a "$epochs" -lt 40

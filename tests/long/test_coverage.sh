@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What the error bars are for, on the courtyard with twelve seeds: the 95 % interval of one run holds the mean of the others, and a rank
+# What the error bars are for, on a small scene with twelve seeds: the 95 % interval of one run holds the mean of the others, and a rank
 # interval the rank that the means have. Takes the program's path.
 set -uo pipefail
 program=$(realpath "$1")
@@ -11,7 +11,7 @@ trap 'rm -rf "$folder"' EXIT
 seeds=12
 
 value() {
-    "$program" value "$root/scenes/courtyard.json" --out "$folder/$1" --seed "$1" --epochs 25 --rays 125 --quiet >/dev/null
+    "$program" value "$root/scenes/cutout.json" --out "$folder/$1" --seed "$1" --epochs 25 --rays 125 --quiet >/dev/null
 }
 for ((seed = 0; seed < seeds; seed++)); do
     check "seed $seed is valued" value "$seed"
@@ -46,11 +46,11 @@ between() { # between LEAST FIGURE MOST
     return 1
 }
 
-# 432 intervals each, whose share is known to 0.01; seeds that are far out are so in many photos.
+# 216 intervals each: their share is known to 0.015, or less well where a seed is far out in many photos.
 for method in dv_psnr dv_loss win_rate_psnr root_psnr; do
     read -r held ranked count < <(coverage "$method")
-    check "$method has $count intervals" test "$count" = $((36 * seeds))
-    check "$held of them hold the mean" between 0.92 "$held" 0.985
+    check "$method has $count intervals" test "$count" = $((18 * seeds))
+    check "$held of them hold the mean" between 0.91 "$held" 1
     check "$ranked of its rank intervals hold the rank" between 0.93 "$ranked" 1
 done
 conclude "$@"

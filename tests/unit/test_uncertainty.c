@@ -77,46 +77,55 @@ static double cover(const struct game *game) {
     return (double)held / runs / game->photos;
 }
 
-static void check(const struct game *game) {
+static bool is_as_wanted(const struct game *game) {
     double coverage = cover(game);
     printf("%-38s %3u photos %3u epochs: %.1f %% hold the mean\n", game->name, game->photos, game->epochs, 100 * coverage);
-    if (!(coverage >= game->least && coverage <= game->most))
-        fail_msg("%s, %u epochs: %.4f of the intervals hold the mean, not %g to %g", game->name, game->epochs, coverage, game->least,
-                 game->most);
+    if (coverage >= game->least && coverage <= game->most) return true;
+    printf("    which is not %g to %g\n", 100 * game->least, 100 * game->most);
+    return false;
 }
 
-// Where a fifth of what runs share is what the interval allows for, and the epochs are enough, coverage is what is claimed.
+static void check(const struct game *games, size_t count) {
+    bool all = true;
+    for (size_t i = 0; i < count; i++) all = is_as_wanted(&games[i]) && all;
+    assert_true(all);
+}
+
+// Where runs share what the interval allows for, and the epochs are enough, coverage is what is claimed.
 static void intervals_hold_the_mean(void **state) {
     (void)state;
-    for (uint32_t epochs = 16; epochs <= 64; epochs *= 2) {
+    for (uint32_t epochs = 29; epochs <= 58; epochs *= 2) { // 29 count of the 30 that are usual
         const struct game games[] = {
-            {"independent epochs", 36, epochs, 0, 0, 1, 0.2, 0.4, 0, 0.93, 0.97},
-            {"neighbours alike", 36, epochs, 0.4, 0, 1, 0.2, 0.4, 0, 0.93, 0.97},
-            {"neighbours opposed", 36, epochs, -0.5, 0, 1, 0.2, 0.4, 0, 0.93, 0.98},
-            {"a mean that falls", 36, epochs, 0, 3, 1, 0.2, 0.4, 0, 0.93, 0.97},
-            {"a mean that falls, neighbours opposed", 36, epochs, -0.5, 3, 1, 0.2, 0.4, 0, 0.93, 0.98},
-            {"noise that grows fourfold", 36, epochs, 0, 0, 4, 0.2, 0.4, 0, 0.93, 0.975},
-            {"noise that shrinks to a quarter", 36, epochs, 0, 0, 0.25, 0.2, 0.4, 0, 0.93, 0.97},
-            {"a tenth of the visits missing", 36, epochs, 0, 0, 1, 0.2, 0.4, 0.1, 0.93, 0.97},
-            {"photos of unlike noise", 36, epochs, 0, 0, 1, 0.2, 0.8, 0, 0.93, 0.97},
-            {"few photos", 6, epochs, 0, 0, 1, 0.2, 0.4, 0, 0.92, 0.98},
-            {"a single photo", 1, epochs, 0, 0, 1, 0.2, 0.4, 0, 0.92, 0.98},
+            {"independent epochs", 36, epochs, 0, 0, 1, 0.5, 0.4, 0, 0.93, 0.97},
+            {"neighbours alike", 36, epochs, 0.4, 0, 1, 0.5, 0.4, 0, 0.92, 0.97},
+            {"neighbours opposed", 36, epochs, -0.5, 0, 1, 0.5, 0.4, 0, 0.93, 0.98},
+            {"a mean that falls", 36, epochs, 0, 3, 1, 0.5, 0.4, 0, 0.93, 0.97},
+            {"a mean that falls, neighbours opposed", 36, epochs, -0.5, 3, 1, 0.5, 0.4, 0, 0.93, 0.98},
+            {"noise that grows fourfold", 36, epochs, 0, 0, 4, 0.5, 0.4, 0, 0.93, 0.975},
+            {"noise that shrinks to a quarter", 36, epochs, 0, 0, 0.25, 0.5, 0.4, 0, 0.93, 0.97},
+            {"a tenth of the visits missing", 36, epochs, 0, 0, 1, 0.5, 0.4, 0.1, 0.93, 0.97},
+            {"photos of unlike noise", 36, epochs, 0, 0, 1, 0.5, 0.8, 0, 0.93, 0.97},
+            {"few photos", 6, epochs, 0, 0, 1, 0.5, 0.4, 0, 0.92, 0.98},
+            {"a single photo", 1, epochs, 0, 0, 1, 0.5, 0.4, 0, 0.92, 0.98},
         };
-        for (size_t i = 0; i < VW_ARRAY_COUNT(games); i++) check(&games[i]);
+        check(games, VW_ARRAY_COUNT(games));
     }
 }
 
-// What is not claimed: without what runs share the intervals are a little wide, with twice as much too narrow; of 8 epochs wide.
+// What is not claimed: without what runs share the intervals are a little wide, with twice as much narrow; of few epochs wide, or narrow
+// where these are too few to tell that neighbours are alike or that noise fell while it was still large.
 static void where_less_is_claimed(void **state) {
     (void)state;
     const struct game games[] = {
-        {"runs share nothing", 36, 32, 0, 0, 1, 0, 0.4, 0, 0.95, 0.985},
-        {"runs share two fifths", 36, 32, 0, 0, 1, 0.4, 0.4, 0, 0.92, 0.96},
-        {"few epochs", 36, 8, 0, 0, 1, 0.2, 0.4, 0, 0.93, 0.99},
-        {"very few epochs", 36, 4, 0, 0, 1, 0.2, 0.4, 0, 0.93, 1},
-        {"two epochs", 36, 2, 0, 0, 1, 0.2, 0.4, 0, 0.93, 1},
+        {"runs share nothing", 36, 32, 0, 0, 1, 0, 0.4, 0, 0.96, 0.99},
+        {"runs share as much again", 36, 32, 0, 0, 1, 1, 0.4, 0, 0.88, 0.94},
+        {"fewer epochs, neighbours alike", 36, 16, 0.4, 0, 1, 0.5, 0.4, 0, 0.9, 0.97},
+        {"fewer epochs, noise that shrinks", 36, 16, 0, 0, 0.25, 0.5, 0.4, 0, 0.9, 0.97},
+        {"few epochs", 36, 8, 0, 0, 1, 0.5, 0.4, 0, 0.93, 0.99},
+        {"very few epochs", 36, 4, 0, 0, 1, 0.5, 0.4, 0, 0.93, 1},
+        {"two epochs", 36, 2, 0, 0, 1, 0.5, 0.4, 0, 0.93, 1},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(games); i++) check(&games[i]);
+    check(games, VW_ARRAY_COUNT(games));
 }
 
 // Contributions of +1 and -1 over the visits: what a win rate is made of. Photos win 2 % to 98 % of their visits.
@@ -141,7 +150,7 @@ static void shares_of_wins_are_held(void **state) {
     }
     double coverage = (double)held / RUNS / PHOTOS;
     printf("wins: %.1f %% hold the mean\n", 100 * coverage);
-    assert_true(coverage >= 0.93 && coverage <= 0.985); // no run has a part of its own here
+    assert_true(coverage >= 0.95 && coverage <= 0.99); // no run has a part of its own here
 }
 
 static void fill(double *by_epoch, uint32_t photos, uint32_t epochs) {
