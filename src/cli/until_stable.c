@@ -56,9 +56,9 @@ void vw_until_stable_print(const struct vw_training_run *run) {
         return;
     }
     uint32_t epochs = run->options->config.burn_in_epochs + stability->epochs;
-    printf("%s after epoch %u: scores of %u epochs rank as those of the first %u did by %.3f (Spearman; wanted %g)%s\n",
-           is_stable(run) ? "stable  " : "not stable", epochs, stability->epochs, stability->earlier_epochs, stability->correlation,
-           run->options->until_stable, is_stable(run) ? "" : "; take more --epochs");
+    printf("%s after epoch %u: scores rank as those of half the epochs did by %.3f or more at the last %d ends (Spearman; wanted %g)%s\n",
+           is_stable(run) ? "stable  " : "not stable", epochs, stability->correlation, VW_STABILITY_ENDS, run->options->until_stable,
+           is_stable(run) ? "" : "; take more --epochs");
 }
 
 json_t *vw_until_stable_to_json(const struct vw_training_run *run) {

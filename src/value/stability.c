@@ -34,12 +34,16 @@ static enum vw_status list_values(const struct vw_value_input *input, const char
     return status;
 }
 
-static enum vw_status correlate(const struct vw_value_input *now, const struct vw_value_input *earlier, const char *method, uint32_t photos,
-                                double *correlation) {
+// Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN where there are none.
+static enum vw_status correlate_with_half(const struct vw_value_input *input, const char *method, uint32_t photos, uint32_t epochs,
+                                          double *correlation) {
+    const struct vw_value_input now = first_epochs(input, photos, input->burn_in_epochs + epochs);
+    const struct vw_value_input earlier = first_epochs(input, photos, input->burn_in_epochs + epochs / 2);
     uint32_t now_count = 0, earlier_count = 0;
     double *values = vw_allocate(photos, 2 * sizeof *values);
-    enum vw_status status = values ? list_values(now, method, values, &now_count) : VW_ERROR_MEMORY;
-    if (!status) status = list_values(earlier, method, values + photos, &earlier_count);
+    enum vw_status status = values ? list_values(&now, method, values, &now_count) : VW_ERROR_MEMORY;
+    if (!status) status = list_values(&earlier, method, values + photos, &earlier_count);
+    *correlation = NAN;
     if (!status && now_count == photos && earlier_count == photos) status = vw_spearman(values, values + photos, photos, correlation);
     free(values);
     return status;
@@ -51,9 +55,13 @@ enum vw_status vw_value_stability(const struct vw_value_input *input, const char
     *stability = (struct vw_stability){.epochs = complete > burn_in ? (uint32_t)complete - burn_in : 0, .correlation = NAN};
     stability->earlier_epochs = stability->epochs / 2;
     if (stability->epochs < VW_STABILITY_EPOCHS_MIN) return VW_OK;
-    const struct vw_value_input now = first_epochs(input, photos, burn_in + stability->epochs);
-    const struct vw_value_input earlier = first_epochs(input, photos, burn_in + stability->earlier_epochs);
-    return correlate(&now, &earlier, method, photos, &stability->correlation);
+    enum vw_status status = VW_OK;
+    for (uint32_t back = 0; !status && back < VW_STABILITY_ENDS; back++) {
+        double correlation;
+        status = correlate_with_half(input, method, photos, stability->epochs - back, &correlation);
+        if (back == 0 || isnan(correlation) || correlation < stability->correlation) stability->correlation = correlation;
+    }
+    return status;
 }
 
 bool vw_stability_reaches(const struct vw_stability *stability, double wanted) { return stability->correlation >= wanted; }

@@ -12,10 +12,10 @@
 //   1 / (1 - 2 r cos w + r^2) fits best the powers averaged over photos, each relative to its photo's variance (Whittle's likelihood, with
 //   a prior of standard deviation 0.3 that matters for few numbers only). Its value at frequency 0 makes of the variance of visits that of
 //   a sum.
-// - What a run's epochs share leaves no trace in them. It is taken to be half as much variance again, so that over 13 scenes and settings,
-//   two to twelve seeds each, 94 to 97 % of the intervals hold the mean over seeds: sums and weighted sums of PSNR and L1, wins, ranks. From
-//   scene to scene it differs: 98 % on sacre_coeur and fox and without defects, 78 to 97 % on recipes of which photos with strong defects are
-//   a large part; with momentum 94 to 100 %.
+// - What a run's epochs share leaves no trace in them. It is taken to be half as much variance again, so that over 18 scenes and settings
+//   of two to twelve seeds 95 to 97 % of the intervals hold the mean over seeds, of sums, shares of wins and ranks of PSNR and L1 alike.
+//   From scene to scene it differs: 97 to 100 % on sacre_coeur, fox and statue_of_liberty, 78 to 100 % on recipes in which photos with
+//   strong defects are many and seeds two; 94 to 100 % with momentum.
 // The 95 % interval takes Student's quantile with as many degrees of freedom as there are cosines, and two.
 //
 // What it covers: other orders, pixels, jitter and initialisations of a run that is otherwise the same. What it does not: other photos
