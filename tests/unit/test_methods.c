@@ -403,7 +403,7 @@ static void intervals_follow_the_outcome(void **state) {
         assert_near(root->high, cbrt(sum->high), "the high end of a root");
         assert_near(root->standard_error / (root->high - root->low), sum->standard_error / (sum->high - sum->low), "a root's error");
         const struct vw_ledger_score *rank = test_find_score(scores, count, "rank_psnr", test_train_views[photo]);
-        assert_true(rank->high - rank->low < 1 && rank->standard_error < 0.25); // of a mean: that of the sum is VALUED times as long
+        assert_true(rank->high - rank->low < 1.5 && rank->standard_error < 0.35); // of a mean: that of the sum is VALUED times as long
         assert_true(rank->low < rank->value && rank->value < rank->high);
         assert_in_range(sum->rank_low, 1, sum->rank_high);
         assert_in_range(sum->rank_high, 1, TEST_TRAIN_COUNT);
