@@ -121,7 +121,8 @@ struct vw_trainer_params {
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **trainer);
 void vw_trainer_destroy(struct vw_trainer **trainer);
 
-uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer); // epochs * train views; steps run from 1 to this
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer);              // epochs * train views; steps run from 1 to this
+uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step); // the last step of the epoch that `step` is in
 // The verdicts that the trainer follows, in registry order.
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
 // The views validated on, in the order of vw_step_record.views: scene indices.
@@ -132,6 +133,10 @@ enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_st
 // The same without submitting more: hands out what is in flight. count = 0 when nothing is, and the state on the device is that after
 // the last step handed out.
 enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+// Takes no step beyond `step` until called again with a later one: once all up to it are handed out, vw_trainer_advance gives count = 0 as
+// at the end of the run. To be called before a step beyond it was submitted: before the first advance, or after count = 0. Where a run is
+// held changes no bit of its steps.
+void vw_trainer_hold_after(struct vw_trainer *trainer, uint64_t step);
 
 // A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved there. To be called
 // when nothing is in flight (see vw_trainer_collect).

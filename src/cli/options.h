@@ -22,6 +22,7 @@ struct vw_options {
     bool resume, profile, measure;
     uint32_t seeds; // runs to compare
     const char *payout;
+    double until_stable; // 0: take all epochs
     const char *expect;
     uint32_t replay_steps;
     const char *view;

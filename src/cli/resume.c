@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/run_row.h"
+#include "cli/until_stable.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 
@@ -40,8 +41,10 @@ static void say_complete(const struct vw_training_run *run, uint64_t last_step) 
 // The steps that are recorded, and those that are asked for.
 static enum vw_status compare_extent(struct vw_training_run *run, const struct vw_ledger_run *recorded) {
     uint64_t end = vw_ledger_next_step(run->ledger), wanted = vw_trainer_total_steps(run->trainer) + 1;
-    bool finished = strcmp(recorded->status, "finished") == 0;
-    run->complete = finished && end >= wanted;
+    bool finished = strcmp(recorded->status, "finished") == 0, stable = false;
+    enum vw_status status = finished ? vw_until_stable_measure(run, &stable) : VW_OK;
+    if (status) return status;
+    run->complete = finished && (end >= wanted || stable);
     if (run->complete) say_complete(run, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE, "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",

@@ -15,6 +15,7 @@
 #include "cli/run_row.h"
 #include "cli/scoring.h"
 #include "cli/utc.h"
+#include "cli/until_stable.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -205,8 +206,8 @@ static enum vw_status check_interrupt(const struct vw_training_run *run) {
                    run->tally.steps);
 }
 
-// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first. The end is not saved twice: an older checkpoint
-// is worth more than a second one of the same step.
+// Batch after batch, and epoch after epoch where the run is held at their ends. For a checkpoint, and to stop, what is in flight is
+// collected first. The end is not saved twice: an older checkpoint is worth more than a second one of the same step.
 static enum vw_status take_batches(struct vw_training_run *run, struct vw_progress *progress) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
@@ -218,6 +219,9 @@ static enum vw_status take_batches(struct vw_training_run *run, struct vw_progre
         if (!status && count > 0) status = record(run, records, count);
         if (!status && count > 0) show(run, &records[count - 1], progress);
         moved |= count > 0;
+        bool goes_on = false; // with the next epoch
+        if (!status && count == 0 && !settle) status = vw_until_stable_pass(run, &goes_on);
+        if (goes_on) continue;
         if (!status && count == 0 && (settle || moved)) {
             vw_checkpoints_save(&run->checkpoints, run->trainer); // which also says when the next is due
             moved = false;
@@ -238,6 +242,7 @@ enum vw_status vw_training_take_steps(struct vw_training_run *run) {
     vw_interrupt_watch();
     enum vw_status status = check_nonfinite(run);
     if (status) return status;
+    vw_until_stable_begin(run);
     vw_progress_begin(&progress);
     vw_checkpoints_begin(&run->checkpoints);
     status = take_batches(run, &progress);

@@ -14,6 +14,7 @@
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
+#include "viewworth/stability.h"
 #include "viewworth/status.h"
 #include "viewworth/tally.h"
 #include "viewworth/train.h"
@@ -29,11 +30,12 @@ struct vw_training_run {
     uint32_t effect_count;
     struct vw_trainer *trainer;
     struct vw_checkpoints checkpoints;
-    struct vw_ledger *ledger;  // NULL until the first steps are recorded, unless resumed
-    bool complete;             // resumed, and nothing is left to do
-    struct vw_profile profile; // of the steps taken, once they are; without rows unless asked for
-    uint64_t started_after;    // the step of the checkpoint that the run went on from; 0: from the start
-    struct vw_tally tally;     // of the steps in the ledger
+    struct vw_ledger *ledger;      // NULL until the first steps are recorded, unless resumed
+    bool complete;                 // resumed, and nothing is left to do
+    struct vw_profile profile;     // of the steps taken, once they are; without rows unless asked for
+    uint64_t started_after;        // the step of the checkpoint that the run went on from; 0: from the start
+    struct vw_tally tally;         // of the steps in the ledger
+    struct vw_stability stability; // of its scores, when the run was last held; all 0 without --until-stable
 };
 
 // Opens the trainer on the stage, and the stage unless it is open (for the same options of device and scene), and says what was found. An

@@ -11,6 +11,7 @@
 #include "cli/scoring.h"
 #include "cli/sharing.h"
 #include "cli/training_run.h"
+#include "cli/until_stable.h"
 #include "cli/validation_report.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -52,9 +53,12 @@ static uint32_t count_shown(const struct ranking *ranking) {
 
 static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score) {
     const struct vw_view *view = &scene->views[score->image_id];
-    char standard_error[32] = "?"; // of a single visit
-    if (isfinite(score->standard_error)) snprintf(standard_error, sizeof standard_error, "%.4f", score->standard_error);
-    printf("  %+9.4f ± %s %s  %s", score->value, standard_error, score->unit, view->name);
+    printf("  %+9.4f ", score->value);
+    if (isfinite(score->low) && isfinite(score->high)) printf("[%+9.4f, %+9.4f] ", score->low, score->high);
+    printf("%s", score->unit);
+    if (score->rank_low) printf("  rank %u-%u", score->rank_low, score->rank_high);
+    if (isfinite(score->sampling_error)) printf("  sampling ± %.4f", score->sampling_error);
+    printf("  %s", view->name);
     if (view->truth) printf(" (%s)", view->truth);
     putchar('\n');
 }
@@ -62,7 +66,7 @@ static void print_photo(const struct vw_scene *scene, const struct vw_ledger_sco
 static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
     uint32_t shown = count_shown(ranking);
     if (!shown) return;
-    printf("most valuable photos (%s, positive = helps, ± standard error)\n", vw_value_default_method);
+    printf("most valuable photos (%s, positive = helps; 95 %% intervals of score and rank)\n", vw_value_default_method);
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, ranking->scores[i]);
     printf("least valuable photos\n");
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, ranking->scores[ranking->count - 1 - i]);
@@ -85,6 +89,7 @@ static void print_text(const struct vw_training_run *run, const struct ranking *
                        const struct findings *findings) {
     print_ranking(run->scene, ranking);
     vw_sharing_print(&findings->sharing);
+    vw_until_stable_print(run);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
@@ -97,9 +102,11 @@ static void print_text(const struct vw_training_run *run, const struct ranking *
 
 static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score) {
     const struct vw_view *view = &scene->views[score->image_id];
-    return json_pack("{s:s, s:s, s:s?, s:s, s:o, s:s, s:o, s:I}", "name", view->name, "provider", view->provider, "truth", view->truth,
-                     "method", score->method, "value", vw_json_real(score->value), "unit", score->unit, "stderr",
-                     vw_json_real(score->standard_error), "visits", (json_int_t)score->visits);
+    return json_pack("{s:s, s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I}", "name", view->name, "provider", view->provider,
+                     "truth", view->truth, "method", score->method, "value", vw_json_real(score->value), "unit", score->unit, "stderr",
+                     vw_json_real(score->standard_error), "low", vw_json_real(score->low), "high", vw_json_real(score->high), "rank_low",
+                     (json_int_t)score->rank_low, "rank_high", (json_int_t)score->rank_high, "sampling_error",
+                     vw_json_real(score->sampling_error), "visits", (json_int_t)score->visits);
 }
 
 static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking *ranking, bool from_best) {
@@ -124,10 +131,11 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
 static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
                                  const struct findings *findings) {
     json_t *root = vw_training_to_json(run);
-    json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
-                               vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
-                               "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "most_valuable",
-                               photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
+    json_t *values =
+        json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+                  vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db), "noise_floor",
+                  run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "stability", vw_until_stable_to_json(run),
+                  "most_valuable", photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
                   !vw_validation_report_add_json(&findings->validation, root);
     json_decref(values);
@@ -157,6 +165,7 @@ static enum vw_status conclude(struct vw_training_run *run) {
 enum vw_status vw_command_value(const struct vw_options *options) {
     const struct vw_config *config = &options->config;
     enum vw_status status = vw_sharing_check_options(options);
+    if (!status) status = vw_until_stable_check_option(options);
     if (status) return status;
     if (config->epochs <= config->burn_in_epochs)
         vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", config->epochs,

@@ -175,6 +175,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->scene = params->scene;
     trainer->config = *params->config;
     trainer->validate = params->validate;
+    trainer->hold_step = UINT64_MAX;
     enum vw_status status = vw_config_check(&trainer->config);
     if (status == VW_OK && trainer->config.noise_floor && !trainer->validate)
         status = vw_fail(VW_ERROR_USAGE, "--noise-floor: needs validation after every step; use viewworth value");
@@ -223,6 +224,12 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
 }
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return (uint64_t)trainer->config.epochs * trainer->train_count; }
+
+uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
+    return ((uint64_t)trainer_epoch_of_step(trainer, step) + 1) * trainer->train_count;
+}
+
+void vw_trainer_hold_after(struct vw_trainer *trainer, uint64_t step) { trainer->hold_step = step; }
 
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
     *count = trainer->effect_count;
@@ -277,8 +284,8 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
 
 // Records and submits the next steps into a free slot; leaves the slot idle when no step is left.
 static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot *slot) {
-    uint64_t total = vw_trainer_total_steps(trainer);
-    if (trainer->next_step > total) return VW_OK;
+    uint64_t total = vw_trainer_total_steps(trainer), last = trainer->hold_step < total ? trainer->hold_step : total;
+    if (trainer->next_step > last) return VW_OK;
     uint32_t row = (uint32_t)(slot - trainer->slots) * rows_per_slot(trainer);
     slot->first_step = trainer->next_step;
     slot->row_count = 0;
@@ -289,7 +296,7 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
         slot->row_count++;
         trainer->next_step++;
     }
-    for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= total; i++, row += rows_per_step(trainer)) {
+    for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= last; i++, row += rows_per_step(trainer)) {
         record_training(trainer, slot, trainer->next_step++, i, row);
         slot->row_count++;
     }

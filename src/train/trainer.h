@@ -49,6 +49,7 @@ struct vw_trainer {
     struct batch_slot slots[BATCHES_IN_FLIGHT];
     uint32_t next_slot;
     uint64_t next_step;             // the next to record; 0 before the first batch
+    uint64_t hold_step;             // the last to record until told otherwise
     struct vw_step_record *records; // of the batch handed out last
     struct vw_view_error *view_errors;
     struct vw_probe *probes;

@@ -6,18 +6,19 @@
 #include <string.h>
 
 #include "viewworth/memory.h"
+#include "viewworth/statistics.h"
 
 enum {
     TREND_MOST = 3,         // constant, log and its square
     EPOCHS_PER_TREND = 4,   // a trend term for so many epochs
     FREQUENCIES_MOST = 64,  // the lowest ones; of a long run the higher ones say nothing of its sum
     CORRELATION_STEPS = 90, // of the search for the correlation, on either side of 0
-    PRIOR_DEGREES = 2,      // of freedom that the variance of the other photos counts for beside the photo's own
+    PRIOR_DEGREES = 2,      // of freedom that the median photo's variance counts for beside the photo's own
 };
 static const double CORRELATION_MOST = 0.9;
 static const double CORRELATION_PRIOR = 0.3; // standard deviation: matters only where few numbers speak
 static const double KEPT_LEAST = 0.5;        // frequencies of which the trend takes more are left out
-static const double RUN_VARIANCE = 1.2;      // of the sum over what its own epochs show; see uncertainty.h
+static const double RUN_VARIANCE = 1.5;      // of the sum over what its own epochs show; see uncertainty.h
 static const double RANK_ERRORS = 1.645;     // see uncertainty.h
 static const double PI = 3.14159265358979323846;
 
@@ -168,15 +169,12 @@ static double long_run_ratio(const struct design *design, const double *pooled, 
     return ratio;
 }
 
-static double mean_variance(const struct photo *photos, uint32_t photo_count) {
-    double sum = 0;
+// `scratch` has room for a number per photo.
+static double median_variance(const struct photo *photos, uint32_t photo_count, double *scratch) {
     uint32_t count = 0;
-    for (uint32_t p = 0; p < photo_count; p++) {
-        if (isnan(photos[p].variance)) continue;
-        sum += photos[p].variance;
-        count++;
-    }
-    return count ? sum / count : NAN;
+    for (uint32_t p = 0; p < photo_count; p++)
+        if (!isnan(photos[p].variance)) scratch[count++] = photos[p].variance;
+    return vw_median(scratch, count);
 }
 
 // Student's t, 97.5 %: the expansion of Cornish and Fisher, good to 0.2 % from 3 degrees of freedom on.
@@ -186,11 +184,11 @@ static double student_quantile(double degrees) {
            (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / 92160 / (n * n * n * n);
 }
 
-// `ratio` is that of long_run_ratio.
-static struct vw_interval interval_of(const struct photo *photo, uint32_t frequencies, double mean, double ratio) {
+// `usual` is the variance of a visit of the median photo, `ratio` that of long_run_ratio.
+static struct vw_interval interval_of(const struct photo *photo, uint32_t frequencies, double usual, double ratio) {
     if (isnan(photo->variance)) return (struct vw_interval){NAN, NAN, NAN};
     double degrees = frequencies + PRIOR_DEGREES;
-    double variance = (frequencies * photo->variance + PRIOR_DEGREES * mean) / degrees;
+    double variance = (frequencies * photo->variance + PRIOR_DEGREES * usual) / degrees;
     double error = sqrt(photo->visits * variance * ratio * RUN_VARIANCE), half = student_quantile(degrees) * error;
     return (struct vw_interval){error, photo->sum - half, photo->sum + half};
 }
@@ -226,8 +224,8 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
         measure_photo(&design, by_epoch + (size_t)p * epochs + window.first, residuals, &measured[p], powers + (size_t)p * frequencies);
     if (!status) {
         double ratio = long_run_ratio(&design, pooled, pool_powers(measured, powers, photos, frequencies, pooled));
-        double mean = mean_variance(measured, photos);
-        for (uint32_t p = 0; p < photos; p++) intervals[p] = interval_of(&measured[p], frequencies, mean, ratio);
+        double usual = median_variance(measured, photos, powers); // which are pooled by now
+        for (uint32_t p = 0; p < photos; p++) intervals[p] = interval_of(&measured[p], frequencies, usual, ratio);
     }
     design_destroy(&design);
     free(measured);

@@ -1,0 +1,112 @@
+// When scores count as stable: of records alone, whatever stands behind the last complete epoch.
+#include "unit/ledger_fixture.h"
+
+#include "viewworth/stability.h"
+#include "viewworth/value.h"
+
+static struct test_recording *train(double noise_db, uint32_t epochs) {
+    struct test_trainer trainer = {
+        .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = noise_db, .first_epoch_factor = 10, .epochs = epochs, .seed = 3};
+    return test_record(&trainer);
+}
+
+static struct vw_stability measure(const struct test_recording *training, uint32_t record_count, uint32_t burn_in_epochs) {
+    struct vw_value_input input = {.records = training->records,
+                                   .record_count = record_count,
+                                   .burn_in_epochs = burn_in_epochs,
+                                   .images = test_images,
+                                   .image_count = TEST_IMAGE_COUNT};
+    struct vw_stability stability;
+    ASSERT_OK(vw_value_stability(&input, "dv_psnr", &stability));
+    return stability;
+}
+
+static struct vw_stability measure_epochs(const struct test_recording *training, uint32_t epochs, uint32_t burn_in_epochs) {
+    return measure(training, 1 + epochs * TEST_TRAIN_COUNT, burn_in_epochs);
+}
+
+static void photos_that_differ_are_stable_once_enough_epochs_count(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 20);
+    for (uint32_t burn_in = 0; burn_in < 3; burn_in++)
+        for (uint32_t epochs = 0; epochs <= 20; epochs++) {
+            struct vw_stability stability = measure_epochs(training, epochs, burn_in);
+            assert_int_equal(stability.epochs, epochs > burn_in ? epochs - burn_in : 0);
+            assert_int_equal(stability.earlier_epochs, stability.epochs / 2);
+            bool enough = stability.epochs >= VW_STABILITY_EPOCHS_MIN;
+            assert_true(enough ? stability.correlation > 1 - 1e-12 : isnan(stability.correlation)); // 1 to rounding
+            assert_int_equal(vw_stability_reaches(&stability, 0.99), enough);
+        }
+    free(training);
+}
+
+// Photo 1's deltas turn from +1 to -1 after the sixth of the epochs that count, the others' do not change: 0.11, 0.22, 0.33, 0.44. After 5
+// or 6 it is the best. After 10 it has 2, the second lowest: ranks 5 1 2 3 4 and 2 1 3 4 5 correlate by 0.4. From 11 on, when it has 1, it
+// is the worst: by 0.
+// After 22, when half the epochs agree again, the last ends give 0.9, 0.9 and 1.
+static void ranks_that_turn_are_not(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 25);
+    double psnr = training->records[0].val_psnr = 10;
+    for (uint32_t i = 1; i < training->count; i++) {
+        struct vw_step_record *record = &training->records[i];
+        double worth = 0;
+        for (uint32_t t = 1; t < TEST_TRAIN_COUNT; t++)
+            if (record->view == test_train_views[t]) worth = 0.11 * t;
+        if (record->view == test_train_views[0]) worth = record->epoch <= 6 ? 1 : -1;
+        record->val_psnr = psnr += worth;
+    }
+    const struct {
+        uint32_t epochs;
+        double correlation;
+    } cases[] = {{10, 0.4}, {11, 0}, {12, 0}, {13, 0}, {14, 0}, {22, 0.9}, {24, 1}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_stability stability = measure_epochs(training, 1 + cases[i].epochs, 1);
+        assert_int_equal(stability.epochs, cases[i].epochs);
+        assert_int_equal(stability.earlier_epochs, cases[i].epochs / 2);
+        if (!(fabs(stability.correlation - cases[i].correlation) <= 1e-12))
+            fail_msg("after %u epochs the ranks correlate by %g, not %g", cases[i].epochs, stability.correlation, cases[i].correlation);
+        assert_false(vw_stability_reaches(&stability, cases[i].correlation + 0.01));
+    }
+    free(training);
+}
+
+static void an_incomplete_epoch_is_left_out(void **state) {
+    (void)state;
+    struct test_recording *training = train(0.4, 12);
+    const struct vw_stability whole = measure_epochs(training, 11, 1);
+    assert_true(whole.correlation < 1); // the noise is large enough to tell epochs apart
+    for (uint32_t extra = 0; extra < TEST_TRAIN_COUNT; extra++) {
+        struct vw_stability stability = measure(training, 1 + 11 * TEST_TRAIN_COUNT + extra, 1);
+        assert_int_equal(stability.epochs, 10);
+        assert_true(stability.correlation == whole.correlation);
+    }
+    struct vw_stability next = measure_epochs(training, 12, 1);
+    assert_int_equal(next.epochs, 11);
+    free(training);
+}
+
+static void nothing_is_never_stable(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 12);
+    struct vw_stability none = measure(training, 0, 1);
+    assert_true(none.epochs == 0 && isnan(none.correlation));
+    for (uint32_t i = 0; i < training->count; i++) training->records[i].val_psnr = 10; // photos that do not differ
+    struct vw_stability flat = measure_epochs(training, 12, 1);
+    assert_true(isnan(flat.correlation));
+    assert_false(vw_stability_reaches(&flat, 1e-9));
+    for (uint32_t i = 0; i < training->count; i++) training->records[i].val_psnr = NAN; // a run without validation has no scores
+    struct vw_stability blind = measure_epochs(training, 12, 1);
+    assert_true(blind.epochs == 11 && isnan(blind.correlation));
+    free(training);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(photos_that_differ_are_stable_once_enough_epochs_count),
+        cmocka_unit_test(ranks_that_turn_are_not),
+        cmocka_unit_test(an_incomplete_epoch_is_left_out),
+        cmocka_unit_test(nothing_is_never_stable),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
