@@ -27,16 +27,17 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE probe ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeat', 'still', 'redraw')), val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL,"
+    " kind TEXT NOT NULL CHECK (kind IN ('repeat', 'still', 'redraw', 'same_state', 'first_order')),"
+    " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
     " PRIMARY KEY (run_id, step, probe),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE score ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, method TEXT NOT NULL,"
     " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, sampling_error REAL,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 2;";
+    "PRAGMA user_version = 3;";
 
-_Static_assert(VW_SCHEMA_VERSION == 2, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
+_Static_assert(VW_SCHEMA_VERSION == 3, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
 
 enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
 

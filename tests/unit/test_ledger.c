@@ -81,6 +81,7 @@ static void probes_and_scores_read_back(void **state) {
         assert_int_equal(probes[i].step, step);
         assert_int_equal(probes[i].index, index);
         assert_int_equal(probes[i].kind, written->kind);
+        assert_int_equal(probes[i].view, written->view);
         assert_true(same_real(probes[i].val_psnr, written->val_psnr));
         assert_true(same_real(probes[i].val_psnr_pooled, written->val_psnr_pooled));
         assert_true(same_real(probes[i].val_l1, written->val_l1));
@@ -142,7 +143,7 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9", "repeat,still,redraw,redraw");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "2");
+    assert_answer(path, "PRAGMA user_version", "3");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -239,10 +240,10 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 3");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 4");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
-    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 1");
+    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 2");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "older viewworth"));
     assert_null(ledger);

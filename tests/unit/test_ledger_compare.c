@@ -90,6 +90,8 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     case 23: return probes[2].val_l1 = next_double(probes[2].val_l1), "val_l1 of a probe";
     case 24: return probes[2].val_psnr_pooled = 1, "val_psnr_pooled of a probe that had none";
     case 25: return probes[1].val_psnr = NAN, "val_psnr of a probe, lost";
+    case 26: return probes[4].view ^= 1, "view of a probe";
+    case 27: return probes[4].view = VW_RECORD_UNTRAINED, "view of a probe, lost";
     default: return NULL;
     }
 }
