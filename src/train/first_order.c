@@ -10,7 +10,7 @@
 
 enum { COLUMN_BYTES = 16, ALIGNMENT_BYTES = 256 }; // the floor's: no device asks for more
 
-const float first_order_reach = 0.125f;
+const float first_order_reach = 0.0625f;
 
 static uint64_t window_bytes_of(const struct first_order *first_order, uint32_t window) {
     uint64_t left = first_order->field->model->param_bytes - window * first_order->window_bytes;
@@ -29,10 +29,9 @@ static enum vw_status create_mix(struct first_order *first_order, uint32_t windo
     return vw_pass_create(first_order->field->gpu, &params, &first_order->mix[window]);
 }
 
-static enum vw_status create_windows(struct first_order *first_order) {
-    uint64_t bytes = first_order->field->model->param_bytes;
-    uint64_t most = vw_gpu_get_limits(first_order->field->gpu)->storage_binding_bytes / ALIGNMENT_BYTES * ALIGNMENT_BYTES;
-    assert(bytes % COLUMN_BYTES == 0);
+static enum vw_status create_windows(struct first_order *first_order, uint64_t binding_bytes) {
+    uint64_t bytes = first_order->field->model->param_bytes, most = binding_bytes / ALIGNMENT_BYTES * ALIGNMENT_BYTES;
+    assert(bytes % COLUMN_BYTES == 0 && most > 0);
     first_order->window_bytes = bytes < most ? bytes : most;
     first_order->window_count = (uint32_t)((bytes + most - 1) / most);
     first_order->mix = vw_allocate(first_order->window_count, sizeof *first_order->mix);
@@ -41,7 +40,7 @@ static enum vw_status create_windows(struct first_order *first_order) {
     return status;
 }
 
-enum vw_status first_order_create(const struct field *field, struct first_order **out) {
+enum vw_status first_order_create(const struct field *field, uint64_t binding_bytes, struct first_order **out) {
     struct first_order *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->field = field;
@@ -50,7 +49,7 @@ enum vw_status first_order_create(const struct field *field, struct first_order 
         vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "params_before", .size_bytes = bytes}, &made->before);
     if (status == VW_OK)
         status = vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "params_after", .size_bytes = bytes}, &made->after);
-    if (status == VW_OK) status = create_windows(made);
+    if (status == VW_OK) status = create_windows(made, binding_bytes);
     if (status != VW_OK) first_order_destroy(&made);
     else *out = made;
     return status;

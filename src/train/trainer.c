@@ -183,7 +183,8 @@ static enum vw_status create_probes(struct vw_trainer *trainer) {
     enum vw_status status = VW_OK;
     if (config->noise_floor || config->same_state) status = kept_state_create(&trainer->step, &trainer->kept_state);
     if (status == VW_OK && config->noise_floor) status = noise_probe_create(trainer, &trainer->noise_probe);
-    if (status == VW_OK && config->first_order) status = first_order_create(&trainer->field, &trainer->first_order);
+    if (status == VW_OK && config->first_order)
+        status = first_order_create(&trainer->field, vw_gpu_get_limits(trainer->gpu)->storage_binding_bytes, &trainer->first_order);
     if (status == VW_OK && config->same_state) status = same_state_create(trainer, probes_per_step(trainer), &trainer->same_state);
     return status;
 }
