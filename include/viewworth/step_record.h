@@ -15,7 +15,7 @@ enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 // What was measured beside a run's own steps, after which the state is put back: validation after something other than the step was done to
 // the state before it (`value --noise-floor`), after a step of any photo from the state behind it (--same-state), and how fast validation
 // changes along the step (--first-order).
-enum vw_probe_kind {
+enum vw_probe_kind {      // those of the noise floor come first
     VW_PROBE_REPEAT,      // nothing: the same validation once more, which must give the same bits
     VW_PROBE_STILL,       // the step with learning rate 0, which must give the same bits
     VW_PROBE_REDRAW,      // the step with other pixels of the same photo: what sampling alone does to its delta

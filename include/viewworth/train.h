@@ -48,8 +48,8 @@ struct vw_config {
     enum vw_background_form background;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
     bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
-    // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one per such epoch, 0: none.
-    // Where they lie depends on `epochs`, which then is part of the run's identity. Needs validation
+    // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one per such epoch, 0:
+    // none. Where they lie depends on `epochs`, which then is part of the run's identity. Needs validation
     uint32_t same_state;
     bool first_order; // probe the slope of validation along every step behind burn-in; needs validation
 };
@@ -147,7 +147,7 @@ const char *vw_version(void);          // "0.1.0"
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays; // actually taken and scored
+    uint32_t val_rays;         // actually taken and scored
     uint64_t same_state_steps; // taken as probes by this trainer
     double same_state_s;       // wall clock that they took
 };

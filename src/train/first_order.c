@@ -24,8 +24,7 @@ static enum vw_status create_mix(struct first_order *first_order, uint32_t windo
         {.slot = VW_SLOT_PARAMS_AFTER, .buffer = first_order->after, .offset_bytes = offset, .size_bytes = size},
         {.slot = VW_SLOT_PARAMS, .buffer = first_order->field->params, .offset_bytes = offset, .size_bytes = size},
     };
-    const struct vw_pass_params params = {
-        .shader = &vw_shader_mix_params, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    const struct vw_pass_params params = {.shader = &vw_shader_mix_params, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
     return vw_pass_create(first_order->field->gpu, &params, &first_order->mix[window]);
 }
 

@@ -1,6 +1,7 @@
-// First-order credit (`value --first-order`): how validation would change along a step if it kept the slope that it has where the step starts:
-// the dot product of the step with the measure's gradient. It is taken as a central difference on the line through the params before and
-// behind the step, by two more validations and no way back, all on the device. Then the params behind the step are put back, as a copy.
+// First-order credit (`value --first-order`): how validation would change along a step if it kept the slope that it has where the step
+// starts: the dot product of the step with the measure's gradient. It is taken as a central difference on the line through the params
+// before and behind the step, by two more validations and no way back, all on the device. Then the params behind the step are put back, as
+// a copy.
 #ifndef VIEWWORTH_TRAIN_FIRST_ORDER_H
 #define VIEWWORTH_TRAIN_FIRST_ORDER_H
 
@@ -11,9 +12,9 @@ struct vw_probe;
 
 enum { FIRST_ORDER_MEASUREMENTS = 2 }; // ahead of where the step starts, and behind
 
-// How far from there, as a share of the step. Nearer, what rounding does to the params and to the sums over pixels counts for more; farther,
-// the measures' curvature and the kinks of ReLUs and of the absolute error. Misfit to the twin's gradient, root mean square over 18 early
-// steps of a small field, in percent of the slope of PSNR | of L1:
+// How far from there, as a share of the step. Nearer, what rounding does to the params and to the sums over pixels counts for more;
+// farther, the measures' curvature and the kinks of ReLUs and of the absolute error. Misfit to the twin's gradient, root mean square over
+// 18 early steps of a small field, in percent of the slope of PSNR | of L1:
 //     learning rate   reach 1/2     1/4           1/8           1/16          1/32          1/64
 //     1e-2            2.4  | 5.1    0.84 | 3.6    0.77 | 2.1    0.75 | 1.7    0.46 | 1.3    0.17 | 0.87
 //     3e-3            0.24 | 2.4    0.07 | 2.4    0.03 | 1.4    0.02 | 0.69   0.02 | 0.40   0.01 | 0.31

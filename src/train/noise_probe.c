@@ -16,8 +16,7 @@ enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe
     probe->still_model.specialization.learning_rate = 0.0f;
     probe->still_field = trainer->field;
     probe->still_field.model = &probe->still_model;
-    enum vw_status status =
-        step_create(&probe->still_field, &trainer->config, trainer->pixels, trainer->scalars, &probe->still_step);
+    enum vw_status status = step_create(&probe->still_field, &trainer->config, trainer->pixels, trainer->scalars, &probe->still_step);
     if (status != VW_OK) noise_probe_destroy(&probe);
     else *out = probe;
     return status;

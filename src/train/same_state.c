@@ -17,7 +17,8 @@ enum vw_status same_state_create(const struct vw_trainer *trainer, uint32_t othe
 
 void same_state_destroy(struct same_state_probes *probes) { free(probes->probes); }
 
-// How many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., lie before the beginning of epoch `place` of those that are counted.
+// How many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., lie before the beginning of epoch `place` of those that are
+// counted.
 static uint64_t middles_before(uint64_t states, uint64_t counted, uint64_t place) {
     return (2 * states * place + counted - 1) / (2 * counted);
 }

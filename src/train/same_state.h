@@ -1,5 +1,5 @@
-// The same-state score's measurements (`value --same-state N`, the paper's option c): from each of N states, at ends of epochs, the next step
-// is taken on every photo in turn, validated, and the state put back. The run itself is not touched.
+// The same-state score's measurements (`value --same-state N`, the paper's option c): from each of N states, at ends of epochs, the next
+// step is taken on every photo in turn, validated, and the state put back. The run itself is not touched.
 #ifndef VIEWWORTH_TRAIN_SAME_STATE_H
 #define VIEWWORTH_TRAIN_SAME_STATE_H
 
@@ -30,7 +30,8 @@ void same_state_destroy(struct same_state_probes *probes);
 bool same_state_due(const struct vw_trainer *trainer, uint64_t step);
 
 // Probes the state on the device, which is that behind the record's step, in as many submissions as it takes, and adds what it finds to the
-// record's probes: photo by photo in the order of their views, draw by draw. Nothing is in flight, and `batch` and all the scalars are free.
+// record's probes: photo by photo in the order of their views, draw by draw. Nothing is in flight, and `batch` and all the scalars are
+// free.
 enum vw_status same_state_take(struct vw_trainer *trainer, struct vw_batch *batch, struct vw_step_record *record);
 
 #endif

@@ -191,7 +191,10 @@ static enum vw_status create_probes(struct vw_trainer *trainer) {
 
 static enum vw_status check_probes(const struct vw_trainer *trainer) {
     const struct vw_config *config = &trainer->config;
-    const char *option = config->noise_floor ? "noise-floor" : config->same_state ? "same-state" : config->first_order ? "first-order" : NULL;
+    const char *option = config->noise_floor   ? "noise-floor"
+                         : config->same_state  ? "same-state"
+                         : config->first_order ? "first-order"
+                                               : NULL;
     if (!option || trainer->validate) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--%s: needs validation after every step; use viewworth value", option);
 }
@@ -389,8 +392,7 @@ static void read_probes(struct vw_trainer *trainer, const vw_float4 *rows, struc
     }
     record->probe_count = noise;
     if (!first_order_due(trainer, record->step)) return;
-    probes[noise] = (struct vw_probe){
-        .step = record->step, .index = noise, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
+    probes[noise] = (struct vw_probe){.step = record->step, .index = noise, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
     first_order_read(trainer, rows + stride + noise_rows(trainer), record->nonfinite, &probes[noise]);
     record->probe_count++;
 }

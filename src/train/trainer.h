@@ -1,4 +1,5 @@
-// The trainer's inside, shared by trainer.c (steps), noise_probe.c, first_order.c, same_state.c, render.c, field_file.c, checkpoint.c and identity.c.
+// The trainer's inside, shared by trainer.c (steps), noise_probe.c, first_order.c, same_state.c, render.c, field_file.c, checkpoint.c and
+// identity.c.
 #ifndef VIEWWORTH_TRAIN_TRAINER_H
 #define VIEWWORTH_TRAIN_TRAINER_H
 
@@ -43,9 +44,9 @@ struct vw_trainer {
     uint32_t val_rays;          // that are scored; those to fit views on lie behind them
     struct view_fit view_fit;
 
-    struct kept_state kept_state;      // while something else is tried from it; empty unless something is
-    struct noise_probe *noise_probe;   // NULL without --noise-floor
-    struct first_order *first_order;   // NULL without --first-order
+    struct kept_state kept_state;        // while something else is tried from it; empty unless something is
+    struct noise_probe *noise_probe;     // NULL without --noise-floor
+    struct first_order *first_order;     // NULL without --first-order
     struct same_state_probes same_state; // empty without --same-state
 
     struct vw_buffer *pixels;  // UPLOAD: per batch slot, steps_capacity times one or more draws of the step's rays

@@ -8,6 +8,7 @@
 
 #include "ledger/find_image.h"
 #include "value/measure.h"
+#include "value/probe_scores.h"
 #include "viewworth/memory.h"
 
 struct estimator {
@@ -92,15 +93,17 @@ static void append_scores(const struct estimator *estimator, const struct tally 
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count) {
     enum vw_status status = VW_OK;
-    uint32_t count = 0;
+    uint32_t count = 0, probe_methods = 0;
+    (void)vw_probe_methods(&probe_methods);
     struct tally *tallies = vw_allocate(input->image_count, sizeof *tallies);
-    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * VW_ARRAY_COUNT(estimators), sizeof *made);
+    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * (VW_ARRAY_COUNT(estimators) + probe_methods), sizeof *made);
     if (!tallies || !made) status = VW_ERROR_MEMORY;
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(estimators); i++) {
         memset(tallies, 0, input->image_count * sizeof *tallies);
         status = tally_steps(&estimators[i], input, tallies);
         if (!status) append_scores(&estimators[i], tallies, input, made, &count);
     }
+    if (!status) status = vw_probe_scores_append(input, made, &count);
     free(tallies);
     if (status) {
         free(made);

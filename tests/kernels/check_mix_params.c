@@ -32,7 +32,7 @@ static void check_reach(struct step_bench *bench, const struct first_order *mix,
 
 void check_mix_params(struct step_bench *bench, enum input_kind kind) {
     static const float reaches[] = {0.0625f, -0.0625f, 1.0f, -3.0f};
-    static const uint64_t binding_bytes[] = {1 << 27, 4096 + 255}; // the second is rounded down
+    const uint64_t binding_bytes[] = {1 << 27, bench->model.param_bytes / 3 + 255}; // the second is rounded down: four windows, or three
     size_t count = bench->model.param_bytes / sizeof(float);
     float *before = vw_allocate(count, sizeof *before), *after = vw_allocate(count, sizeof *after);
     struct test_random random = {.seed = bench->config.seed};

@@ -1,5 +1,5 @@
-// `value --first-order`: the slope of validation along a step is the twin's gradient times the step, and what the step does is that slope as
-// learning rates shrink; the run itself is left alone.
+// `value --first-order`: the slope of validation along a step is the twin's gradient times the step, and what the step does is that slope
+// as learning rates shrink; the run itself is left alone.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -212,9 +212,9 @@ static struct ratio predicted_by_actual(const struct vw_scene *scene, const stru
     return ratio;
 }
 
-// The steps' deltas add up to last minus first; the slopes add up to nearly that where steps are short: what they leave out is of the second
-// order, so that its share falls as the steps do. (In a new field it does not: its values before the ReLUs are so near 0 that any step flips
-// some.)
+// The steps' deltas add up to last minus first; the slopes add up to nearly that where steps are short: what they leave out is of the
+// second order, so that its share falls as the steps do. (In a new field it does not: its values before the ReLUs are so near 0 that any
+// step flips some.)
 static void predictions_come_true_as_steps_shrink(void **state) {
     (void)state;
     const double rates[] = {1e-3, 1e-4, 1e-5};
@@ -227,8 +227,12 @@ static void predictions_come_true_as_steps_shrink(void **state) {
         struct ratio ratio = predicted_by_actual(scene, trained, rates[i]);
         psnr[i] = fabs(ratio.psnr - 1.0);
         l1[i] = fabs(ratio.l1 - 1.0);
-        print_message("lr %g: %g %g\n", rates[i], psnr[i], l1[i]);
     }
+    for (int i = 1; i < 3; i++)
+        if (!(psnr[i] < psnr[i - 1] / 4.0))
+            fail_msg("--lr %g: the slopes of PSNR leave out %g, of ten times that %g", rates[i], psnr[i], psnr[i - 1]);
+    if (!(l1[0] < 0.1 && l1[2] < 0.003)) fail_msg("the slopes of L1 leave out %g, %g, %g", l1[0], l1[1], l1[2]); // of either sign: kinks
+    assert_true(psnr[0] < 0.1 && psnr[2] < 0.001);
     test_run_free(trained);
     vw_scene_close(&scene);
 }

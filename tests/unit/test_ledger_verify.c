@@ -273,9 +273,10 @@ static void rows_moved_and_added_are_found(void **state) {
          "table step", true},
         {"a probe added to a step", "INSERT INTO probe SELECT run_id, step, 6, kind, 1, 2, 3, 4 FROM probe WHERE step = 6 AND probe = 3",
          "step 6", true},
-        {"probes of no step", "INSERT INTO probe SELECT run_id, 99, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6", "table probe", true},
-        {"a probe of another run", "INSERT INTO probe SELECT 'other', step, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6", "table probe",
+        {"probes of no step", "INSERT INTO probe SELECT run_id, 99, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6", "table probe",
          true},
+        {"a probe of another run", "INSERT INTO probe SELECT 'other', step, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6",
+         "table probe", true},
         {"an image added",
          "INSERT INTO image SELECT 8, scene_hash, 'images/8.png', split, provider, sha256, truth FROM image"
          " WHERE image_id = 1",

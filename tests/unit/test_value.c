@@ -208,8 +208,7 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
     }
     for (uint32_t i = 0; i < NOISY_PROBE_COUNT; i++) {
         double psnr = noisy_probes[i].psnr;
-        run->probes[i] =
-            (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100, VW_RECORD_UNTRAINED};
+        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100, VW_RECORD_UNTRAINED};
     }
     run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
     return (struct vw_value_input){run->records,   NOISY_STEP_COUNT, run->probes,     NOISY_PROBE_COUNT,
