@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Params on the line through those before a step and those behind it, on which the measures' slope is taken (--first-order). Four params per
+// Params on the line through those before a step and those behind it, on which the measures' slope is taken (--first-order). Four per
 // invocation.
 #include "common.glsl"
 layout(local_size_x = 64) in;

@@ -32,7 +32,7 @@ struct vw_value_input {
 // `*scores` is owned by the caller (free); method and unit strings are static. No step after burn-in gives count 0.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count);
 
-// The noise of the measurement, from the probes of a run that are of it (`value --noise-floor`). NaN where no probe of that kind has a value.
+// The noise of the measurement, from a run's probes of it (`value --noise-floor`). NaN where no probe of that kind has a value.
 struct vw_noise_floor {
     uint64_t repeats, stills, redraws; // probes of each kind that have values
     double repeat_db, still_db; // largest |delta of val_psnr| by validating once more, by a step with learning rate 0: 0 exactly where

@@ -62,20 +62,31 @@ static json_t *identity_of(const char *config_json) {
     return identity;
 }
 
+static char *setting_to_text(const json_t *value) {
+    return value ? json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)) : NULL;
+}
+
+// What a run does without has no entry.
+static enum vw_status check_setting(const char *key, const json_t *ours, const json_t *recorded, const char *out) {
+    if (ours && recorded && json_equal(ours, recorded)) return VW_OK;
+    char *here = setting_to_text(ours), *there = setting_to_text(recorded);
+    enum vw_status status = vw_fail(VW_ERROR_USAGE, "--resume: the run in %s has %s = %s, not %s; give the same options, or another --out",
+                                    out, key, there ? there : "nothing", here ? here : "nothing");
+    free(here);
+    free(there);
+    return status;
+}
+
 // The first setting that differs, if any.
 static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
     json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *value;
     enum vw_status status = VW_OK;
     const char *key;
     json_object_foreach(ours, key, value) {
-        const json_t *other = json_object_get(recorded, key);
-        if (status || json_equal(value, other)) continue;
-        char *here = json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)),
-             *there = other ? json_dumps(other, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)) : NULL;
-        status = vw_fail(VW_ERROR_USAGE, "--resume: the run in %s has %s = %s, not %s; give the same options, or another --out", out, key,
-                         there ? there : "nothing", here ? here : "this");
-        free(here);
-        free(there);
+        if (!status) status = check_setting(key, value, json_object_get(recorded, key), out);
+    }
+    json_object_foreach(recorded, key, value) {
+        if (!status && !json_object_get(ours, key)) status = check_setting(key, NULL, value, out);
     }
     json_decref(ours);
     json_decref(recorded);

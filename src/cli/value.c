@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
+#include "cli/probe_costs.h"
 #include "cli/scoring.h"
 #include "cli/training_run.h"
 #include "viewworth/log.h"
@@ -74,10 +75,12 @@ static void print_head(const struct vw_ledger *ledger) {
     printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
 }
 
-static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                       const struct vw_probe_costs *costs) {
     print_ranking(run->scene, ranking);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
+    vw_probe_costs_print(costs);
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
            run->tally.last_val_psnr_db, run->tally.steps);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);
@@ -111,12 +114,15 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
                      vw_json_real(floor->redraw_l1));
 }
 
-static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor) {
+static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
+                                 const struct vw_probe_costs *costs) {
     json_t *root = vw_training_to_json(run);
-    json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
-                               vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
-                               "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "most_valuable",
-                               photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
+    json_t *values =
+        json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+                  vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db), "noise_floor",
+                  run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "same_state",
+                  vw_probe_costs_same_state_to_json(costs), "first_order", vw_probe_costs_first_order_to_json(costs), "most_valuable",
+                  photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values);
     json_decref(values);
     if (!failed) return vw_json_print(root);
@@ -131,8 +137,9 @@ static enum vw_status conclude(struct vw_training_run *run) {
     enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
     if (!status) status = vw_training_finish(run, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
-    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);
-    else if (!status) print_text(run, &ranking, &scoring.noise_floor);
+    const struct vw_probe_costs costs = vw_probe_costs_count(&scoring.input, run->trainer, vw_now_s() - run->opened_s);
+    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor, &costs);
+    else if (!status) print_text(run, &ranking, &scoring.noise_floor, &costs);
     free(ranking.scores);
     vw_scoring_free(&scoring);
     return status;
