@@ -60,6 +60,8 @@ enum vw_status vw_config_check(const struct vw_config *config);
 // What an option ("rays", without dashes) admits, in words: "1 to 65536", "a power of two, 16 to 64". False when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
+// The same training without what probes it: it makes the same field.
+struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);

@@ -129,6 +129,13 @@ enum vw_status vw_config_check(const struct vw_config *config) {
     return check_together(config);
 }
 
+struct vw_config vw_config_without_probes(const struct vw_config *config) {
+    struct vw_config bare = *config;
+    bare.noise_floor = bare.first_order = false;
+    bare.same_state = 0;
+    return bare;
+}
+
 static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
     if (number->kind == REAL) return json_real(number_get(config, number));
     if (number->kind == SEED) return json_integer((json_int_t)config->seed);

@@ -42,6 +42,8 @@ check "says what they cost" test "$(sqlite3 :memory: "
 check "and one without" value plain 10
 check "the steps are the same" answers both "$own_steps" "$(query plain "$own_steps")"
 check "and so are the other scores" answers both "$own_scores" "$(query plain "$own_scores")"
+check "and so is the field" cmp "$folder/both/field.vwf" "$folder/plain/field.vwf"
+check "which can be rendered" eval '"$program" render "$folder/both" --to "$folder/view.png" --quiet >"$folder/stdout"'
 check "every photo has the scores of both" answers both "
     SELECT method, unit, count(*), min(visits), max(visits) FROM score WHERE NOT method GLOB 'dv_*' GROUP BY method" \
     'first_order_loss|mean absolute error|12|9|9
