@@ -168,7 +168,10 @@ VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAM
 VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
 VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds
 VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
-VW_ENUM(VW_SLOT_COUNT, 43)
+VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)  // vec4: a window of the params as they were before the step; this and the next two: mix_params
+VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)   // vec4: the same behind it
+VW_ENUM(VW_SLOT_PARAMS, 45)         // vec4: the same as they are
+VW_ENUM(VW_SLOT_COUNT, 46)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -302,6 +305,11 @@ struct vw_push_update {      // update_grid, update_weights, update_appearance, 
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     vw_uint scalar_row;      // first vec4 of this step in the scalars
+};
+
+struct vw_push_mix {         // mix_params
+    vw_uint count;           // vec4 of the window
+    float reach;             // how far along the step to go: 0 to its beginning, 1 to its end
 };
 
 struct vw_push_ceiling {     // multiply_registers

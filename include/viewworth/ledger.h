@@ -1,6 +1,6 @@
 // The ledger: OUT/ledger.db, an SQLite file with the tables of the contract (run, image, step, view, score) and one more:
-// probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1), kind in repeat, still, redraw: vw_step_record.probes. One run per
-// OUT.
+// probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id), kind in repeat, still, redraw, same_state, first_order:
+// vw_step_record.probes; image_id is NULL where a probe is of the step's own photo. One run per OUT.
 //
 // Rows are hash-chained, each hash over the values in the order named here, rows in the order of their keys:
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows.

@@ -12,20 +12,24 @@ struct vw_view_error {
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 
-// A measurement of the measurement (`value --noise-floor`): validation after something other than the step was done to the state before it,
-// which is then put back.
-enum vw_probe_kind {
-    VW_PROBE_REPEAT, // nothing: the same validation once more, which must give the same bits
-    VW_PROBE_STILL,  // the step with learning rate 0, which must give the same bits
-    VW_PROBE_REDRAW, // the step with other pixels of the same photo: what sampling alone does to its delta
+// What was measured beside a run's own steps, after which the state is put back: validation after something other than the step was done to
+// the state before it (`value --noise-floor`), after a step of any photo from the state behind it (--same-state), and how fast validation
+// changes along the step (--first-order).
+enum vw_probe_kind {      // those of the noise floor come first
+    VW_PROBE_REPEAT,      // nothing: the same validation once more, which must give the same bits
+    VW_PROBE_STILL,       // the step with learning rate 0, which must give the same bits
+    VW_PROBE_REDRAW,      // the step with other pixels of the same photo: what sampling alone does to its delta
+    VW_PROBE_SAME_STATE,  // from the state behind the step, the next step, taken with pixels of the photo `view`
+    VW_PROBE_FIRST_ORDER, // values are changes: the measures' derivatives along the step, where it starts, times its length
     VW_PROBE_KIND_COUNT
 };
 
 struct vw_probe {
-    uint64_t step;  // the step whose starting state was probed
+    uint64_t step;  // the step that was probed
     uint32_t index; // 0, 1, ... within the step
     enum vw_probe_kind kind;
     double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record; NaN when not finite
+    uint32_t view;                            // index in vw_scene.views; VW_RECORD_UNTRAINED: the step's own photo
 };
 
 struct vw_step_record {

@@ -58,6 +58,10 @@ struct vw_config {
     enum vw_background_form background;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
     bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
+    // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one per such epoch, 0:
+    // none. Where they lie depends on `epochs`, which then is part of the run's identity. Needs validation
+    uint32_t same_state;
+    bool first_order; // probe the slope of validation along every step behind burn-in; needs validation
 };
 
 extern const struct vw_config vw_config_default;
@@ -70,6 +74,9 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects. Without `vary` and
 // `base_seed` everything varies.
+// The same training without what probes it: it makes the same field.
+struct vw_config vw_config_without_probes(const struct vw_config *config);
+// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
@@ -162,7 +169,9 @@ const char *vw_version(void);          // "0.1.0"
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays; // actually taken and scored
+    uint32_t val_rays;         // actually taken and scored
+    uint64_t same_state_steps; // taken as probes by this trainer
+    double same_state_s;       // wall clock that they took
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 

@@ -34,7 +34,7 @@
 struct vw_value_input {
     const struct vw_step_record *records; // all steps in order
     uint64_t record_count;
-    const struct vw_probe *probes; // by step and index; none without --noise-floor
+    const struct vw_probe *probes; // by step and index; none without --noise-floor, --same-state and --first-order
     uint64_t probe_count;
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
@@ -60,7 +60,7 @@ extern const char vw_value_default_method[];
 // scores; no step after burn-in gives count 0. VW_ERROR_INPUT for a step on an image that is not among them, VW_ERROR_MEMORY.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count);
 
-// The noise of the measurement, from all probes of a run (`value --noise-floor`). NaN where no probe of that kind has a value.
+// The noise of the measurement, from a run's probes of it (`value --noise-floor`). NaN where no probe of that kind has a value.
 struct vw_noise_floor {
     uint64_t repeats, stills, redraws; // probes of each kind that have values
     double repeat_db, still_db; // largest |delta of val_psnr| by validating once more, by a step with learning rate 0: 0 exactly where

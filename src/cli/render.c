@@ -33,8 +33,9 @@ static enum vw_status check_target(const char *to) {
 
 static enum vw_status load_field(struct rendering *rendering) {
     const struct vw_recorded_run *run = &rendering->run;
+    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
     const struct vw_trainer_params params = {
-        .gpu = run->gpu, .scene = run->scene, .config = &run->config, .effects = run->effects, .effect_count = run->effect_count};
+        .gpu = run->gpu, .scene = run->scene, .config = &config, .effects = run->effects, .effect_count = run->effect_count};
     char *path = vw_path_join(rendering->options->operand, "field.vwf");
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_create(&params, &rendering->trainer);

@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
+#include "cli/probe_costs.h"
 #include "cli/scoring.h"
 #include "cli/sharing.h"
 #include "cli/training_run.h"
@@ -24,8 +25,10 @@ struct ranking {
     uint32_t count;
 };
 
-// What the scores say beyond themselves.
+// What the run says beyond its scores.
 struct findings {
+    const struct vw_noise_floor *noise_floor;
+    struct vw_probe_costs probe_costs;
     struct vw_sharing sharing;
     struct vw_validation_report validation;
 };
@@ -85,13 +88,14 @@ static void print_head(const struct vw_ledger *ledger) {
     printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
 }
 
-static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
-                       const struct findings *findings) {
+static void print_text(const struct vw_training_run *run, const struct ranking *ranking, const struct findings *findings) {
+    const struct vw_noise_floor *floor = findings->noise_floor;
     print_ranking(run->scene, ranking);
     vw_sharing_print(&findings->sharing);
     vw_until_stable_print(run);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
+    vw_probe_costs_print(&findings->probe_costs);
     printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n", run->tally.first_val_psnr_db,
            run->tally.last_val_psnr_db, run->tally.steps);
     vw_validation_report_print(&findings->validation);
@@ -128,13 +132,14 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
                      vw_json_real(floor->redraw_l1));
 }
 
-static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct vw_noise_floor *floor,
-                                 const struct findings *findings) {
+static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct findings *findings) {
+    const struct vw_probe_costs *costs = &findings->probe_costs;
     json_t *root = vw_training_to_json(run);
     json_t *values =
-        json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+        json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
                   vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db), "noise_floor",
-                  run->options->config.noise_floor ? noise_floor_to_json(floor) : NULL, "stability", vw_until_stable_to_json(run),
+                  run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL, "stability", vw_until_stable_to_json(run),
+                  "same_state", vw_probe_costs_same_state_to_json(costs), "first_order", vw_probe_costs_first_order_to_json(costs),
                   "most_valuable", photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
                   !vw_validation_report_add_json(&findings->validation, root);
@@ -148,13 +153,14 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
     struct ranking ranking = {0};
-    struct findings findings = {0};
     enum vw_status status = vw_training_conclude(run, &scoring);
+    struct findings findings = {.noise_floor = &scoring.noise_floor,
+                                .probe_costs = vw_probe_costs_count(&scoring.input, run->trainer, vw_now_s() - run->opened_s)};
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
     if (!status) status = vw_sharing_make(run, &scoring, vw_value_default_method, &findings.sharing);
     if (!status) status = vw_validation_report_make(run, &scoring, &findings.validation);
-    if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor, &findings);
-    else if (!status) print_text(run, &ranking, &scoring.noise_floor, &findings);
+    if (!status && run->options->json) status = print_json(run, &ranking, &findings);
+    else if (!status) print_text(run, &ranking, &findings);
     vw_validation_report_free(&findings.validation);
     vw_sharing_free(&findings.sharing);
     free(ranking.scores);

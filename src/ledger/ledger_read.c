@@ -193,13 +193,17 @@ enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_le
     return VW_OK;
 }
 
+static uint32_t image_or_untrained(sqlite3_stmt *statement, int column) {
+    bool untrained = sqlite3_column_type(statement, column) == SQLITE_NULL;
+    return untrained ? (uint32_t)VW_RECORD_UNTRAINED : (uint32_t)sqlite3_column_int64(statement, column);
+}
+
 static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
     (void)ledger;
-    bool untrained = sqlite3_column_type(statement, 2) == SQLITE_NULL;
     *(struct vw_step_record *)item = (struct vw_step_record){
         .step = (uint64_t)sqlite3_column_int64(statement, 0),
         .epoch = (uint32_t)sqlite3_column_int64(statement, 1),
-        .view = untrained ? (uint32_t)VW_RECORD_UNTRAINED : (uint32_t)sqlite3_column_int64(statement, 2),
+        .view = image_or_untrained(statement, 2),
         .train_loss = real_or_nan(statement, 3),
         .validated = sqlite3_column_type(statement, 4) != SQLITE_NULL,
         .val_psnr = real_or_nan(statement, 4),
@@ -232,13 +236,15 @@ static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .val_psnr = real_or_nan(statement, 3),
         .val_psnr_pooled = real_or_nan(statement, 4),
         .val_l1 = real_or_nan(statement, 5),
+        .view = image_or_untrained(statement, 6),
     };
     return VW_OK;
 }
 
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
     static const struct row_reader reader = {
-        "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1 FROM probe ORDER BY run_id, step, probe", sizeof **probes, read_probe};
+        "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe", sizeof **probes,
+        read_probe};
     return read_rows(ledger, &reader, (void **)probes, count);
 }
 

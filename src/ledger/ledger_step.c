@@ -9,6 +9,8 @@ const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
     [VW_PROBE_REPEAT] = "repeat",
     [VW_PROBE_STILL] = "still",
     [VW_PROBE_REDRAW] = "redraw",
+    [VW_PROBE_SAME_STATE] = "same_state",
+    [VW_PROBE_FIRST_ORDER] = "first_order",
 };
 
 // ---- The rows of one step, and its hash -------------------------------------------------------------------------------
@@ -68,6 +70,8 @@ static enum vw_status chain_probes(struct vw_ledger *ledger, struct vw_row row, 
         vw_row_add_real(&row, finite_or_nan(probe->val_psnr));
         vw_row_add_real(&row, finite_or_nan(probe->val_psnr_pooled));
         vw_row_add_real(&row, finite_or_nan(probe->val_l1));
+        if (probe->view == VW_RECORD_UNTRAINED) vw_row_add_null(&row);
+        else vw_row_add_integer(&row, probe->view);
         status = vw_row_write(&row, &ledger->database, "record a probe");
     }
     return status;
@@ -116,8 +120,8 @@ static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
                                      &inserts->view);
     if (!status && !inserts->probe)
         status = vw_database_prepare(&ledger->database,
-                                     "INSERT INTO probe (run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1)"
-                                     " VALUES (?, ?, ?, ?, ?, ?, ?)",
+                                     "INSERT INTO probe (run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id)"
+                                     " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                                      &inserts->probe);
     return status;
 }

@@ -135,7 +135,7 @@ static enum vw_status verify_steps(struct verification *verification) {
     struct companion views = {.table = "view", .sql = "SELECT run_id, step, image_id, mse, l1 FROM view ORDER BY run_id, step, image_id"};
     struct companion probes = {
         .table = "probe",
-        .sql = "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1 FROM probe ORDER BY run_id, step, probe"};
+        .sql = "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe"};
     sqlite3_stmt *steps = NULL;
     bool found = false;
     enum vw_status status = vw_database_prepare(verification->database,

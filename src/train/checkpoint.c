@@ -68,6 +68,7 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     sealed_file_close(&file);
     if (status != VW_OK) return status;
     trainer->next_step = saved_step + 1;
+    trainer->same_state.probed_step = saved_step; // its record, which has the probes, was handed out before
     *step = saved_step;
     return VW_OK;
 }

@@ -121,6 +121,10 @@ static enum vw_status check_together(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE,
                        "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
                        finest);
+    uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
+    if (config->same_state > counted)
+        return vw_fail(VW_ERROR_USAGE, "--same-state %u: at most one state per epoch behind --burn-in, which are %u; take more --epochs",
+                       config->same_state, counted);
     return VW_OK;
 }
 
@@ -134,17 +138,29 @@ enum vw_status vw_config_check(const struct vw_config *config) {
     return check_together(config);
 }
 
+struct vw_config vw_config_without_probes(const struct vw_config *config) {
+    struct vw_config bare = *config;
+    bare.noise_floor = bare.first_order = false;
+    bare.same_state = 0;
+    return bare;
+}
+
 static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
     if (number->kind == REAL) return json_real(number_get(config, number));
     if (number->kind == SEED) return json_integer((json_int_t)config->seed);
     return json_integer((json_int_t)number_get(config, number));
 }
 
+// From how many epochs there are follows which of them end in a state that is probed.
+static bool is_identity(const struct vw_config *config, const struct number *number) {
+    return number->identity || (config->same_state && number->offset == offsetof(struct vw_config, epochs));
+}
+
 char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     json_t *object = json_object();
     int failed = !object;
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
-        if (numbers[i].identity || !identity_only)
+        if (!identity_only || is_identity(config, &numbers[i]))
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
@@ -154,6 +170,9 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
         failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
         failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     }
+    // Only where they are asked for: a run without them is what it was before there was a choice.
+    failed = failed || (config->first_order && json_object_set_new(object, "first_order", json_true()));
+    failed = failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
     // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
     char *text = failed ? NULL : json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT);
@@ -205,6 +224,11 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
     if (status == VW_OK) strcpy(parsed.effects, effects);
     parsed.noise_floor = json_is_true(json_object_get(object, "noise_floor"));
+    parsed.first_order = json_is_true(json_object_get(object, "first_order")); // nor did older runs have these two
+    json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
+    if (status == VW_OK && (same_state < 0 || same_state > UINT32_MAX))
+        status = vw_fail(VW_ERROR_INPUT, "config: same_state is no number of states");
+    parsed.same_state = (uint32_t)same_state;
     json_decref(object);
     if (status == VW_OK) status = vw_config_check(&parsed);
     if (status == VW_OK) *config = parsed;

@@ -11,7 +11,8 @@ static const char magic[] = "viewworth field 1\n";
 // The config's identity, the box, and the effects that are on; owned by the caller.
 static char *describe(const struct vw_trainer *trainer) {
     const struct vw_box *box = &trainer->model.box;
-    char *identity = vw_config_to_json(&trainer->config, true);
+    const struct vw_config config = vw_config_without_probes(&trainer->config);
+    char *identity = vw_config_to_json(&config, true);
     json_t *effects = json_array();
     for (uint32_t i = 0; i < trainer->effect_count; i++)
         if (trainer->effects[i].on) json_array_append_new(effects, json_string(trainer->effects[i].name));

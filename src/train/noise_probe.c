@@ -7,26 +7,6 @@
 
 enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: a run takes not quite twice the time
 
-// ---- Keeping the state ------------------------------------------------------------------------------------------------
-
-static enum vw_status create_kept(struct vw_trainer *trainer, struct noise_probe *probe) {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX];
-    probe->kept_count = step_training_state(&trainer->step, state);
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < probe->kept_count && status == VW_OK; i++)
-        status = vw_buffer_create(
-            trainer->gpu, &(struct vw_buffer_params){.name = "kept_state", .size_bytes = vw_buffer_size_bytes(state[i])}, &probe->kept[i]);
-    return status;
-}
-
-// Copies the state into its keep, or back.
-static void record_state_copy(const struct vw_trainer *trainer, struct vw_batch *batch, bool back) {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX], *const *kept = trainer->noise_probe->kept;
-    uint32_t count = step_training_state(&trainer->step, state);
-    for (uint32_t i = 0; i < count; i++)
-        vw_batch_copy(batch, back ? kept[i] : state[i], 0, back ? state[i] : kept[i], 0, vw_buffer_size_bytes(kept[i]));
-}
-
 // ---- Creation ---------------------------------------------------------------------------------------------------------
 
 enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe **out) {
@@ -36,8 +16,7 @@ enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe
     probe->still_model.specialization.learning_rate = 0.0f;
     probe->still_field = trainer->field;
     probe->still_field.model = &probe->still_model;
-    enum vw_status status = create_kept(trainer, probe);
-    if (status == VW_OK) status = step_create(&probe->still_field, &trainer->config, trainer->pixels, trainer->scalars, &probe->still_step);
+    enum vw_status status = step_create(&probe->still_field, &trainer->config, trainer->pixels, trainer->scalars, &probe->still_step);
     if (status != VW_OK) noise_probe_destroy(&probe);
     else *out = probe;
     return status;
@@ -47,7 +26,6 @@ void noise_probe_destroy(struct noise_probe **pointer) {
     struct noise_probe *probe = *pointer;
     if (!probe) return;
     step_destroy(&probe->still_step);
-    for (uint32_t i = 0; i < probe->kept_count; i++) vw_buffer_destroy(&probe->kept[i]);
     free(probe);
     *pointer = NULL;
 }
@@ -67,8 +45,8 @@ enum vw_probe_kind noise_probe_kind(uint32_t index) {
 
 void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
                         uint32_t scalar_row) {
-    uint32_t measurement_rows = 1 + trainer->val_count;
-    record_state_copy(trainer, batch, false);
+    uint32_t measurement_rows = trainer_rows_per_measurement(trainer);
+    kept_state_record_keep(&trainer->kept_state, batch);
     for (uint32_t i = 0; i < PROBES_PER_STEP; i++, scalar_row += measurement_rows) {
         enum vw_probe_kind kind = noise_probe_kind(i);
         if (kind == VW_PROBE_STILL) step_record(&trainer->noise_probe->still_step, batch, step, first_pixel, scalar_row);
@@ -77,6 +55,6 @@ void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch
             step_record(&trainer->step, batch, step, first_pixel, scalar_row);
         }
         trainer_record_validation(trainer, batch, scalar_row);
-        record_state_copy(trainer, batch, true);
+        kept_state_record_put_back(&trainer->kept_state, batch);
     }
 }

@@ -14,14 +14,12 @@ enum {
 };
 
 struct noise_probe {
-    struct vw_buffer *kept[TRAINING_STATE_BUFFERS_MAX]; // the state while it is probed
-    uint32_t kept_count;
     struct model still_model;      // the run's, with learning rate 0
     struct field still_field;      // the run's field seen through that model; owns nothing
     struct step_passes still_step; // has moments of its own
 };
 
-// The trainer's step passes and validation exist already.
+// The trainer's step passes, validation and kept state exist already.
 enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe **probe);
 void noise_probe_destroy(struct noise_probe **probe);
 

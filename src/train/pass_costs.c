@@ -1,7 +1,7 @@
 // What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile). Everything counts as
 // often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads its operands many times, may beat a
 // copy), every grid entry as if it had a gradient, and every sample as if none were skipped. What is small beside a pass's main traffic is
-// left out.
+// left out, and so are the probes of --noise-floor and --same-state, which are steps of their own.
 #include "trainer.h"
 
 #include <assert.h>
@@ -78,10 +78,11 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
     add(costs, count, (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 16 + 16 * moments + 8)});
 }
 
-static void add_validation(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
+// `times` per step.
+static void add_validation(const struct vw_trainer *trainer, double times, struct vw_pass_cost *costs, uint32_t *count) {
     const struct evaluator *evaluator = &trainer->validation;
     const struct sizes n = sizes_of(&trainer->model, evaluator->ray_count);
-    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
+    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays, first = *count;
     add(costs, count,
         (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
                               n.samples * (8 * n.gathers + 16)});
@@ -89,10 +90,27 @@ static void add_validation(const struct vw_trainer *trainer, struct vw_pass_cost
     if (trainer->view_fit.pass) // twice the rays that are not scored
         add(costs, count, (struct vw_pass_cost){"fit_views", NULL, 1, 0, 2 * (n.rays - trainer->val_rays) * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
+    for (uint32_t i = first; i < *count; i++) {
+        costs[i].dispatches *= times;
+        costs[i].multiply_adds *= times;
+        costs[i].bytes *= times;
+    }
+}
+
+// Steps behind burn-in are validated ahead of where they start and behind, too. Returns how often a step is validated on average.
+static double add_first_order(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_config *config = &trainer->config;
+    if (!trainer->first_order || config->epochs <= config->burn_in_epochs) return 1.0;
+    double times = FIRST_ORDER_MEASUREMENTS * (1.0 - (double)config->burn_in_epochs / config->epochs),
+           bytes = (double)trainer->model.param_bytes;
+    add(costs, count,
+        (struct vw_pass_cost){"mix_params", NULL, times * trainer->first_order->window_count, times * bytes / 4, times * 3 * bytes});
+    return 1.0 + times;
 }
 
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count) {
     *count = 0;
     add_training(trainer, costs, count);
-    if (trainer->validate) add_validation(trainer, costs, count);
+    double validations = add_first_order(trainer, costs, count);
+    if (trainer->validate) add_validation(trainer, validations, costs, count);
 }

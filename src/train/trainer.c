@@ -107,9 +107,16 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
 }
 
 // A step is measured once, and by its probes, if any.
-static uint32_t rows_per_measurement(const struct vw_trainer *trainer) { return 1 + trainer->val_count; }
+uint32_t trainer_rows_per_measurement(const struct vw_trainer *trainer) { return 1 + trainer->val_count; }
+static uint32_t noise_rows(const struct vw_trainer *trainer) {
+    return trainer->config.noise_floor ? PROBES_PER_STEP * trainer_rows_per_measurement(trainer) : 0;
+}
 static uint32_t rows_per_step(const struct vw_trainer *trainer) {
-    return rows_per_measurement(trainer) * (trainer->config.noise_floor ? 1 + PROBES_PER_STEP : 1);
+    uint32_t others = trainer->config.first_order ? FIRST_ORDER_MEASUREMENTS : 0;
+    return noise_rows(trainer) + (1 + others) * trainer_rows_per_measurement(trainer);
+}
+static uint32_t probes_per_step(const struct vw_trainer *trainer) {
+    return (trainer->config.noise_floor ? PROBES_PER_STEP : 0) + trainer->config.first_order;
 }
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
     return trainer->config.rays * (trainer->config.noise_floor ? 1 + PROBE_REDRAWS : 1);
@@ -127,8 +134,10 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     uint32_t records = trainer->steps_capacity + 1;
     trainer->records = vw_allocate(records, sizeof *trainer->records);
     trainer->view_errors = vw_allocate((size_t)records * trainer->val_count, sizeof *trainer->view_errors);
-    trainer->probes = vw_allocate((size_t)records * (trainer->config.noise_floor ? PROBES_PER_STEP : 0), sizeof *trainer->probes);
-    enum vw_status status = trainer->records && trainer->view_errors && trainer->probes ? VW_OK : VW_ERROR_MEMORY;
+    trainer->probes = vw_allocate((size_t)records * probes_per_step(trainer), sizeof *trainer->probes);
+    trainer->probe_errors = vw_allocate(trainer->val_count, sizeof *trainer->probe_errors);
+    bool allocated = trainer->records && trainer->view_errors && trainer->probes && trainer->probe_errors;
+    enum vw_status status = allocated ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK)
         status = vw_buffer_create(
             trainer->gpu,
@@ -168,6 +177,28 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
     return status;
 }
 
+// What puts the state back after it has probed.
+static enum vw_status create_probes(struct vw_trainer *trainer) {
+    const struct vw_config *config = &trainer->config;
+    enum vw_status status = VW_OK;
+    if (config->noise_floor || config->same_state) status = kept_state_create(&trainer->step, &trainer->kept_state);
+    if (status == VW_OK && config->noise_floor) status = noise_probe_create(trainer, &trainer->noise_probe);
+    if (status == VW_OK && config->first_order)
+        status = first_order_create(&trainer->field, vw_gpu_get_limits(trainer->gpu)->storage_binding_bytes, &trainer->first_order);
+    if (status == VW_OK && config->same_state) status = same_state_create(trainer, probes_per_step(trainer), &trainer->same_state);
+    return status;
+}
+
+static enum vw_status check_probes(const struct vw_trainer *trainer) {
+    const struct vw_config *config = &trainer->config;
+    const char *option = config->noise_floor   ? "noise-floor"
+                         : config->same_state  ? "same-state"
+                         : config->first_order ? "first-order"
+                                               : NULL;
+    if (!option || trainer->validate) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--%s: needs validation after every step; use viewworth value", option);
+}
+
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {
     struct vw_trainer *trainer = vw_allocate(1, sizeof *trainer);
     if (!trainer) return VW_ERROR_MEMORY;
@@ -177,8 +208,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->validate = params->validate;
     trainer->hold_step = UINT64_MAX;
     enum vw_status status = vw_config_check(&trainer->config);
-    if (status == VW_OK && trainer->config.noise_floor && !trainer->validate)
-        status = vw_fail(VW_ERROR_USAGE, "--noise-floor: needs validation after every step; use viewworth value");
+    if (status == VW_OK) status = check_probes(trainer);
     if (status == VW_OK) status = take_effects(trainer, params);
     if (status == VW_OK) status = choose_views(trainer);
     if (status == VW_OK)
@@ -190,7 +220,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
     if (status == VW_OK && trainer->validate) status = create_validation(trainer);
-    if (status == VW_OK && trainer->config.noise_floor) status = noise_probe_create(trainer, &trainer->noise_probe);
+    if (status == VW_OK) status = create_probes(trainer);
     if (status != VW_OK) {
         vw_trainer_destroy(&trainer);
         return status;
@@ -204,6 +234,9 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     if (!trainer) return;
     for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&trainer->slots[i].batch); // waits
     noise_probe_destroy(&trainer->noise_probe);
+    first_order_destroy(&trainer->first_order);
+    same_state_destroy(&trainer->same_state);
+    kept_state_destroy(&trainer->kept_state);
     vw_pass_destroy(&trainer->reduce_views);
     view_fit_destroy(&trainer->view_fit);
     evaluator_destroy(&trainer->validation);
@@ -219,6 +252,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     free(trainer->records);
     free(trainer->view_errors);
     free(trainer->probes);
+    free(trainer->probe_errors);
     free(trainer);
     *pointer = NULL;
 }
@@ -273,19 +307,29 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
     uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * pixels_per_step(trainer);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_PIXELS);
-    bool probed = noise_probe_due(trainer, step);
+    bool probed = noise_probe_due(trainer, step), first_order = first_order_due(trainer, step);
+    uint32_t probe_row = scalar_row + trainer_rows_per_measurement(trainer);
     for (uint32_t draw = 0; draw <= (probed ? PROBE_REDRAWS : 0); draw++)
         pixels_draw(trainer->scene, view_of_step(trainer, step), seed, step, draw, rays, pixels + draw * rays);
     if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * (probed ? 1 + PROBE_REDRAWS : 1));
-    if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, scalar_row + rows_per_measurement(trainer));
+    if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, probe_row);
+    if (first_order) first_order_record_begin(trainer->first_order, slot->batch);
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
     trainer_record_validation(trainer, slot->batch, scalar_row);
+    if (first_order) first_order_record_end(trainer, slot->batch, probe_row + noise_rows(trainer));
 }
 
-// Records and submits the next steps into a free slot; leaves the slot idle when no step is left.
+// Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
+static bool state_is_due(const struct vw_trainer *trainer) {
+    uint64_t last = trainer->next_step - 1;
+    return trainer->next_step > 0 && last > trainer->same_state.probed_step && same_state_due(trainer, last);
+}
+
+// Records and submits the next steps into a free slot, up to one behind which the state is probed; leaves the slot idle when no step is
+// left, or none can be taken before the state has been probed.
 static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot *slot) {
     uint64_t total = vw_trainer_total_steps(trainer), last = trainer->hold_step < total ? trainer->hold_step : total;
-    if (trainer->next_step > last) return VW_OK;
+    if (trainer->next_step > last || state_is_due(trainer)) return VW_OK;
     uint32_t row = (uint32_t)(slot - trainer->slots) * rows_per_slot(trainer);
     slot->first_step = trainer->next_step;
     slot->row_count = 0;
@@ -296,7 +340,8 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
         slot->row_count++;
         trainer->next_step++;
     }
-    for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= last; i++, row += rows_per_step(trainer)) {
+    for (uint32_t i = 0; i < trainer->steps_per_batch && trainer->next_step <= last && !state_is_due(trainer);
+         i++, row += rows_per_step(trainer)) {
         record_training(trainer, slot, trainer->next_step++, i, row);
         slot->row_count++;
     }
@@ -338,25 +383,29 @@ static void blank_nonfinite(struct vw_step_record *record) {
     if (!isfinite(record->train_loss)) record->train_loss = NAN;
 }
 
+void trainer_read_probe(const struct vw_trainer *trainer, const vw_float4 *rows, bool stepped, struct vw_probe *probe) {
+    struct vw_step_record measured = {.nonfinite = stepped && rows->z != 0.0f};
+    read_validation(trainer, rows + 1, trainer->probe_errors, &measured);
+    blank_nonfinite(&measured);
+    probe->val_psnr = measured.val_psnr;
+    probe->val_psnr_pooled = measured.val_psnr_pooled;
+    probe->val_l1 = measured.val_l1;
+}
+
 // `rows` are those of the step's own measurement, behind which the probes' lie.
-static void read_probes(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *scratch, struct vw_probe *probes,
-                        struct vw_step_record *record) {
-    for (uint32_t i = 0; i < PROBES_PER_STEP; i++) {
-        struct vw_step_record measured = {0};
-        enum vw_probe_kind kind = noise_probe_kind(i);
-        rows += rows_per_measurement(trainer);
-        measured.nonfinite = kind != VW_PROBE_REPEAT && rows->z != 0.0f; // a repeat takes no step that could fail
-        read_validation(trainer, rows + 1, scratch, &measured);
-        blank_nonfinite(&measured);
-        probes[i] = (struct vw_probe){.step = record->step,
-                                      .index = i,
-                                      .kind = kind,
-                                      .val_psnr = measured.val_psnr,
-                                      .val_psnr_pooled = measured.val_psnr_pooled,
-                                      .val_l1 = measured.val_l1};
-    }
+static void read_probes(struct vw_trainer *trainer, const vw_float4 *rows, struct vw_probe *probes, struct vw_step_record *record) {
+    uint32_t stride = trainer_rows_per_measurement(trainer), noise = noise_probe_due(trainer, record->step) ? PROBES_PER_STEP : 0;
     record->probes = probes;
-    record->probe_count = PROBES_PER_STEP;
+    for (uint32_t i = 0; i < noise; i++) {
+        enum vw_probe_kind kind = noise_probe_kind(i); // a repeat takes no step that could fail
+        probes[i] = (struct vw_probe){.step = record->step, .index = i, .kind = kind, .view = VW_RECORD_UNTRAINED};
+        trainer_read_probe(trainer, rows + (1 + i) * stride, kind != VW_PROBE_REPEAT, &probes[i]);
+    }
+    record->probe_count = noise;
+    if (!first_order_due(trainer, record->step)) return;
+    probes[noise] = (struct vw_probe){.step = record->step, .index = noise, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
+    first_order_read(trainer, rows + stride + noise_rows(trainer), record->nonfinite, &probes[noise]);
+    record->probe_count++;
 }
 
 static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t index, const vw_float4 *row) {
@@ -371,7 +420,7 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
         record->nonfinite = row->z != 0.0f;
         record->clamped_count = (uint64_t)row->w;
     }
-    if (noise_probe_due(trainer, step)) read_probes(trainer, row, views, trainer->probes + (size_t)index * PROBES_PER_STEP, record);
+    read_probes(trainer, row, trainer->probes + (size_t)index * probes_per_step(trainer), record);
     if (trainer->validate) read_validation(trainer, row + 1, views, record);
     blank_nonfinite(record);
     trainer->stats.nonfinite_steps += record->nonfinite;
@@ -406,7 +455,9 @@ static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
     for (uint32_t i = 0; i < slot->row_count; i++) read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
-    return VW_OK;
+    bool last_submitted = slot->first_step + slot->row_count == trainer->next_step;
+    if (!last_submitted || !state_is_due(trainer)) return VW_OK;
+    return same_state_take(trainer, slot->batch, &trainer->records[slot->row_count - 1]);
 }
 
 // Fills the slots from the oldest on, so that one batch runs while another's records are read.

@@ -1,8 +1,12 @@
-// The trainer's inside, shared by trainer.c (steps), noise_probe.c, render.c, field_file.c, checkpoint.c and identity.c.
+// The trainer's inside, shared by trainer.c (steps), noise_probe.c, first_order.c, same_state.c, render.c, field_file.c, checkpoint.c and
+// identity.c.
 #ifndef VIEWWORTH_TRAIN_TRAINER_H
 #define VIEWWORTH_TRAIN_TRAINER_H
 
+#include "first_order.h"
+#include "kept_state.h"
 #include "noise_probe.h"
+#include "same_state.h"
 #include "step.h"
 #include "view_fit.h"
 
@@ -40,7 +44,10 @@ struct vw_trainer {
     uint32_t val_rays;          // that are scored; those to fit views on lie behind them
     struct view_fit view_fit;
 
-    struct noise_probe *noise_probe; // NULL without --noise-floor
+    struct kept_state kept_state;        // while something else is tried from it; empty unless something is
+    struct noise_probe *noise_probe;     // NULL without --noise-floor
+    struct first_order *first_order;     // NULL without --first-order
+    struct same_state_probes same_state; // empty without --same-state
 
     struct vw_buffer *pixels;  // UPLOAD: per batch slot, steps_capacity times one or more draws of the step's rays
     struct vw_buffer *scalars; // READBACK: per batch slot, (steps_capacity + 1) times one or more measurements of 1 + val_count vec4
@@ -53,6 +60,7 @@ struct vw_trainer {
     struct vw_step_record *records; // of the batch handed out last
     struct vw_view_error *view_errors;
     struct vw_probe *probes;
+    struct vw_view_error *probe_errors; // of one validation: scratch
     struct vw_trainer_stats stats;
 };
 
@@ -62,6 +70,15 @@ bool trainer_in_flight(const struct vw_trainer *trainer);
 // The photo of a step (from 1), by the epoch's shuffled order: its index in train_views.
 uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step);
 uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step);
+
+// The photos of a step's own pixels and of its redraws: what pixels_draw takes for `draw` beyond them is free.
+enum { TRAINER_STEP_DRAWS = 1 + PROBE_REDRAWS };
+
+// A measurement in the scalars: a row of the step, then one per validation view.
+uint32_t trainer_rows_per_measurement(const struct vw_trainer *trainer);
+
+// Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
+void trainer_read_probe(const struct vw_trainer *trainer, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
 
 // Records the validation of the field as it is, into the rows behind scalar_row.
 void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row);

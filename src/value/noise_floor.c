@@ -5,6 +5,7 @@
 // Counts the probe and lets its delta raise the largest of its kind.
 static void add_probe(const struct vw_probe *probe, double before, struct vw_noise_floor *floor) {
     double delta = fabs(probe->val_psnr - before);
+    if (probe->kind > VW_PROBE_REDRAW) return; // of no noise
     if (probe->kind == VW_PROBE_REDRAW) {
         if (isfinite(probe->val_psnr)) floor->redraws++;
     } else if (isfinite(delta)) {

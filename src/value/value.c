@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "value/methods.h"
+#include "value/probe_scores.h"
 #include "value/uncertainty.h"
 #include "viewworth/memory.h"
 
@@ -143,15 +144,17 @@ static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count) {
     enum vw_status status = VW_OK;
-    uint32_t count = 0, listed_count;
+    uint32_t count = 0, listed_count, probe_method_count;
+    (void)vw_probe_methods(&probe_method_count);
     const struct vw_value_method *listed = vw_value_methods(&listed_count);
-    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * vw_method_count, sizeof *made);
+    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * (vw_method_count + probe_method_count), sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < vw_method_count; i++) {
         struct scoring scoring = {.method = &vw_methods[i], .about = &listed[i], .input = input};
         if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) continue; // would be the step form again
         status = score_by(&scoring, made, &count);
     }
+    if (!status) status = vw_probe_scores_append(input, made, &count);
     if (status) {
         free(made);
         return status;

@@ -189,6 +189,11 @@ void reference_unpack_grid(const struct model *model, const uint64_t *words, int
 // What to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the moments.
 double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1, double *moment2);
 
+// ---- mix.c -------------------------------------------------------------------------------------------------------------
+
+// A parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
+double reference_mix(double before, double after, double reach);
+
 // ---- reductions.c ------------------------------------------------------------------------------------------------------
 
 struct reference_view_error {

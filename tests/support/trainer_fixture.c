@@ -84,8 +84,9 @@ static void assert_same_probes(const struct test_run *a, const struct test_run *
     assert_int_equal(a->probe_count, b->probe_count);
     for (uint32_t i = 0; i < a->probe_count; i++) {
         const struct vw_probe *x = &a->probes[i], *y = &b->probes[i];
-        if (x->step != y->step || x->index != y->index || x->kind != y->kind || !test_same_bits(x->val_psnr, y->val_psnr) ||
-            !test_same_bits(x->val_psnr_pooled, y->val_psnr_pooled) || !test_same_bits(x->val_l1, y->val_l1))
+        if (x->step != y->step || x->index != y->index || x->kind != y->kind || x->view != y->view ||
+            !test_same_bits(x->val_psnr, y->val_psnr) || !test_same_bits(x->val_psnr_pooled, y->val_psnr_pooled) ||
+            !test_same_bits(x->val_l1, y->val_l1))
             fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step, x->val_psnr, y->val_psnr);
     }
 }

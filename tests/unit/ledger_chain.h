@@ -77,7 +77,8 @@ static inline bool chain_holds(const char *path) {
                   step);
         feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id", step);
         feed_rows(&state, raw,
-                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1 FROM probe WHERE step = ? ORDER BY probe", step);
+                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe WHERE step = ? ORDER BY probe",
+                  step);
         holds = hash_is(&state, raw, "SELECT row_hash FROM step WHERE step = ?", step, head) && holds;
     }
     crypto_generichash_init(&state, NULL, 0, 32);

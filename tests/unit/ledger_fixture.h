@@ -132,18 +132,26 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
     return count;
 }
 
-// Probes every third step: repeat and still give the measures before it, the redraws those after it, moved a little. Two values of
-// the redraws are not finite.
-enum { TEST_PROBES_PER_STEP = 4 };
+// Probes every third step: repeat and still give the measures before it, the others those after it, moved a little; one is of another photo
+// than the step's. Two values of the redraws are not finite.
+enum { TEST_PROBES_PER_STEP = 6 };
 static inline void test_probe(struct vw_step_record *records, uint32_t count, struct vw_probe *probes) {
     for (uint32_t step = 3; step < count; step += 3) {
         struct vw_probe *own = &probes[TEST_PROBES_PER_STEP * step];
-        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEAT, VW_PROBE_STILL, VW_PROBE_REDRAW, VW_PROBE_REDRAW};
+        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEAT, VW_PROBE_STILL,      VW_PROBE_REDRAW,
+                                                                VW_PROBE_REDRAW, VW_PROBE_SAME_STATE, VW_PROBE_FIRST_ORDER};
         for (uint32_t i = 0; i < TEST_PROBES_PER_STEP; i++) {
-            bool redrawn = kinds[i] == VW_PROBE_REDRAW;
-            const struct vw_step_record *like = &records[redrawn ? step : step - 1];
-            double moved = redrawn ? 0.01 * i : 0;
-            own[i] = (struct vw_probe){step, i, kinds[i], like->val_psnr + moved, like->val_psnr_pooled + moved, like->val_l1 - moved};
+            bool moves = kinds[i] >= VW_PROBE_REDRAW;
+            const struct vw_step_record *like = &records[moves ? step : step - 1];
+            double moved = moves ? 0.01 * i : 0;
+            own[i] = (struct vw_probe){.step = step,
+                                       .index = i,
+                                       .kind = kinds[i],
+                                       .val_psnr = like->val_psnr + moved,
+                                       .val_psnr_pooled = like->val_psnr_pooled + moved,
+                                       .val_l1 = like->val_l1 - moved,
+                                       .view = kinds[i] == VW_PROBE_SAME_STATE ? test_train_views[step % TEST_TRAIN_COUNT]
+                                                                               : (uint32_t)VW_RECORD_UNTRAINED};
         }
         own[2].val_psnr_pooled = NAN;
         own[3].val_l1 = INFINITY;

@@ -81,6 +81,7 @@ static void probes_and_scores_read_back(void **state) {
         assert_int_equal(probes[i].step, step);
         assert_int_equal(probes[i].index, index);
         assert_int_equal(probes[i].kind, written->kind);
+        assert_int_equal(probes[i].view, written->view);
         assert_true(same_real(probes[i].val_psnr, written->val_psnr));
         assert_true(same_real(probes[i].val_psnr_pooled, written->val_psnr_pooled));
         assert_true(same_real(probes[i].val_l1, written->val_l1));
@@ -119,7 +120,7 @@ static void tables_are_as_contracted(void **state) {
         {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
         {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
-        {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1"},
+        {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1,image_id"},
         {"score", "run_id,image_id,method,value,unit,stderr,visits,sampling_error,low,high,rank_low,rank_high"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
@@ -143,7 +144,8 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT sampling_error FROM score WHERE image_id = 2", "NULL");
     assert_answer(path, "SELECT rank_low IS NULL AND rank_high IS NULL AND low IS NULL FROM score WHERE image_id = 2", "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9", "repeat,still,redraw,redraw");
+    assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9", "repeat,still,redraw,redraw,same_state,first_order");
+    assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
     assert_answer(path, "PRAGMA user_version", "3");

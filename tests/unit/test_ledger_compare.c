@@ -83,13 +83,15 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     case 16: return views[1]++, "image_id of the last view";
     case 17: return record->probe_count--, "probe_count";
     case 18: return record->probes = &probes[1], record->probe_count--, "the first probe";
-    case 19: return probes[3].index++, "index of a probe";
+    case 19: return probes[TEST_PROBES_PER_STEP - 1].index++, "index of a probe";
     case 20: return probes[0].kind = VW_PROBE_STILL, "kind of a probe";
     case 21: return probes[3].val_psnr = next_double(probes[3].val_psnr), "val_psnr of a probe";
     case 22: return probes[3].val_psnr_pooled = next_double(probes[3].val_psnr_pooled), "val_psnr_pooled of a probe";
     case 23: return probes[2].val_l1 = next_double(probes[2].val_l1), "val_l1 of a probe";
     case 24: return probes[2].val_psnr_pooled = 1, "val_psnr_pooled of a probe that had none";
     case 25: return probes[1].val_psnr = NAN, "val_psnr of a probe, lost";
+    case 26: return probes[4].view ^= 1, "view of a probe";
+    case 27: return probes[4].view = VW_RECORD_UNTRAINED, "view of a probe, lost";
     default: return NULL;
     }
 }

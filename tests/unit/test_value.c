@@ -208,7 +208,7 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
     }
     for (uint32_t i = 0; i < NOISY_PROBE_COUNT; i++) {
         double psnr = noisy_probes[i].psnr;
-        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100};
+        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100, VW_RECORD_UNTRAINED};
     }
     run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
     return (struct vw_value_input){.records = run->records,
@@ -268,7 +268,7 @@ static void noise_floor_is_of_all_probes(void **state) {
     vw_value_noise_floor(&input, &floor);
     assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat");
 
-    for (uint32_t i = 0; i < 4; i++) run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEAT, 11, 22, 0.11};
+    for (uint32_t i = 0; i < 4; i++) run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEAT, 11, 22, 0.11, VW_RECORD_UNTRAINED};
     input.probe_count = 4;
     vw_value_noise_floor(&input, &floor);
     assert_true(floor.repeats == 4 && floor.stills == 0 && floor.redraws == 0);

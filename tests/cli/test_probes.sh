@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# value --same-state and --first-order from outside: what they add, that they change nothing else, and that their rows come again. Takes the
+# program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
+scene=$root/scenes/clean.json
+tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --quiet)
+probing=(--same-state 3 --first-order)
+
+value() { # value OUT EPOCHS [OPTION]...
+    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${tiny[@]}" "${@:3}" >"$folder/stdout" 2>"$folder/stderr"
+}
+fails() { # fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches
+    local code=0
+    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+verifies() { "$program" verify "$folder/$1" "${@:2}" >"$folder/stdout" 2>"$folder/stderr"; }
+answers() { # answers RUN SQL EXPECTED
+    local answer
+    answer=$(query "$1" "$2")
+    [[ $answer == "$3" ]] && return
+    echo "$answer, not $3"
+    return 1
+}
+own_scores="SELECT image_id, method, value, stderr FROM score WHERE method GLOB 'dv_*' ORDER BY 1, 2"
+own_steps="SELECT step, image_id, train_loss, val_psnr, val_l1 FROM step ORDER BY step"
+
+check "a run with both" value both 10 "${probing[@]}" --json
+check "says what they cost" test "$(sqlite3 :memory: "
+    WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) AS j)
+    SELECT j ->> '\$.same_state.states' = 3 AND j ->> '\$.same_state.steps' = 72 AND j ->> '\$.same_state.share' BETWEEN 1e-6 AND 1
+       AND j ->> '\$.first_order.steps' = 108 AND j ->> '\$.first_order.validations' = 216 FROM answer")" = 1
+check "and one without" value plain 10
+check "the steps are the same" answers both "$own_steps" "$(query plain "$own_steps")"
+check "and so are the other scores" answers both "$own_scores" "$(query plain "$own_scores")"
+check "and so is the field" cmp "$folder/both/field.vwf" "$folder/plain/field.vwf"
+check "which can be rendered" eval '"$program" render "$folder/both" --to "$folder/view.png" --quiet >"$folder/stdout"'
+check "every photo has the scores of both" answers both "
+    SELECT method, unit, count(*), min(visits), max(visits) FROM score WHERE NOT method GLOB 'dv_*' GROUP BY method" \
+    'first_order_loss|mean absolute error|12|9|9
+first_order_psnr|dB|12|9|9
+same_state_loss|mean absolute error|12|6|6
+same_state_psnr|dB|12|6|6'
+check "one query gives a same-state score" answers both "
+    SELECT count(*), max(abs(score.value - mine.value)) < 1e-12 FROM score JOIN (
+        SELECT probe.image_id, avg(probe.val_psnr - step.val_psnr) AS value FROM probe JOIN step USING (run_id, step)
+        WHERE kind = 'same_state' GROUP BY probe.image_id) AS mine USING (image_id) WHERE method = 'same_state_psnr'" '12|1'
+check "and one a first-order score" answers both "
+    SELECT count(*), max(abs(score.value - mine.value)) < 1e-12 FROM score JOIN (
+        SELECT step.image_id, sum(probe.val_psnr) AS value FROM probe JOIN step USING (run_id, step)
+        WHERE kind = 'first_order' GROUP BY step.image_id) AS mine USING (image_id) WHERE method = 'first_order_psnr'" '12|1'
+check "all of it comes again" verifies both --replay 4000000000
+
+cp -r "$folder/both" "$folder/edited"
+query edited "UPDATE probe SET image_id = (SELECT max(image_id) FROM image WHERE split = 'train') WHERE kind = 'same_state' AND probe = 1"
+check "a probe given to another photo is found" fails 1 'step 36 was edited' verifies edited
+
+"$program" value "$scene" --out "$folder/stopped" --epochs 10 "${tiny[@]}" "${probing[@]}" >/dev/null 2>&1 &
+process=$!
+until [[ -s $folder/stopped/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
+kill -TERM $process 2>/dev/null
+wait $process 2>/dev/null
+check "a run that was stopped goes on" value stopped 10 "${probing[@]}" --resume
+check "and is the run without interruption" same_run both stopped
+
+check "more epochs are another run: its states lie elsewhere" fails 2 'epochs = 10, not 12' value both 12 "${probing[@]}" --resume
+check "and so are fewer states" fails 2 'same_state = 3, not 2' value both 10 --same-state 2 --first-order --resume
+check "and none of the slopes" fails 2 'first_order = true, not nothing' value both 10 --same-state 3 --resume
+check "there are no more states than epochs behind burn-in" fails 2 'same-state 4: at most one state .* which are 3' \
+    value none 4 --same-state 4
+check "nor fewer than one" fails 2 '1 to 1000000' value none 4 --same-state 0
+check "train has nothing to probe" fails 2 'unknown option "--first-order"' "$program" train "$scene" --out "$folder/none" --first-order
+conclude "$program"
