@@ -13,11 +13,13 @@ static enum vw_status print_result(const struct vw_training_run *run) {
 }
 
 enum vw_status vw_command_train(const struct vw_options *options) {
+    struct vw_stage stage = {0};
     struct vw_training_run run;
-    enum vw_status status = vw_training_open(options, false, &run);
+    enum vw_status status = vw_training_open(options, false, &stage, &run);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = vw_training_finish(&run, NULL, 0, NULL, 0);
     if (!status) status = print_result(&run);
     vw_training_close(&run);
+    vw_stage_close(&stage);
     return status;
 }

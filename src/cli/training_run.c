@@ -14,7 +14,6 @@
 #include "cli/out_folder.h"
 #include "cli/resume.h"
 #include "cli/run_row.h"
-#include "cli/scoring.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -44,13 +43,6 @@ static enum vw_status name_outputs(struct vw_training_run *run) {
     return status ? status : vw_out_check(out);
 }
 
-static void say_scene(const struct vw_scene *scene) {
-    vw_log_info("scene    %s (%s): %u photos to train on, %u to validate, %u for tests, %u excluded", scene->path, scene->format,
-                scene->split_count[VW_SPLIT_TRAIN], scene->split_count[VW_SPLIT_VAL], scene->split_count[VW_SPLIT_TEST],
-                scene->split_count[VW_SPLIT_EXCLUDED]);
-    for (uint32_t i = 0; i < scene->note_count; i++) vw_log_info("         %s", scene->notes[i]);
-}
-
 static void say_effects(const struct vw_training_run *run) {
     vw_log_info("%s", vw_effects_heading);
     for (uint32_t i = 0; i < run->effect_count; i++) {
@@ -72,9 +64,13 @@ static enum vw_status take_recorded_effects(struct vw_training_run *run) {
     return status;
 }
 
-static enum vw_status decide_effects(struct vw_training_run *run) {
+static enum vw_status decide_effects(struct vw_training_run *run, struct vw_stage *stage) {
     if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
-    return vw_effects_decide(run->gpu, run->scene, run->options->config.effects, run->effects, &run->effect_count);
+    enum vw_status status = vw_stage_decide_effects(run->options, stage);
+    if (status) return status;
+    run->effect_count = stage->effect_count;
+    memcpy(run->effects, stage->effects, sizeof run->effects);
+    return VW_OK;
 }
 
 static void say_field(const struct vw_trainer *trainer) {
@@ -84,16 +80,14 @@ static void say_field(const struct vw_trainer *trainer) {
                 (double)stats.device_bytes / 0x1p20, vw_trainer_total_steps(trainer));
 }
 
-enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run) {
+enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_stage *stage, struct vw_training_run *run) {
     *run = (struct vw_training_run){.options = options, .opened_s = vw_now_s(), .validate = validate, .tally = vw_tally_begin()};
     enum vw_status status = name_outputs(run);
-    if (!status) status = vw_open_gpu(options->device, options->profile, &run->gpu);
-    if (!status && options->profile && !vw_gpu_get_limits(run->gpu)->timestamps)
-        status = vw_fail(VW_ERROR_USAGE, "--profile: this device has no timestamps; leave it out, or choose another --device");
-    if (!status) status = vw_open_scene(options, options->operand, run->gpu, false, &run->scene);
+    if (!status) status = vw_stage_open(options, stage);
     if (status) return status;
-    say_scene(run->scene);
-    status = decide_effects(run);
+    run->gpu = stage->gpu;
+    run->scene = stage->scene;
+    status = decide_effects(run, stage);
     if (status) return status;
     say_effects(run);
     const struct vw_trainer_params params = {.gpu = run->gpu,
@@ -112,8 +106,6 @@ void vw_training_close(struct vw_training_run *run) {
     vw_ledger_close(&run->ledger);
     vw_checkpoints_close(&run->checkpoints);
     vw_trainer_destroy(&run->trainer);
-    vw_scene_close(&run->scene);
-    (void)vw_gpu_close(&run->gpu); // reports only what validation layers said, which are off here
     free(run->ledger_path);
     free(run->scores_path);
     free(run->field_path);
@@ -288,6 +280,12 @@ enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_l
     if (status) finish_early(run, status);
     else say_oddities(&run->tally);
     return status;
+}
+
+enum vw_status vw_training_conclude(struct vw_training_run *run, struct vw_scoring *scoring) {
+    enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, scoring);
+    if (status) return status;
+    return vw_training_finish(run, scoring->scores, scoring->score_count, scoring->input.images, scoring->input.image_count);
 }
 
 json_t *vw_training_to_json(const struct vw_training_run *run) {

@@ -9,6 +9,8 @@
 #include "cli/checkpoints.h"
 #include "cli/options.h"
 #include "cli/profile.h"
+#include "cli/scoring.h"
+#include "cli/stage.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
@@ -21,8 +23,8 @@ struct vw_training_run {
     double opened_s;                              // vw_now_s() at the start
     char *ledger_path, *scores_path, *field_path; // owned; in the --out folder
     bool validate;                                // `value`, not `train`
-    struct vw_gpu *gpu;
-    struct vw_scene *scene;
+    struct vw_gpu *gpu;                           // of the stage
+    struct vw_scene *scene;                       // likewise
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
@@ -34,9 +36,10 @@ struct vw_training_run {
     struct vw_tally tally;     // of the steps in the ledger
 };
 
-// Opens device, scene and trainer, and says what was found. An --out folder that holds a run is refused before any work, or, with --resume,
-// opened where its ledger and newest checkpoint are. Close it also after a failure.
-enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_training_run *run);
+// Opens the trainer on the stage, and the stage unless it is open (for the same options of device and scene), and says what was found. An
+// --out folder that holds a run is refused before any work, or, with --resume, opened where its ledger and newest checkpoint are. Close it
+// also after a failure, and before the stage.
+enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_stage *stage, struct vw_training_run *run);
 // Takes the steps that are left and records them; steps between the checkpoint and the ledger's end are compared instead. --out and its
 // ledger appear with the first recorded steps. A failure or an interruption later keeps what is recorded and leaves the ledger marked
 // "failed" or "interrupted", with the scores so far.
@@ -45,6 +48,8 @@ enum vw_status vw_training_take_steps(struct vw_training_run *run);
 // output could not be written. Does nothing on a complete run.
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count);
+// Scores what the ledger holds, and finishes with these scores. The scoring is to be freed, also after a failure.
+enum vw_status vw_training_conclude(struct vw_training_run *run, struct vw_scoring *scoring);
 void vw_training_close(struct vw_training_run *run);
 
 // What the run was and where its results are, with the profile when that was asked for; NULL when memory is short.

@@ -8,7 +8,6 @@
 
 #include "cli/commands.h"
 #include "cli/json_output.h"
-#include "cli/scoring.h"
 #include "cli/training_run.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -124,12 +123,11 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
     return vw_json_print(NULL);
 }
 
-// Scores what the ledger holds, keeps the scores in it, and writes and prints the outputs.
+// Keeps the scores, and writes and prints the outputs.
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
     struct ranking ranking = {0};
-    enum vw_status status = vw_scoring_make(run->ledger, run->options->config.burn_in_epochs, &scoring);
-    if (!status) status = vw_training_finish(run, scoring.scores, scoring.score_count, scoring.input.images, scoring.input.image_count);
+    enum vw_status status = vw_training_conclude(run, &scoring);
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
     if (!status && run->options->json) status = print_json(run, &ranking, &scoring.noise_floor);
     else if (!status) print_text(run, &ranking, &scoring.noise_floor);
@@ -143,10 +141,12 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     if (config->epochs <= config->burn_in_epochs)
         vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", config->epochs,
                        config->burn_in_epochs);
+    struct vw_stage stage = {0};
     struct vw_training_run run;
-    enum vw_status status = vw_training_open(options, true, &run);
+    enum vw_status status = vw_training_open(options, true, &stage, &run);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = conclude(&run);
     vw_training_close(&run);
+    vw_stage_close(&stage);
     return status;
 }
