@@ -10,6 +10,7 @@ enum vw_status vw_command_info(const struct vw_options *options);
 enum vw_status vw_command_value(const struct vw_options *options);
 enum vw_status vw_command_train(const struct vw_options *options);
 enum vw_status vw_command_render(const struct vw_options *options);
+enum vw_status vw_command_benchmark(const struct vw_options *options);
 enum vw_status vw_command_verify(const struct vw_options *options);
 
 #endif

@@ -17,11 +17,14 @@ struct vw_options {
     const char *train_list, *val_list, *test_list;
     const char *providers;
     uint32_t downscale;
+    uint32_t plant;
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
     const char *expect;
     uint32_t replay_steps;
+    uint32_t subsets;
+    bool leave_one_out;
     const char *view;
     const char *to;
     bool json, quiet, help;
@@ -39,6 +42,7 @@ enum {
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
+    VW_OPTIONS_BENCHMARK = 1 << 14,
 };
 
 struct vw_command {

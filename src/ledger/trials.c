@@ -74,8 +74,8 @@ enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bo
     struct vw_database *database = &trials->database;
     sqlite3_stmt *statement = NULL;
     bool there = false;
-    enum vw_status status = vw_database_prepare(
-        database, "SELECT val_psnr, val_l1, test_psnr, test_l1, seconds FROM trial WHERE trial_id = ?", &statement);
+    enum vw_status status =
+        vw_database_prepare(database, "SELECT val_psnr, val_l1, test_psnr, test_l1, seconds FROM trial WHERE trial_id = ?", &statement);
     if (!status && sqlite3_bind_text(statement, 1, trial_id, -1, SQLITE_STATIC) != SQLITE_OK)
         status = vw_database_fail(database, "look for a trial");
     if (!status) status = vw_database_next(database, statement, &there);
@@ -136,8 +136,7 @@ done:
 
 static enum vw_status remove_judgements(struct vw_database *database, const char *scene_hash, const char *config_hash) {
     struct vw_row row = {0};
-    enum vw_status status =
-        vw_database_prepare(database, "DELETE FROM judgement WHERE scene_hash = ? AND config_hash = ?", &row.statement);
+    enum vw_status status = vw_database_prepare(database, "DELETE FROM judgement WHERE scene_hash = ? AND config_hash = ?", &row.statement);
     vw_row_add_text(&row, scene_hash);
     vw_row_add_text(&row, config_hash);
     if (!status) status = vw_row_write(&row, database, "remove old judgements");
@@ -148,11 +147,11 @@ static enum vw_status remove_judgements(struct vw_database *database, const char
 static enum vw_status insert_judgements(struct vw_database *database, const char *scene_hash, const char *config_hash,
                                         const struct vw_judgement *judgements, uint32_t count) {
     struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database,
-        "INSERT INTO judgement (scene_hash, config_hash, place, judgement, method, value, low, high, count)"
-        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        &row.statement);
+    enum vw_status status =
+        vw_database_prepare(database,
+                            "INSERT INTO judgement (scene_hash, config_hash, place, judgement, method, value, low, high, count)"
+                            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                            &row.statement);
     for (uint32_t i = 0; !status && i < count; i++) {
         vw_row_add_text(&row, scene_hash);
         vw_row_add_text(&row, config_hash);

@@ -14,15 +14,13 @@ static const double FIT_RIDGE = 0.1; // as in shaders/appearance.glsl
 
 // The pixels of one view that are looked at, with what was rendered there.
 struct seen_view {
-    struct vw_pixel *pixels;  // first those to fit the view's exposure on, if any
-    vw_float4 *rendered;      // rgb, transmittance
-    struct vw_ray *rays;      // target_weight: what the photo shows, on the backdrop
+    struct vw_pixel *pixels;   // first those to fit the view's exposure on, if any
+    vw_float4 *rendered;       // rgb, transmittance
+    struct vw_ray *rays;       // target_weight: what the photo shows, on the backdrop
     uint32_t fit_count, count; // pixels to fit on; all
 };
 
-static double channel_of(vw_float4 colour, int channel) {
-    return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z;
-}
+static double channel_of(vw_float4 colour, int channel) { return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z; }
 
 static enum vw_status render(struct vw_trainer *trainer, struct evaluator *evaluator, struct seen_view *seen) {
     enum vw_status status = VW_OK;
@@ -78,8 +76,8 @@ static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator 
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     seen->fit_count = fits ? pixels_stratify(scene, view, left, fit_max, seen->pixels) : 0;
-    seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), pixels_max,
-                                                    seen->pixels + seen->fit_count);
+    seen->count = seen->fit_count +
+                  pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), pixels_max, seen->pixels + seen->fit_count);
     enum vw_status status = render(trainer, evaluator, seen);
     if (status == VW_OK && !sum_errors(seen, fits, error))
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list", scene->views[view].name);
