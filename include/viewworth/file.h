@@ -20,5 +20,7 @@ enum vw_status vw_folder_create(const char *path);
 char *vw_path_join(const char *folder, const char *name);
 // The folder part of a path ("." when it has none), owned by the caller.
 char *vw_path_folder(const char *path);
+// Whether a name is UTF-8 without control characters, so that it fits in JSON and in messages of one line.
+bool vw_name_is_clean(const char *name);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "scene/draft.h"
 #include "scene/safe_path.h"
+#include "viewworth/file.h"
 #include "viewworth/memory.h"
 
 static const double NORM_TOLERANCE = 1e-3; // of a quaternion; COLMAP writes 17 digits, hand-made models fewer

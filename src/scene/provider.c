@@ -3,42 +3,31 @@
 #include <string.h>
 
 #include "scene/draft.h"
+#include "viewworth/csv.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
 
-// Cuts the next field off `*rest` (NULL after the last), in place: plain, or "quoted, with doubled "" inside". False when a quote
-// stays open.
-static bool next_field(char **rest, char **field) {
-    char *from = *rest;
-    if (*from != '"') {
-        *field = strsep(rest, ",");
-        return true;
-    }
-    char *to = *field = ++from;
-    while (*from && (*from != '"' || from[1] == '"')) {
-        from += *from == '"';
-        *to++ = *from++;
-    }
-    if (*from != '"' || (from[1] && from[1] != ',')) return false;
-    *rest = from[1] ? from + 2 : NULL;
-    *to = 0;
-    return true;
+static enum vw_status read_header(const struct vw_csv *csv) {
+    if (csv->field_count == 2 && !strcmp(csv->fields[0], "name") && !strcmp(csv->fields[1], "provider")) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: the header is not name,provider; add it", csv->path, csv->line);
 }
 
-static enum vw_status read_row(const char *path, int line, char *row, struct vw_scene *scene) {
-    char *name, *provider, *rest = row;
-    if (!next_field(&rest, &name) || !rest || !next_field(&rest, &provider) || rest)
-        return vw_fail(VW_ERROR_INPUT, "%s:%d: not two fields; write name,provider", path, line);
-    if (line == 1) {
-        if (!strcmp(name, "name") && !strcmp(provider, "provider")) return VW_OK;
-        return vw_fail(VW_ERROR_INPUT, "%s:1: the header is not name,provider; add it", path);
-    }
+static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene) {
+    if (csv->field_count != 2)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
+    const char *name = csv->fields[0];
     struct vw_view *view = vw_scene_find_named(scene, name);
-    if (!view) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path, line, name);
-    if (*view->provider) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s has a provider already; keep one row of it", path, line, name);
-    char *copy = vw_copy_text(provider);
+    if (!view)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them", csv->path, csv->line,
+                       name);
+    if (*view->provider)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line, name);
+    if (!vw_name_is_clean(csv->fields[1]))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name holds control characters or is no UTF-8; correct it", csv->path,
+                       csv->line);
+    char *copy = vw_copy_text(csv->fields[1]);
     if (!copy) return VW_ERROR_MEMORY;
     free(view->provider);
     view->provider = copy;
@@ -46,16 +35,12 @@ static enum vw_status read_row(const char *path, int line, char *row, struct vw_
 }
 
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene) {
-    void *text;
-    size_t size_bytes;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
-    if (status) return status;
-    char *rest = text;
-    for (int line = 1; !status && rest; line++) {
-        char *row = strsep(&rest, "\n");
-        row[strcspn(row, "\r")] = 0;
-        if (*row || line == 1) status = read_row(path, line, row, scene);
-    }
-    free(text);
+    struct vw_csv csv;
+    bool found = false;
+    enum vw_status status = vw_csv_open(path, FILE_LIMIT_BYTES, &csv);
+    if (!status) status = vw_csv_next(&csv, &found);
+    if (!status) status = read_header(&csv);
+    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = read_row(&csv, scene);
+    vw_csv_close(&csv);
     return status;
 }

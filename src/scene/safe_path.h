@@ -8,7 +8,5 @@
 bool vw_path_leaves_folder(const char *name);
 // Whether a file, all links followed, lies in a folder (links followed too). False when either does not exist.
 bool vw_path_lies_inside(const char *folder, const char *path);
-// Whether a name is UTF-8 without control characters, so that it fits in JSON and in messages of one line.
-bool vw_name_is_clean(const char *name);
 
 #endif

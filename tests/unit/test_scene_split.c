@@ -150,11 +150,14 @@ static void test_provider_errors(void **state) {
     static const struct {
         const char *text, *line, *said;
     } cases[] = {
-        {"", "p.csv:1", "two fields"},
+        {"", "p.csv:1", "header"},
         {"provider,name\n", "p.csv:1", "header"},
         {"name,provider\nimages/00.png\n", "p.csv:2", "two fields"},
         {"name,provider\nimages/00.png,a,b\n", "p.csv:2", "two fields"},
-        {"name,provider\n\nimages/00.png,\"a\n", "p.csv:3", "two fields"},
+        {"name,provider\n\nimages/00.png,\"a\n", "p.csv:3", "quote stays open"},
+        {"name,provider\nimages/00.png,\"a\nb\"\n", "p.csv:2", "control characters"},
+        {"name,provider\n\"images/9\n9.png\",a\nimages/00.png,a,b\n", "p.csv:2", "images/9?9.png"},
+        {"name,provider\nimages/00.png,a\"b\n", "p.csv:2", "a quote within a field"},
         {"name,provider\nimages/99.png,a\n", "p.csv:2", "images/99.png"},
         {"name,provider\nimages/00.png,a\nimages/00.png,b\n", "p.csv:3", "images/00.png"},
     };

@@ -1,0 +1,123 @@
+#include "viewworth/csv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+// ---- Reading ----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv) {
+    static const char byte_order_mark[] = "\xef\xbb\xbf";
+    *csv = (struct vw_csv){.path = path, .next_line = 1};
+    void *text = NULL;
+    enum vw_status status = vw_file_read(path, limit_bytes, &text, &csv->size_bytes);
+    if (status) return status;
+    csv->text = text;
+    if (memchr(text, 0, csv->size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
+    csv->next = csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
+    return VW_OK;
+}
+
+void vw_csv_close(struct vw_csv *csv) {
+    free(csv->text);
+    free(csv->fields);
+    *csv = (struct vw_csv){0};
+}
+
+// How many bytes end a line here: 0 where none ends, also at the end of the file.
+static size_t line_end_bytes(const char *text) { return text[0] == '\n' ? 1 : text[0] == '\r' && text[1] == '\n' ? 2 : 0; }
+
+// Takes a field that begins behind a quote, in place, and moves csv->next behind its closing one.
+static enum vw_status take_quoted(struct vw_csv *csv) {
+    char *from = csv->next, *to = csv->next;
+    uint32_t line = csv->next_line;
+    while (*from && (*from != '"' || from[1] == '"')) {
+        csv->next_line += *from == '\n';
+        from += *from == '"';
+        *to++ = *from++;
+    }
+    if (!*from) return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote stays open; close it, and double quotes within", csv->path, line);
+    csv->next = from + 1;
+    if (*csv->next && *csv->next != ',' && !line_end_bytes(csv->next))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: text follows a closing quote; double quotes within a quoted field", csv->path,
+                       csv->next_line);
+    *to = 0; // it cannot reach csv->next
+    return VW_OK;
+}
+
+static enum vw_status take_plain(struct vw_csv *csv) {
+    while (*csv->next && *csv->next != ',' && *csv->next != '"' && !line_end_bytes(csv->next)) csv->next++;
+    if (*csv->next != '"') return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote within a field; put the whole field in quotes and double those within", csv->path,
+                   csv->next_line);
+}
+
+// Takes one field; `*more` when another one follows in the record. What ends the field becomes its end.
+static enum vw_status take_field(struct vw_csv *csv, bool *more) {
+    enum vw_status status = vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);
+    if (status) return status;
+    bool quoted = *csv->next == '"';
+    csv->next += quoted;
+    csv->fields[csv->field_count++] = csv->next;
+    status = quoted ? take_quoted(csv) : take_plain(csv);
+    if (status) return status;
+    char *end = csv->next;
+    size_t end_bytes = line_end_bytes(end);
+    *more = *end == ',';
+    csv->next += *more ? 1 : end_bytes;
+    csv->next_line += end_bytes > 0;
+    *end = 0;
+    return VW_OK;
+}
+
+enum vw_status vw_csv_next(struct vw_csv *csv, bool *found) {
+    for (size_t bytes; (bytes = line_end_bytes(csv->next)); csv->next += bytes) csv->next_line++;
+    csv->field_count = 0;
+    csv->line = csv->next_line;
+    *found = *csv->next != 0;
+    enum vw_status status = VW_OK;
+    for (bool more = *found; !status && more;) status = take_field(csv, &more);
+    return status;
+}
+
+// ---- Writing ----------------------------------------------------------------------------------------------------------
+
+void vw_csv_write_text(FILE *stream, const char *text) {
+    if (!text) return;
+    if (!strpbrk(text, ",\"\r\n")) {
+        fputs(text, stream);
+        return;
+    }
+    fputc('"', stream);
+    for (const char *next = text; *next; next++) {
+        if (*next == '"') fputc('"', stream);
+        fputc(*next, stream);
+    }
+    fputc('"', stream);
+}
+
+void vw_csv_write_real(FILE *stream, double value) {
+    if (isnan(value)) return;
+    char text[32];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) break;
+    }
+    fputs(text, stream);
+}
+
+enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    FILE *stream = open_memstream(&text, &size_bytes);
+    if (stream) print(stream, context);
+    bool failed = !stream || ferror(stream);
+    if (stream && fclose(stream)) failed = true;
+    enum vw_status status =
+        failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path) : vw_file_write(path, text, size_bytes);
+    free(text);
+    return status;
+}
