@@ -16,13 +16,14 @@
 
 struct vw_trials;
 
-// One figure of a benchmark. The texts are borrowed.
+// One figure of a benchmark.
+enum { VW_JUDGEMENT_BYTES = 48 };
 struct vw_judgement {
-    const char *judgement; // what was judged: "auc/blur", "lds/val_psnr", ...
-    const char *method;    // whom; a method's name, or that of a control
-    double value;          // NaN becomes NULL, as low and high: 95 % interval, where there is one
-    double low, high;
-    uint32_t count; // of what it was taken over: pairs, subsets, photos, ...
+    char judgement[VW_JUDGEMENT_BYTES]; // what was judged: "auc/blur", "lds/val_psnr", ...
+    const char *method;                 // whom: a method's name, or that of a control; borrowed
+    double value;                       // NaN becomes NULL
+    double low, high;                   // 95 % interval; NaN where there is none
+    uint32_t count;                     // of what it was taken over: pairs, photos, subsets, trainings
 };
 
 // Opens the file, or makes it. VW_ERROR_INPUT when it is something else or damaged.

@@ -99,6 +99,8 @@ static const struct option_row rows[] = {
      .most = 10000},
     {"leave-one-out", NULL, "also train without each photo: twice as many trainings as there are photos", VW_OPTIONS_BENCHMARK, FLAG,
      FIELD(leave_one_out)},
+    {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,truth)", VW_OPTIONS_BENCHMARK, TEXT,
+     FIELD(curves)},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
     {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},

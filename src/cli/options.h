@@ -25,6 +25,7 @@ struct vw_options {
     uint32_t replay_steps;
     uint32_t subsets;
     bool leave_one_out;
+    const char *curves;
     const char *view;
     const char *to;
     bool json, quiet, help;
