@@ -115,22 +115,33 @@ static enum vw_status train(struct vw_trainer *trainer) {
     return status;
 }
 
-static enum vw_status measure_split(struct vw_trainer *trainer, const struct vw_scene *scene, enum vw_split split, double *psnr_db,
-                                    double *l1) {
-    uint32_t count = 0, most = scene->split_count[split];
-    *psnr_db = *l1 = NAN;
-    if (!most) return VW_OK;
-    uint32_t *views = vw_allocate(most, sizeof *views);
-    struct vw_view_error *errors = vw_allocate(most, sizeof *errors);
+// The means over the measured views of a split.
+static void conclude_split(const struct vw_scene *scene, enum vw_split split, const uint32_t *views, const struct vw_view_error *errors,
+                           uint32_t count, double *psnr_db, double *l1) {
+    uint32_t of_split = scene->split_count[split];
+    *psnr_db = *l1 = of_split ? 0 : NAN;
+    for (uint32_t i = 0; i < count; i++) {
+        if (scene->views[views[i]].split != split) continue;
+        *psnr_db += vw_psnr_db(errors[i].mse) / of_split;
+        *l1 += errors[i].l1 / of_split;
+    }
+}
+
+// Both splits at once: most of the cost is that of setting up.
+static enum vw_status measure(struct vw_trainer *trainer, const struct vw_scene *scene, struct vw_outcome *outcome) {
+    uint32_t count = 0, larger = scene->split_count[VW_SPLIT_VAL];
+    if (larger < scene->split_count[VW_SPLIT_TEST]) larger = scene->split_count[VW_SPLIT_TEST];
+    uint32_t pixels = PIXELS_OF_SPLIT / (larger ? larger : 1);
+    if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
+    uint32_t *views = vw_allocate(scene->view_count, sizeof *views);
+    struct vw_view_error *errors = vw_allocate(scene->view_count, sizeof *errors);
     enum vw_status status = views && errors ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t v = 0; !status && v < scene->view_count; v++)
-        if (scene->views[v].split == split) views[count++] = v;
-    uint32_t pixels = PIXELS_OF_SPLIT / most;
-    if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
+        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST) views[count++] = v;
     if (!status) status = vw_trainer_measure_views(trainer, views, count, pixels, errors);
-    for (uint32_t i = 0; !status && i < count; i++) {
-        *psnr_db = (i ? *psnr_db : 0) + vw_psnr_db(errors[i].mse) / count;
-        *l1 = (i ? *l1 : 0) + errors[i].l1 / count;
+    if (!status) {
+        conclude_split(scene, VW_SPLIT_VAL, views, errors, count, &outcome->val_psnr, &outcome->val_l1);
+        conclude_split(scene, VW_SPLIT_TEST, views, errors, count, &outcome->test_psnr, &outcome->test_l1);
     }
     free(views);
     free(errors);
@@ -138,13 +149,11 @@ static enum vw_status measure_split(struct vw_trainer *trainer, const struct vw_
 }
 
 static enum vw_status train_and_measure(struct vw_laboratory *laboratory, uint64_t seed, struct vw_outcome *outcome) {
-    const struct vw_scene *scene = laboratory->stage.scene;
     struct vw_trainer *trainer = NULL;
     double started_s = cpu_seconds();
     enum vw_status status = create_trainer(laboratory, seed, &trainer);
     if (!status) status = train(trainer);
-    if (!status) status = measure_split(trainer, scene, VW_SPLIT_VAL, &outcome->val_psnr, &outcome->val_l1);
-    if (!status) status = measure_split(trainer, scene, VW_SPLIT_TEST, &outcome->test_psnr, &outcome->test_l1);
+    if (!status) status = measure(trainer, laboratory->stage.scene, outcome);
     vw_trainer_destroy(&trainer);
     outcome->seconds = cpu_seconds() - started_s;
     return status;

@@ -24,6 +24,12 @@ static const struct target targets[] = {
     {"test_psnr", offsetof(struct vw_outcome, test_psnr)},
 };
 
+// A value and its place in an array, sorted by value.
+struct ordered {
+    double value;
+    uint32_t place;
+};
+
 // The subsets whose trainings have a value, and what is foretold of them.
 struct study {
     const struct vw_contest *contest;
@@ -31,9 +37,20 @@ struct study {
     uint32_t *kept, count;    // which of the subsets
     double *outcomes;         // [seed][kept]
     double *means;            // [kept]
-    uint32_t *drawn;          // a resample: places in `kept`
-    double *summed, *scratch; // [kept] each
+    uint16_t *times;          // [resample][kept]: how often it was drawn; resample 0 is the study itself
+    struct ordered *foretold; // the means, in their order
+    double *ranks;            // scratch: [2][kept]
 };
+
+static int compare_ordered(const void *a, const void *b) {
+    double left = ((const struct ordered *)a)->value, right = ((const struct ordered *)b)->value;
+    return (left > right) - (left < right);
+}
+
+static void sort_values(const double *values, uint32_t count, struct ordered *ordered) {
+    for (uint32_t i = 0; i < count; i++) ordered[i] = (struct ordered){values[i], i};
+    qsort(ordered, count, sizeof *ordered, compare_ordered);
+}
 
 static double outcome_of(const struct vw_subsets *subsets, const struct target *target, uint32_t subset, uint32_t seed) {
     const struct vw_outcome *outcome = &subsets->outcomes[(size_t)subset * VW_SUBSET_SEEDS + seed];
@@ -43,7 +60,30 @@ static double outcome_of(const struct vw_subsets *subsets, const struct target *
 static void study_close(struct study *study) {
     free(study->kept);
     free(study->outcomes);
-    free(study->drawn);
+    free(study->times);
+    free(study->foretold);
+}
+
+static void keep_subsets(const struct target *target, struct study *study) {
+    const struct vw_subsets *subsets = study->subsets;
+    for (uint32_t i = 0; i < subsets->count; i++) {
+        double mean = 0;
+        for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++) mean += outcome_of(subsets, target, i, seed) / VW_SUBSET_SEEDS;
+        if (!isfinite(mean)) continue;
+        for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++)
+            study->outcomes[(size_t)seed * subsets->count + study->count] = outcome_of(subsets, target, i, seed);
+        study->means[study->count] = mean;
+        study->kept[study->count++] = i;
+    }
+}
+
+static void draw_resamples(struct study *study) {
+    for (uint32_t r = 0; r <= RESAMPLES; r++)
+        for (uint32_t i = 0; i < study->count; i++) {
+            uint32_t words[4];
+            vw_random_words(RESAMPLING_SEED, VW_RANDOM_ORDER, r, i, 0, words);
+            study->times[(size_t)r * study->count + (r ? vw_random_below(words[0], study->count) : i)]++;
+        }
 }
 
 static enum vw_status study_open(const struct vw_contest *contest, const struct vw_subsets *subsets, const struct target *target,
@@ -51,31 +91,16 @@ static enum vw_status study_open(const struct vw_contest *contest, const struct 
     size_t most = subsets->count;
     *study = (struct study){.contest = contest, .subsets = subsets};
     study->kept = vw_allocate(most, sizeof *study->kept);
-    study->drawn = vw_allocate(most, sizeof *study->drawn);
+    study->times = vw_allocate((1 + RESAMPLES) * most, sizeof *study->times);
+    study->foretold = vw_allocate(most, sizeof *study->foretold);
     study->outcomes = vw_allocate(most, (VW_SUBSET_SEEDS + 3) * sizeof *study->outcomes);
-    if (!study->kept || !study->drawn || !study->outcomes) return VW_ERROR_MEMORY;
+    if (!study->kept || !study->times || !study->foretold || !study->outcomes) return VW_ERROR_MEMORY;
     study->means = study->outcomes + VW_SUBSET_SEEDS * most;
-    study->summed = study->means + most;
-    study->scratch = study->summed + most;
-    for (uint32_t i = 0; i < most; i++) {
-        double mean = 0;
-        for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++) mean += outcome_of(subsets, target, i, seed) / VW_SUBSET_SEEDS;
-        if (!isfinite(mean)) continue;
-        for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++)
-            study->outcomes[seed * most + study->count] = outcome_of(subsets, target, i, seed);
-        study->means[study->count] = mean;
-        study->kept[study->count++] = i;
-    }
+    study->ranks = study->means + most;
+    keep_subsets(target, study);
+    draw_resamples(study);
+    sort_values(study->means, study->count, study->foretold);
     return VW_OK;
-}
-
-// Resample 0 is the study itself.
-static void draw(struct study *study, uint32_t resample) {
-    for (uint32_t i = 0; i < study->count; i++) {
-        uint32_t words[4];
-        vw_random_words(RESAMPLING_SEED, VW_RANDOM_ORDER, resample, i, 0, words);
-        study->drawn[i] = resample ? vw_random_below(words[0], study->count) : i;
-    }
 }
 
 static double sum_over_subset(const struct study *study, const double *scores, uint32_t kept) {
@@ -99,35 +124,52 @@ static void set_interval(double *resampled, struct vw_judgement *row) {
 
 // ---- Scores ---------------------------------------------------------------------------------------------------------------
 
-// Spearman's correlation of sums and outcomes over the subsets drawn.
-static enum vw_status correlate(struct study *study, const double *sums, double *correlation) {
-    for (uint32_t i = 0; i < study->count; i++) {
-        study->summed[i] = sums[study->drawn[i]];
-        study->scratch[i] = study->means[study->drawn[i]];
+// The rank of each value among all that were drawn; equal ones share the mean of their ranks.
+static void rank_drawn(const struct ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
+    double below = 0;
+    for (uint32_t begin = 0, end; begin < count; begin = end) {
+        double level = 0;
+        for (end = begin; end < count && ordered[end].value == ordered[begin].value; end++) level += times[ordered[end].place];
+        for (uint32_t i = begin; i < end; i++) ranks[ordered[i].place] = below + 0.5 * (level + 1);
+        below += level;
     }
-    return vw_spearman(study->summed, study->scratch, study->count, correlation);
+}
+
+// Spearman's correlation over the subsets drawn: Pearson's of their ranks, each as often as it was drawn. The mean of all ranks is known.
+static double correlate_drawn(const double *a, const double *b, const uint16_t *times, uint32_t count) {
+    double mean = 0.5 * (count + 1), aa = 0, bb = 0, ab = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        aa += times[i] * (a[i] - mean) * (a[i] - mean);
+        bb += times[i] * (b[i] - mean) * (b[i] - mean);
+        ab += times[i] * (a[i] - mean) * (b[i] - mean);
+    }
+    return aa > 0 && bb > 0 ? ab / (sqrt(aa) * sqrt(bb)) : NAN;
 }
 
 // The statistic of every resample (values[0]: of the study itself): the mean over the valued seeds.
-static enum vw_status resample_method(struct study *study, const struct vw_contestant *contestant, double values[1 + RESAMPLES]) {
+static enum vw_status resample_method(const struct study *study, const struct vw_contestant *contestant, double values[1 + RESAMPLES]) {
     double *sums = vw_allocate(study->count, sizeof *sums);
-    enum vw_status status = sums ? VW_OK : VW_ERROR_MEMORY;
-    memset(values, 0, (1 + RESAMPLES) * sizeof *values);
+    struct ordered *ordered = vw_allocate(study->count, sizeof *ordered);
+    double *ranks = study->ranks, *foretold = ranks + study->subsets->count;
+    enum vw_status status = sums && ordered ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = 0;
     for (uint32_t seed = 0; !status && seed < study->contest->seed_count; seed++) {
         const double *scores = contestant->scores + (size_t)seed * study->contest->photo_count;
         for (uint32_t i = 0; i < study->count; i++) sums[i] = sum_over_subset(study, scores, i);
-        for (uint32_t r = 0; !status && r <= RESAMPLES; r++) {
-            double correlation = NAN;
-            draw(study, r);
-            status = correlate(study, sums, &correlation);
-            values[r] += correlation / study->contest->seed_count;
+        sort_values(sums, study->count, ordered);
+        for (uint32_t r = 0; r <= RESAMPLES; r++) {
+            const uint16_t *times = study->times + (size_t)r * study->count;
+            rank_drawn(ordered, times, study->count, ranks);
+            rank_drawn(study->foretold, times, study->count, foretold);
+            values[r] += correlate_drawn(ranks, foretold, times, study->count) / study->contest->seed_count;
         }
     }
     free(sums);
+    free(ordered);
     return status;
 }
 
-static enum vw_status judge_method(struct study *study, const struct target *target, const struct vw_contestant *contestant,
+static enum vw_status judge_method(const struct study *study, const struct target *target, const struct vw_contestant *contestant,
                                    const double *reference, double *values, struct vw_judgements *judgements) {
     struct vw_judgement row = {.method = contestant->name, .count = study->count};
     enum vw_status status = resample_method(study, contestant, values);
@@ -152,7 +194,7 @@ static const struct vw_contestant *find_reference(const struct vw_contest *conte
     return NULL;
 }
 
-static enum vw_status judge_methods(struct study *study, const struct target *target, struct vw_judgements *judgements) {
+static enum vw_status judge_methods(const struct study *study, const struct target *target, struct vw_judgements *judgements) {
     const struct vw_contestant *found = find_reference(study->contest);
     double *values = vw_allocate(2 * (1 + RESAMPLES), sizeof *values), *reference = NULL;
     enum vw_status status = values ? VW_OK : VW_ERROR_MEMORY;
@@ -199,14 +241,13 @@ static bool has_photo(const struct study *study, uint32_t kept, uint32_t photo) 
 
 // What every photo adds to a training, by the subsets drawn. In an additive game with equal shares the differences are the worths but
 // for a factor and a constant near 1 and 0, the same for all photos, since a subset with one photo has one less of the others.
-static void find_worths(const struct study *study, const bool *has, double *worths) {
+static void find_worths(const struct study *study, const bool *has, const uint16_t *times, double *worths) {
     for (uint32_t photo = 0; photo < study->contest->photo_count; photo++) {
-        double sums[2] = {0};
-        uint32_t counts[2] = {0};
+        double sums[2] = {0}, counts[2] = {0};
         for (uint32_t i = 0; i < study->count; i++) {
-            bool with = has[(size_t)study->drawn[i] * study->contest->photo_count + photo];
-            sums[with] += study->means[study->drawn[i]];
-            counts[with]++;
+            bool with = has[(size_t)i * study->contest->photo_count + photo];
+            sums[with] += times[i] * study->means[i];
+            counts[with] += times[i];
         }
         worths[photo] = sums[1] / counts[1] - sums[0] / counts[0]; // NaN where a resample has only one of the two
     }
@@ -242,10 +283,8 @@ static enum vw_status judge_harm(struct study *study, bool *has, double *worths,
     for (uint32_t i = 0; i < study->count; i++)
         for (uint32_t photo = 0; photo < contest->photo_count; photo++)
             has[(size_t)i * contest->photo_count + photo] = has_photo(study, i, photo);
-    for (uint32_t r = 0; r <= RESAMPLES; r++) {
-        draw(study, r);
-        find_worths(study, has, worths + (size_t)r * contest->photo_count);
-    }
+    for (uint32_t r = 0; r <= RESAMPLES; r++)
+        find_worths(study, has, study->times + (size_t)r * study->count, worths + (size_t)r * contest->photo_count);
     for (uint32_t photo = 0; !status && photo < contest->photo_count; photo++)
         if (!vw_photo_is_clean(contest, photo)) status = add_harm(study, contest->truths[photo], worths, resampled, judgements);
     return status;
