@@ -86,13 +86,13 @@ static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator 
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count, uint32_t pixels_max,
                                         struct vw_view_error *errors) {
-    size_t most = (size_t)pixels_max + VIEW_FIT_RAYS_MAX;
+    size_t most = (size_t)pixels_max + (appearance_fits_views(&trainer->model) ? VIEW_FIT_RAYS_MAX : 0);
     struct evaluator evaluator = {0};
     struct seen_view seen = {.pixels = vw_allocate(most, sizeof *seen.pixels),
                              .rendered = vw_allocate(most, sizeof *seen.rendered),
                              .rays = vw_allocate(most, sizeof *seen.rays)};
     enum vw_status status = seen.pixels && seen.rendered && seen.rays ? VW_OK : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = evaluator_create(&trainer->field, TILE_RAYS, &evaluator);
+    if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
         status = measure_view(trainer, &evaluator, views[i], pixels_max, &seen, &errors[i]);
     evaluator_destroy(&evaluator);
