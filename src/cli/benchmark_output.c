@@ -111,6 +111,7 @@ void vw_benchmark_print(const struct vw_benchmark_output *output) {
     for (uint32_t i = 0; i < contestants->contest.contestant_count; i++)
         print_method(output, contestants->list[i].name, contestants->trainings[i]);
     print_method(output, "noise ceiling", -1);
+    print_method(output, "chance", -1);
     printf("\ntable    %s\n", output->csv_path);
 }
 

@@ -57,7 +57,8 @@ enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgem
 // its seeds; the mean over the valued seeds. lds_gain/<outcome>: that of the method less that of the reference. Intervals are the middle
 // 95 % over resampled subsets, the same for all methods. Rows of the method "noise ceiling": the most that noise permits, the square root
 // of how well the mean of two trainings would agree with that of two others (Spearman and Brown's formula from how the two agree); and
-// agreement/<outcome>: how the two agree. Subsets whose training has no value are left out.
+// agreement/<outcome>: how the two agree. Those of the method "chance": what the middle 95 % of random scores reach. Subsets whose training
+// has no value are left out. The intervals hold for these photos: what another scene of the kind would give lies wider apart.
 enum vw_status vw_judge_subsets(const struct vw_contest *contest, const struct vw_subsets *subsets, struct vw_judgements *judgements);
 // harm/<kind>, method "trials", in dB of val_psnr: by how much less a photo of that kind adds to a training than a clean one. What a photo
 // adds is the mean over the subsets with it less that over those without it; intervals as above.

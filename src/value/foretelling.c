@@ -12,7 +12,7 @@ static const uint64_t RESAMPLING_SEED = 0x626f6f74; // of no training
 enum { RESAMPLES = 1000 };
 static const double TAIL = 0.025;
 
-static const char ceiling_name[] = "noise ceiling", agreement_name[] = "outcomes", trials_name[] = "trials";
+static const char ceiling_name[] = "noise ceiling", chance_name[] = "chance", agreement_name[] = "outcomes", trials_name[] = "trials";
 
 // One of the outcomes that are foretold.
 struct target {
@@ -218,6 +218,31 @@ static enum vw_status add_ceiling(const struct study *study, const struct target
     return status ? status : vw_judgements_add(judgements, "lds", target->name, row);
 }
 
+// What scores that know nothing reach on these photos: few photos leave much to chance.
+static enum vw_status add_chance(const struct study *study, const struct target *target, struct vw_judgements *judgements) {
+    uint32_t photo_count = study->contest->photo_count;
+    double *scores = vw_allocate(photo_count, sizeof *scores), *sums = vw_allocate(study->count, sizeof *sums);
+    double *drawn = vw_allocate(RESAMPLES, sizeof *drawn);
+    enum vw_status status = scores && sums && drawn ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t r = 0; !status && r < RESAMPLES; r++) {
+        for (uint32_t i = 0; i < photo_count; i++) {
+            uint32_t words[4];
+            vw_random_words(RESAMPLING_SEED, VW_RANDOM_ORDER, r, i, 1, words);
+            scores[i] = vw_random_unit(words[0]);
+        }
+        for (uint32_t i = 0; i < study->count; i++) sums[i] = sum_over_subset(study, scores, i);
+        status = vw_spearman(sums, study->means, study->count, &drawn[r]);
+    }
+    struct vw_judgement row = {.method = chance_name, .count = study->count};
+    if (!status) set_interval(drawn, &row);
+    row.value = 0.5 * (row.low + row.high);
+    if (!status) status = vw_judgements_add(judgements, "lds", target->name, row);
+    free(scores);
+    free(sums);
+    free(drawn);
+    return status;
+}
+
 enum vw_status vw_judge_subsets(const struct vw_contest *contest, const struct vw_subsets *subsets, struct vw_judgements *judgements) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(targets); i++) {
@@ -225,6 +250,7 @@ enum vw_status vw_judge_subsets(const struct vw_contest *contest, const struct v
         status = study_open(contest, subsets, &targets[i], &study);
         if (!status && study.count > 2) status = judge_methods(&study, &targets[i], judgements);
         if (!status && study.count > 2) status = add_ceiling(&study, &targets[i], judgements);
+        if (!status && study.count > 2) status = add_chance(&study, &targets[i], judgements);
         study_close(&study);
     }
     return status;

@@ -17,7 +17,7 @@ cat >"$folder/tiny.json" <<'RECIPE'
                 "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
     "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
                 {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50, "split": "val"},
-                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 1, "start_deg": 77, "field_of_view_deg": 50, "split": "test"}],
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 3, "count": 1, "start_deg": 7, "field_of_view_deg": 50, "split": "test"}],
     "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
 }
 RECIPE
@@ -55,7 +55,8 @@ for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/spoiled,sharpness auc
     cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
     check "a row $wanted" test "$(row "$wanted")" = 1
 done
-check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM judgement')" = "$(($(wc -l <"$folder/whole/benchmark.csv") - 1))"
+rows=$(wc -l <"$folder/whole/benchmark.csv")
+check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM judgement')" = "$((rows - 1))"
 check "truth finds all spoiled photos" grep -q "^$folder/tiny.json,auc/spoiled,truth,1,,,8$" "$folder/whole/benchmark.csv"
 check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM trial WHERE view_count = 3 AND trial_id IN
     (SELECT trial_id FROM trial ORDER BY rowid LIMIT 17)')" = 16
@@ -75,7 +76,8 @@ check "its JSON is whole" grep -q '"judgements"' "$folder/stdout"
 check "without curves none are judged" test "$(row removal_low/20,random)" = 0
 
 stop_benchmark() { # stop_benchmark SIGNAL OUT COUNT: once so many trials are recorded
-    "$program" benchmark "$folder/tiny.json" --out "$folder/$2" "${tiny[@]}" --subsets 8 --leave-one-out >"$folder/stdout" 2>"$folder/stderr" &
+    "$program" benchmark "$folder/tiny.json" --out "$folder/$2" "${tiny[@]}" --subsets 8 --leave-one-out \
+        >"$folder/stdout" 2>"$folder/stderr" &
     local process=$! code=0
     until [[ $(trials "$2" 2>/dev/null || echo 0) -ge $3 || ! -d /proc/$process ]]; do sleep 0.05; done
     kill "-$1" "$process" 2>/dev/null

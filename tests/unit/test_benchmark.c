@@ -182,6 +182,9 @@ static void true_worths_foretell_an_additive_game(void **state) {
     assert_near(find(&judgements, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
     assert_near(find(&judgements, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
     assert_true(isnan(find(&judgements, "lds", "val_psnr", "flat")->value));
+    // The correlation of two rankings of 12: standard deviation 1 / sqrt(11) = 0.30, and 2 of them on either side.
+    const struct vw_judgement *chance = find(&judgements, "lds", "val_psnr", "chance");
+    assert_true(chance->low < -0.45 && chance->low > -0.7 && chance->high > 0.45 && chance->high < 0.7);
     double reference = find(&judgements, "lds", "val_psnr", "dv_psnr")->value;
     const struct vw_judgement *gain = find(&judgements, "lds_gain", "val_psnr", "worths");
     assert_true(reference > 0.3 && reference < 0.95);
