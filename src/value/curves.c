@@ -160,6 +160,12 @@ static void mean_over_seeds(const struct vw_contest *contest, const double *scor
     }
 }
 
+static bool all_finite(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
 enum vw_status vw_judge_leave_one_out(const struct vw_contest *contest, const double *scores, struct vw_judgements *judgements) {
     double *worths = vw_allocate(contest->photo_count, 2 * sizeof *worths);
     if (!worths) return VW_ERROR_MEMORY;
@@ -169,7 +175,9 @@ enum vw_status vw_judge_leave_one_out(const struct vw_contest *contest, const do
     for (uint32_t i = 0; !status && i < contest->contestant_count; i++) {
         struct vw_judgement row = {.method = contest->contestants[i].name, .low = NAN, .high = NAN, .count = contest->photo_count};
         mean_over_seeds(contest, contest->contestants[i].scores, said);
-        status = vw_spearman(worths, said, contest->photo_count, &row.value);
+        row.value = NAN;
+        if (all_finite(worths, contest->photo_count) && all_finite(said, contest->photo_count))
+            status = vw_spearman(worths, said, contest->photo_count, &row.value);
         if (!status) status = vw_judgements_add(judgements, "leave_one_out", "spearman", row);
     }
     free(worths);

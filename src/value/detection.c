@@ -18,6 +18,7 @@ double vw_auc(const struct vw_contest *contest, const double *scores, vw_kind_fi
         if (vw_photo_is_clean(contest, spoiled) || (counts && !counts(context, contest->truths[spoiled]))) continue;
         for (uint32_t other = 0; other < contest->photo_count; other++) {
             if (!vw_photo_is_clean(contest, other)) continue;
+            if (isnan(scores[other]) || isnan(scores[spoiled])) return NAN;
             won += scores[other] > scores[spoiled] ? 1 : scores[other] == scores[spoiled] ? 0.5 : 0;
             ++*pairs;
         }
@@ -88,7 +89,7 @@ enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgem
         row.count = gather(contest, contestant->scores, i % 2, first, second);
         row.value = vw_pearson(first, second, row.count);
         status = vw_judgements_add(judgements, "seed_pearson", over, row);
-        if (!status) status = vw_spearman(first, second, row.count, &row.value);
+        if (!status && isfinite(row.value)) status = vw_spearman(first, second, row.count, &row.value);
         if (!status) status = vw_judgements_add(judgements, "seed_spearman", over, row);
     }
     free(first);

@@ -128,8 +128,8 @@ static void set_interval(double *resampled, struct vw_judgement *row) {
 static void rank_drawn(const struct ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
     double below = 0;
     for (uint32_t begin = 0, end; begin < count; begin = end) {
-        double level = 0;
-        for (end = begin; end < count && ordered[end].value == ordered[begin].value; end++) level += times[ordered[end].place];
+        double level = times[ordered[begin].place];
+        for (end = begin + 1; end < count && ordered[end].value == ordered[begin].value; end++) level += times[ordered[end].place];
         for (uint32_t i = begin; i < end; i++) ranks[ordered[i].place] = below + 0.5 * (level + 1);
         below += level;
     }
@@ -155,13 +155,15 @@ static enum vw_status resample_method(const struct study *study, const struct vw
     for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = 0;
     for (uint32_t seed = 0; !status && seed < study->contest->seed_count; seed++) {
         const double *scores = contestant->scores + (size_t)seed * study->contest->photo_count;
-        for (uint32_t i = 0; i < study->count; i++) sums[i] = sum_over_subset(study, scores, i);
+        double sum = 0; // not finite where a photo lacks a score: so is then the statistic
+        for (uint32_t i = 0; i < study->count; i++) sum += sums[i] = sum_over_subset(study, scores, i);
         sort_values(sums, study->count, ordered);
         for (uint32_t r = 0; r <= RESAMPLES; r++) {
             const uint16_t *times = study->times + (size_t)r * study->count;
             rank_drawn(ordered, times, study->count, ranks);
             rank_drawn(study->foretold, times, study->count, foretold);
-            values[r] += correlate_drawn(ranks, foretold, times, study->count) / study->contest->seed_count;
+            double correlation = isfinite(sum) ? correlate_drawn(ranks, foretold, times, study->count) : NAN;
+            values[r] += correlation / study->contest->seed_count;
         }
     }
     free(sums);

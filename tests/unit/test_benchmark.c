@@ -259,6 +259,27 @@ static void trainings_without_value_are_left_out(void **state) {
     free(judgements.rows);
 }
 
+// As where a training of leave-one-out did not end in a finite value.
+static void a_photo_without_score_leaves_a_method_without_judgement(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 40, &subsets);
+    scores_of[1][3] = NAN;
+    ASSERT_OK(vw_judge_detection(&contest, &judgements));
+    ASSERT_OK(vw_judge_seeds(&contest, &judgements));
+    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    ASSERT_OK(vw_judge_leave_one_out(&contest, scores_of[0], &judgements));
+    assert_true(isnan(find(&judgements, "auc", "blur", "opposite")->value));
+    assert_true(isnan(find(&judgements, "seed_pearson", "all", "opposite")->value));
+    assert_true(isnan(find(&judgements, "lds", "val_psnr", "opposite")->value));
+    assert_true(isnan(find(&judgements, "leave_one_out", "spearman", "opposite")->value));
+    assert_true(isfinite(find(&judgements, "lds", "val_psnr", "worths")->value));
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
 // Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6. With and without a photo, the others' mean differs by
 // 1 / 11 of what the photo itself is worth: a factor of 12 / 11.
 static void harm_is_what_a_kind_is_worth_less(void **state) {
@@ -360,6 +381,7 @@ int main(void) {
         cmocka_unit_test_setup(noise_lowers_the_ceiling_as_theory_says, set_up),
         cmocka_unit_test_setup(intervals_cover, set_up),
         cmocka_unit_test_setup(trainings_without_value_are_left_out, set_up),
+        cmocka_unit_test_setup(a_photo_without_score_leaves_a_method_without_judgement, set_up),
         cmocka_unit_test_setup(harm_is_what_a_kind_is_worth_less, set_up),
         cmocka_unit_test_setup(only_kinds_that_do_harm_count_as_harmful, set_up),
         cmocka_unit_test_setup(curves_of_true_worths_are_best, set_up),
