@@ -96,10 +96,15 @@ struct vw_scene_params {
     const char *train_list, *val_list, *test_list; // NULL, or files of names, one a line
     const char *providers;               // NULL, or a CSV with the header name,provider
     uint32_t downscale;                  // 0 = 1
+    uint32_t plant;                      // so many train photos are spoiled, so that truth is known (vw_view.truth); 0: none. See below.
     bool headers_only;                   // read image headers but no pixels and no file hashes; hash stays zero
     struct vw_gpu *gpu;                  // used to ray-trace recipes; may be NULL for other formats
 };
 
+// Planting spoils photos as a recipe does, whatever the format (but for recipes, which name their own defects): the train photos with the
+// smallest random numbers by their names, one after another by noise (0.2), blur (width / 25), an occluder (0.4), exposure (0.45), a pose
+// turned by 8 degrees, noise, blur, an occluder, exposure (1.9), ... Those numbers do not depend on --seed. A planted photo is kept in
+// 8 bit; sha256 is then of its pixels. Points and their tracks stay as the scene file has them.
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
 

@@ -159,6 +159,12 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 
+// How near the field comes to each of these views (scene indices): validation's passes, on all usable pixels, or on `pixels_max` of them
+// spread evenly over a view that has more. Where validation fits a gain and a bias to the left half of a view and scores the right one, so
+// does this. `errors` has one entry per view. When nothing is in flight (see vw_trainer_collect).
+enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count, uint32_t pixels_max,
+                                        struct vw_view_error *errors);
+
 // What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they choose,
 // whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);

@@ -1,6 +1,7 @@
 #include "viewworth/statistics.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "viewworth/memory.h"
@@ -30,8 +31,15 @@ double vw_robust_spread(double *values, uint32_t count) {
     return VW_NORMAL_SPREAD * vw_median(values, count);
 }
 
+static bool varies(const double *values, uint32_t count) {
+    for (uint32_t i = 1; i < count; i++)
+        if (values[i] != values[0]) return true;
+    return false;
+}
+
 double vw_pearson(const double *a, const double *b, uint32_t count) {
     double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
+    if (!varies(a, count) || !varies(b, count)) return NAN; // the rounded mean of equal values need not be equal to them
     for (uint32_t i = 0; i < count; i++) {
         mean_a += a[i] / count;
         mean_b += b[i] / count;

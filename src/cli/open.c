@@ -23,6 +23,7 @@ enum vw_status vw_open_scene(const struct vw_options *options, const char *path,
         .test_list = options->test_list,
         .providers = options->providers,
         .downscale = options->downscale,
+        .plant = options->plant,
         .headers_only = headers_only,
         .gpu = gpu,
     };
@@ -31,9 +32,10 @@ enum vw_status vw_open_scene(const struct vw_options *options, const char *path,
 
 char *vw_scene_options_to_json(const struct vw_options *options) {
     json_t *downscale = options->downscale > 1 ? json_integer(options->downscale) : NULL;
-    json_t *object = json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*}", "format", options->format, "pool", options->pool, "train",
-                               options->train_list, "val", options->val_list, "test", options->test_list, "providers", options->providers,
-                               "downscale", downscale);
+    json_t *plant = options->plant ? json_integer(options->plant) : NULL;
+    json_t *object = json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format, "pool", options->pool,
+                               "train", options->train_list, "val", options->val_list, "test", options->test_list, "providers",
+                               options->providers, "downscale", downscale, "plant", plant);
     char *json = object ? json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT) : NULL;
     json_decref(object);
     if (!json) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
@@ -43,14 +45,15 @@ char *vw_scene_options_to_json(const struct vw_options *options) {
 enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu, struct vw_scene **scene) {
     struct vw_options options = {0};
     json_error_t error;
-    json_int_t downscale = 1;
+    json_int_t downscale = 1, plant = 0;
     json_t *object = json_loads(scene_options_json, 0, &error);
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I}", "format", &options.format, "pool",
-                                  &options.pool, "train", &options.train_list, "val", &options.val_list, "test", &options.test_list,
-                                  "providers", &options.providers, "downscale", &downscale))
+    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format", &options.format,
+                                  "pool", &options.pool, "train", &options.train_list, "val", &options.val_list, "test", &options.test_list,
+                                  "providers", &options.providers, "downscale", &downscale, "plant", &plant))
         status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", scene_options_json, error.text);
     options.downscale = (uint32_t)downscale;
+    options.plant = (uint32_t)plant;
     if (!status) status = vw_open_scene(&options, path, gpu, false, scene);
     json_decref(object); // and with it the texts of the options
     return status;

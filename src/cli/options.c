@@ -57,6 +57,8 @@ static const struct option_row rows[] = {
     {"test", "FILE", "names of the photos to keep for tests", VW_OPTIONS_SCENE, TEXT, FIELD(test_list)},
     {"providers", "FILE.csv", "who supplied which photo: header name,provider", VW_OPTIONS_SCENE, TEXT, FIELD(providers)},
     {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1, .most = 64},
+    {"plant", "N", "spoil N of the photos to train on, each by one of five defects, so that truth is known", VW_OPTIONS_SCENE, COUNT,
+     FIELD(plant), .least = 0, .most = 1000000},
     {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_SEED},
     {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
     {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, COUNT,
@@ -109,6 +111,12 @@ static const struct option_row rows[] = {
     {"to", "FILE", "image to write, .png or .exr (default: OUT/render_<view>.png)", VW_OPTIONS_VIEW, TEXT, FIELD(to)},
     {"measure", NULL, "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR", VW_OPTIONS_INFO,
      FLAG, FIELD(measure)},
+    {"subsets", "N", "random halves of the photos to train on, each twice", VW_OPTIONS_BENCHMARK, COUNT, FIELD(subsets), .least = 8,
+     .most = 10000},
+    {"leave-one-out", NULL, "also train without each photo: twice as many trainings as there are photos", VW_OPTIONS_BENCHMARK, FLAG,
+     FIELD(leave_one_out)},
+    {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,truth)", VW_OPTIONS_BENCHMARK, TEXT,
+     FIELD(curves)},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
     {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},
@@ -116,7 +124,7 @@ static const struct option_row rows[] = {
 
 enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
 
-static const struct vw_options defaults = {.downscale = 1, .seeds = 3};
+static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200};
 
 // What a number may be, "" for what is none.
 static void describe_range(const struct option_row *row, char text[VW_CONFIG_RANGE_BYTES]) {

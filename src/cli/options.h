@@ -17,6 +17,7 @@ struct vw_options {
     const char *train_list, *val_list, *test_list;
     const char *providers;
     uint32_t downscale;
+    uint32_t plant;
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
@@ -25,6 +26,9 @@ struct vw_options {
     double until_stable; // 0: take all epochs
     const char *expect;
     uint32_t replay_steps;
+    uint32_t subsets;
+    bool leave_one_out;
+    const char *curves;
     const char *view;
     const char *to;
     bool json, quiet, help;
@@ -44,6 +48,7 @@ enum {
     VW_OPTIONS_ALWAYS = 512,
     VW_OPTIONS_REPRODUCE = 1024,
     VW_OPTIONS_IMPORT = 2048, // --out, which must be given, and what of the training bears on scores
+    VW_OPTIONS_BENCHMARK = 4096,
 };
 
 struct vw_command {

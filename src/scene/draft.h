@@ -53,6 +53,8 @@ enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // photo.c: fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the background.
 enum vw_status vw_photos_read(struct vw_draft *draft);
+// plant.c: spoils params->plant train photos and writes every view's truth.
+enum vw_status vw_defects_plant(const struct vw_scene_params *params, struct vw_scene *scene);
 // scene_hash.c
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);
 

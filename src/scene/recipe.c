@@ -36,8 +36,7 @@ static enum vw_status read_recipe(struct vw_recipe *recipe, struct vw_scene *sce
     return reader.status;
 }
 
-// Rounds a photo to 8 bit, and hashes it.
-static enum vw_status store_photo(const struct vw_recipe_photo *photo, struct vw_view *view) {
+enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view) {
     size_t pixel_count = (size_t)photo->width_px * photo->height_px;
     uint8_t *bytes = vw_allocate(pixel_count, 4);
     if (!bytes) return VW_ERROR_MEMORY;
@@ -57,7 +56,7 @@ static enum vw_status make_photo(struct vw_recipe_tracer *tracer, const struct v
     enum vw_status status = vw_recipe_trace(tracer, view, photo);
     if (!status) status = vw_recipe_capture(recipe, view, photo, &scene->views[view]);
     if (!status) status = vw_recipe_spoil_photo(recipe, view, photo);
-    if (!status) status = store_photo(photo, &scene->views[view]);
+    if (!status) status = vw_recipe_store_photo(photo, &scene->views[view]);
     for (size_t i = 0; !status && i < (size_t)photo->width_px * photo->height_px; i++) depths[i] = photo->pixels[i].depth;
     return status;
 }

@@ -60,6 +60,9 @@ struct vw_recipe_photo {
     struct vw_recipe_pixel *pixels; // depth in world units; 0 where nothing or only an occluder is seen
 };
 
+// recipe.c: rounds a photo to 8 bit, gives it to a view without one, and hashes it.
+enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view);
+
 // recipe_trace.c
 struct vw_recipe_tracer;
 enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recipe *recipe, const struct vw_scene *scene,

@@ -64,6 +64,7 @@ static enum vw_status finish(struct vw_draft *draft) {
     enum vw_status status = vw_splits_assign(params, scene);
     if (!status && params->providers) status = vw_providers_read(params->providers, scene);
     if (!status && draft->photos) status = vw_photos_read(draft);
+    if (!status && params->plant) status = vw_defects_plant(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);
     return status;
 }

@@ -1,0 +1,26 @@
+// Trials: trainings on some of a scene's photos, judged by what the trained field reaches. What judges methods knows training by this
+// alone, so that its tests run it on games with known values.
+#ifndef VIEWWORTH_TRIAL_H
+#define VIEWWORTH_TRIAL_H
+
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+struct vw_trial {
+    const uint32_t *views; // borrowed; image_ids trained on, ascending
+    uint32_t view_count;
+    uint64_t seed; // of order, pixels, jitter and initialisation
+};
+
+// What the trained field reaches on the photos it was not trained on, over their usable pixels. NaN where a split has no photo.
+struct vw_outcome {
+    double val_psnr, test_psnr; // dB, mean over the split's views of the per-view PSNR
+    double val_l1, test_l1;     // mean over the split's views of the mean absolute error over pixels and channels
+    double seconds;             // CPU time that it took; for display only
+};
+
+// Trains, or recalls what an equal trial led to.
+typedef enum vw_status vw_trial_function(void *context, const struct vw_trial *trial, struct vw_outcome *outcome);
+
+#endif

@@ -1,0 +1,199 @@
+#include "cli/laboratory.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cli/interrupt.h"
+#include "viewworth/file.h"
+#include "viewworth/log.h"
+#include "viewworth/memory.h"
+#include "viewworth/psnr.h"
+
+// A view is measured on all its pixels where the views of its split have no more than so many in all, or on an even share of so many.
+enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10 };
+static const double PROGRESS_S = 20;
+
+static double cpu_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static enum vw_status list_train_views(struct vw_laboratory *laboratory) {
+    const struct vw_scene *scene = laboratory->stage.scene;
+    laboratory->train_views = vw_allocate(scene->view_count, sizeof *laboratory->train_views);
+    if (!laboratory->train_views) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TRAIN) laboratory->train_views[laboratory->train_count++] = v;
+    return VW_OK;
+}
+
+static enum vw_status create_trainer(struct vw_laboratory *laboratory, uint64_t seed, struct vw_trainer **trainer) {
+    struct vw_config config = laboratory->options->config;
+    config.seed = seed;
+    config.noise_floor = false; // which probes a validation that trials go without, as they do without what only scores need
+    config.val_rays = vw_config_default.val_rays;
+    config.burn_in_epochs = vw_config_default.burn_in_epochs;
+    const struct vw_trainer_params params = {.gpu = laboratory->stage.gpu,
+                                             .scene = laboratory->stage.scene,
+                                             .config = &config,
+                                             .effects = laboratory->stage.effects,
+                                             .effect_count = laboratory->stage.effect_count};
+    return vw_trainer_create(&params, trainer);
+}
+
+// What all trials share is in the run_id of one of them.
+static enum vw_status name_base(struct vw_laboratory *laboratory) {
+    struct vw_trainer *trainer = NULL;
+    uint8_t run_id[VW_HASH_BYTES];
+    enum vw_status status = create_trainer(laboratory, 0, &trainer);
+    if (!status) status = vw_trainer_run_id(trainer, run_id);
+    vw_trainer_destroy(&trainer);
+    if (status) return status;
+    vw_hash_to_hex(run_id, laboratory->base_id);
+    vw_hash_to_hex(laboratory->stage.scene->hash, laboratory->scene_hash);
+    return VW_OK;
+}
+
+static enum vw_status open_trials(struct vw_laboratory *laboratory) {
+    char *path = vw_path_join(laboratory->options->out, "trials.db");
+    enum vw_status status = path ? vw_trials_open(path, &laboratory->trials) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
+}
+
+enum vw_status vw_laboratory_open(const struct vw_options *options, struct vw_laboratory *laboratory) {
+    *laboratory = (struct vw_laboratory){.options = options};
+    enum vw_status status = vw_stage_open(options, &laboratory->stage);
+    if (!status) status = vw_stage_decide_effects(options, &laboratory->stage);
+    if (!status) status = list_train_views(laboratory);
+    if (!status) status = name_base(laboratory);
+    if (!status) status = open_trials(laboratory);
+    return status;
+}
+
+void vw_laboratory_close(struct vw_laboratory *laboratory) {
+    vw_trials_close(&laboratory->trials);
+    vw_stage_close(&laboratory->stage);
+    free(laboratory->train_views);
+}
+
+// Photos are named, as in a run's subset_hash, so that an id does not depend on where they stand in the scene.
+static void name_trial(const struct vw_laboratory *laboratory, const struct vw_trial *trial, char id[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "viewworth trial 1");
+    vw_hasher_add_text(&hasher, laboratory->base_id);
+    vw_hasher_add_integer(&hasher, laboratory->options->config.epochs);
+    vw_hasher_add_integer(&hasher, PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, (int64_t)trial->seed);
+    for (uint32_t i = 0; i < trial->view_count; i++) vw_hasher_add_text(&hasher, laboratory->stage.scene->views[trial->views[i]].name);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, id);
+}
+
+// Leaves the split train to the views of the trial, or (NULL) to all that may be trained on.
+static void choose_views(struct vw_laboratory *laboratory, const struct vw_trial *trial) {
+    struct vw_scene *scene = laboratory->stage.scene;
+    for (uint32_t i = 0; i < laboratory->train_count; i++)
+        scene->views[laboratory->train_views[i]].split = trial ? VW_SPLIT_EXCLUDED : VW_SPLIT_TRAIN;
+    for (uint32_t i = 0; trial && i < trial->view_count; i++) scene->views[trial->views[i]].split = VW_SPLIT_TRAIN;
+    scene->split_count[VW_SPLIT_EXCLUDED] += scene->split_count[VW_SPLIT_TRAIN];
+    scene->split_count[VW_SPLIT_TRAIN] = trial ? trial->view_count : laboratory->train_count;
+    scene->split_count[VW_SPLIT_EXCLUDED] -= scene->split_count[VW_SPLIT_TRAIN];
+}
+
+static enum vw_status train(struct vw_trainer *trainer) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 1;
+    enum vw_status status = VW_OK;
+    while (!status && count > 0) status = vw_trainer_advance(trainer, &records, &count);
+    return status;
+}
+
+// The means over the measured views of a split.
+static void conclude_split(const struct vw_scene *scene, enum vw_split split, const uint32_t *views, const struct vw_view_error *errors,
+                           uint32_t count, double *psnr_db, double *l1) {
+    uint32_t of_split = scene->split_count[split];
+    *psnr_db = *l1 = of_split ? 0 : NAN;
+    for (uint32_t i = 0; i < count; i++) {
+        if (scene->views[views[i]].split != split) continue;
+        *psnr_db += vw_psnr_db(errors[i].mse) / of_split;
+        *l1 += errors[i].l1 / of_split;
+    }
+}
+
+// Both splits at once: most of the cost is that of setting up.
+static enum vw_status measure(struct vw_trainer *trainer, const struct vw_scene *scene, struct vw_outcome *outcome) {
+    uint32_t count = 0, larger = scene->split_count[VW_SPLIT_VAL];
+    if (larger < scene->split_count[VW_SPLIT_TEST]) larger = scene->split_count[VW_SPLIT_TEST];
+    uint32_t pixels = PIXELS_OF_SPLIT / (larger ? larger : 1);
+    if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
+    uint32_t *views = vw_allocate(scene->view_count, sizeof *views);
+    struct vw_view_error *errors = vw_allocate(scene->view_count, sizeof *errors);
+    enum vw_status status = views && errors ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t v = 0; !status && v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST) views[count++] = v;
+    if (!status) status = vw_trainer_measure_views(trainer, views, count, pixels, errors);
+    if (!status) {
+        conclude_split(scene, VW_SPLIT_VAL, views, errors, count, &outcome->val_psnr, &outcome->val_l1);
+        conclude_split(scene, VW_SPLIT_TEST, views, errors, count, &outcome->test_psnr, &outcome->test_l1);
+    }
+    free(views);
+    free(errors);
+    return status;
+}
+
+static enum vw_status train_and_measure(struct vw_laboratory *laboratory, uint64_t seed, struct vw_outcome *outcome) {
+    struct vw_trainer *trainer = NULL;
+    double started_s = cpu_seconds();
+    enum vw_status status = create_trainer(laboratory, seed, &trainer);
+    if (!status) status = train(trainer);
+    if (!status) status = measure(trainer, laboratory->stage.scene, outcome);
+    vw_trainer_destroy(&trainer);
+    outcome->seconds = cpu_seconds() - started_s;
+    return status;
+}
+
+static enum vw_status make(struct vw_laboratory *laboratory, const struct vw_trial *trial, const char *id, struct vw_outcome *outcome) {
+    if (vw_interrupt_requested())
+        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the trials that ended; the same command goes on",
+                       laboratory->options->out);
+    choose_views(laboratory, trial);
+    enum vw_status status = train_and_measure(laboratory, trial->seed, outcome);
+    choose_views(laboratory, NULL);
+    if (!status) status = vw_trials_add(laboratory->trials, id, laboratory->scene_hash, laboratory->options->config.epochs, trial, outcome);
+    if (status) return status;
+    laboratory->made++;
+    return VW_OK;
+}
+
+// Every so often, and at the end, what is done and what is left.
+static void say_progress(struct vw_laboratory *laboratory) {
+    double now_s = vw_now_s();
+    uint64_t done = laboratory->made + laboratory->recalled;
+    if (laboratory->made == 1) laboratory->started_s = laboratory->said_s = now_s;
+    if (now_s - laboratory->said_s < PROGRESS_S && done < laboratory->planned) return;
+    laboratory->said_s = now_s;
+    double each_s = laboratory->made > 1 ? (now_s - laboratory->started_s) / (double)(laboratory->made - 1) : NAN;
+    uint64_t left = laboratory->planned > done ? laboratory->planned - done : 0;
+    vw_log_info("trials   %" PRIu64 " of %" PRIu64 ", %.2g s each, about %.0f min left", done, laboratory->planned, each_s,
+                ceil(each_s * (double)left / 60));
+}
+
+enum vw_status vw_laboratory_try(void *context, const struct vw_trial *trial, struct vw_outcome *outcome) {
+    struct vw_laboratory *laboratory = context;
+    char id[VW_HASH_HEX_BYTES];
+    bool found = false;
+    name_trial(laboratory, trial, id);
+    enum vw_status status = vw_trials_find(laboratory->trials, id, &found, outcome);
+    if (status) return status;
+    if (!found) status = make(laboratory, trial, id, outcome);
+    else laboratory->recalled++;
+    if (!status && !found) say_progress(laboratory);
+    return status;
+}

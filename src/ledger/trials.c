@@ -1,0 +1,186 @@
+#include "viewworth/trials.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "ledger/database.h"
+#include "viewworth/file.h"
+#include "viewworth/memory.h"
+
+// Tells the file from a ledger, which counts its user_version from 1.
+enum { TRIALS_VERSION = 1001 };
+
+static const char schema_sql[] =
+    "CREATE TABLE trial ("
+    " trial_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL, view_count INTEGER NOT NULL,"
+    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_l1 REAL, test_psnr REAL, test_l1 REAL, seconds REAL);"
+    "CREATE TABLE judgement ("
+    " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, judgement TEXT NOT NULL, method TEXT NOT NULL,"
+    " value REAL, low REAL, high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, config_hash, place));"
+    "PRAGMA user_version = 1001;";
+_Static_assert(TRIALS_VERSION == 1001, "write it into schema_sql, too");
+
+struct vw_trials {
+    struct vw_database database;
+};
+
+static enum vw_status read_number(struct vw_database *database, const char *sql, int64_t *number) {
+    sqlite3_stmt *statement = NULL;
+    bool found = false;
+    enum vw_status status = vw_database_prepare(database, sql, &statement);
+    if (!status) status = vw_database_next(database, statement, &found);
+    *number = !status && found ? sqlite3_column_int64(statement, 0) : 0;
+    sqlite3_finalize(statement);
+    return status;
+}
+
+// An empty file is what a process leaves that was killed before its first transaction.
+static enum vw_status make_tables(struct vw_database *database) {
+    int64_t version = 0, tables = 0;
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = read_number(database, "PRAGMA user_version", &version);
+    if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
+    if (!status && !version && !tables) status = vw_database_run(database, schema_sql);
+    else if (!status && version != TRIALS_VERSION)
+        status = vw_fail(VW_ERROR_INPUT, "%s: not the trials of a benchmark; move it away, or name another --out", database->path);
+    return vw_database_end(database, status);
+}
+
+enum vw_status vw_trials_open(const char *path, struct vw_trials **trials) {
+    struct vw_trials *opened = vw_allocate(1, sizeof *opened);
+    if (!opened) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_open(path, true, &opened->database);
+    if (!status) status = make_tables(&opened->database);
+    if (status) vw_trials_close(&opened);
+    else *trials = opened;
+    return status;
+}
+
+void vw_trials_close(struct vw_trials **trials) {
+    if (!*trials) return;
+    vw_database_close(&(*trials)->database);
+    free(*trials);
+    *trials = NULL;
+}
+
+static double real_or_nan(sqlite3_stmt *statement, int column) {
+    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
+}
+
+enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bool *found, struct vw_outcome *outcome) {
+    struct vw_database *database = &trials->database;
+    sqlite3_stmt *statement = NULL;
+    bool there = false;
+    enum vw_status status =
+        vw_database_prepare(database, "SELECT val_psnr, val_l1, test_psnr, test_l1, seconds FROM trial WHERE trial_id = ?", &statement);
+    if (!status && sqlite3_bind_text(statement, 1, trial_id, -1, SQLITE_STATIC) != SQLITE_OK)
+        status = vw_database_fail(database, "look for a trial");
+    if (!status) status = vw_database_next(database, statement, &there);
+    if (!status) *found = there;
+    if (!status && there)
+        *outcome = (struct vw_outcome){.val_psnr = real_or_nan(statement, 0),
+                                       .val_l1 = real_or_nan(statement, 1),
+                                       .test_psnr = real_or_nan(statement, 2),
+                                       .test_l1 = real_or_nan(statement, 3),
+                                       .seconds = real_or_nan(statement, 4)};
+    sqlite3_finalize(statement);
+    return status;
+}
+
+static char *list_views(const struct vw_trial *trial) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    FILE *stream = open_memstream(&text, &size_bytes);
+    for (uint32_t i = 0; stream && i < trial->view_count; i++) fprintf(stream, "%s%" PRIu32, i ? " " : "", trial->views[i]);
+    bool failed = !stream || ferror(stream);
+    if (stream && fclose(stream)) failed = true;
+    if (!failed) return text;
+    free(text);
+    vw_fail(VW_ERROR_MEMORY, "out of memory for the list of a trial's photos");
+    return NULL;
+}
+
+enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, uint32_t epochs,
+                             const struct vw_trial *trial, const struct vw_outcome *outcome) {
+    struct vw_database *database = &trials->database;
+    struct vw_row row = {0};
+    char *views = list_views(trial);
+    if (!views) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_begin(database);
+    if (status) goto done;
+    status = vw_database_prepare(database,
+                                 "INSERT INTO trial (trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr,"
+                                 " test_l1, seconds) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                                 &row.statement);
+    vw_row_add_text(&row, trial_id);
+    vw_row_add_text(&row, scene_hash);
+    vw_row_add_text(&row, views);
+    vw_row_add_integer(&row, trial->view_count);
+    vw_row_add_integer(&row, (int64_t)trial->seed);
+    vw_row_add_integer(&row, epochs);
+    vw_row_add_real(&row, outcome->val_psnr);
+    vw_row_add_real(&row, outcome->val_l1);
+    vw_row_add_real(&row, outcome->test_psnr);
+    vw_row_add_real(&row, outcome->test_l1);
+    vw_row_add_real(&row, outcome->seconds);
+    if (!status) status = vw_row_write(&row, database, "record a trial");
+    sqlite3_finalize(row.statement);
+    status = vw_database_end(database, status);
+done:
+    free(views);
+    return status;
+}
+
+static enum vw_status remove_judgements(struct vw_database *database, const char *scene_hash, const char *config_hash) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(database, "DELETE FROM judgement WHERE scene_hash = ? AND config_hash = ?", &row.statement);
+    vw_row_add_text(&row, scene_hash);
+    vw_row_add_text(&row, config_hash);
+    if (!status) status = vw_row_write(&row, database, "remove old judgements");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status insert_judgements(struct vw_database *database, const char *scene_hash, const char *config_hash,
+                                        const struct vw_judgement *judgements, uint32_t count) {
+    struct vw_row row = {0};
+    enum vw_status status =
+        vw_database_prepare(database,
+                            "INSERT INTO judgement (scene_hash, config_hash, place, judgement, method, value, low, high, count)"
+                            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                            &row.statement);
+    for (uint32_t i = 0; !status && i < count; i++) {
+        vw_row_add_text(&row, scene_hash);
+        vw_row_add_text(&row, config_hash);
+        vw_row_add_integer(&row, i);
+        vw_row_add_text(&row, judgements[i].judgement);
+        vw_row_add_text(&row, judgements[i].method);
+        vw_row_add_real(&row, judgements[i].value);
+        vw_row_add_real(&row, judgements[i].low);
+        vw_row_add_real(&row, judgements[i].high);
+        vw_row_add_integer(&row, judgements[i].count);
+        status = vw_row_write(&row, database, "record a judgement");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_trials_set_judgements(struct vw_trials *trials, const char *scene_hash, const char *config_hash,
+                                        const struct vw_judgement *judgements, uint32_t count) {
+    struct vw_database *database = &trials->database;
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = remove_judgements(database, scene_hash, config_hash);
+    if (!status) status = insert_judgements(database, scene_hash, config_hash, judgements, count);
+    return vw_database_end(database, status);
+}
+
+enum vw_status vw_trials_count(struct vw_trials *trials, uint64_t *count) {
+    int64_t number = 0;
+    enum vw_status status = read_number(&trials->database, "SELECT count(*) FROM trial", &number);
+    if (!status) *count = (uint64_t)number;
+    return status;
+}

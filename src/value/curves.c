@@ -1,0 +1,185 @@
+// What becomes of a training when photos are taken away, or added, in the order that scores give.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "value/contest.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+#include "viewworth/statistics.h"
+
+static const uint32_t percents[] = {10, 20, 30, 50};
+static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // of no training
+
+// Which end of the order goes, and whether it is taken away or all that is left.
+struct end {
+    const char *group;
+    bool removes, highest;
+};
+static const struct end ends[] = {
+    {"removal_low", true, false}, {"removal_high", true, true}, {"addition_high", false, true}, {"addition_low", false, false}};
+
+struct curve {
+    const struct vw_contest *contest;
+    uint64_t first_seed;
+    vw_trial_function *try_trial;
+    void *context;
+    uint32_t *views; // scratch
+};
+
+static double judged(const struct vw_outcome *outcome) { return isnan(outcome->test_psnr) ? outcome->val_psnr : outcome->test_psnr; }
+
+static int compare_views(const void *a, const void *b) {
+    uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
+    return (left > right) - (left < right);
+}
+
+// The mean over two seeds of what training on these photos reaches.
+static enum vw_status reach(struct curve *curve, const uint32_t *photos, uint32_t count, double *psnr_db) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count; i++) curve->views[i] = curve->contest->photos[photos[i]];
+    qsort(curve->views, count, sizeof *curve->views, compare_views);
+    *psnr_db = 0;
+    for (uint32_t seed = 0; !status && seed < VW_SUBSET_SEEDS; seed++) {
+        const struct vw_trial trial = {.views = curve->views, .view_count = count, .seed = curve->first_seed + seed};
+        struct vw_outcome outcome;
+        status = curve->try_trial(curve->context, &trial, &outcome);
+        if (!status) *psnr_db += judged(&outcome) / VW_SUBSET_SEEDS;
+    }
+    return status;
+}
+
+// `order`: the photos, lowest score first. Adds a share of the gain to *gain_db.
+static enum vw_status reach_end(struct curve *curve, const struct end *end, uint32_t percent, const uint32_t *order, double whole_db,
+                                uint32_t shares, double *gain_db) {
+    uint32_t count = curve->contest->photo_count, moved = (count * percent + 50) / 100;
+    uint32_t kept = end->removes ? count - moved : moved;
+    bool from_start = end->removes == end->highest; // what is kept lies at the low end
+    double psnr_db = NAN;
+    enum vw_status status = reach(curve, order + (from_start ? 0 : count - kept), kept, &psnr_db);
+    *gain_db += (psnr_db - whole_db) / shares;
+    return status;
+}
+
+static enum vw_status add_row(const struct end *end, uint32_t percent, const char *method, double gain_db, uint32_t trainings,
+                              struct vw_judgements *judgements) {
+    char name[8];
+    snprintf(name, sizeof name, "%u", percent);
+    return vw_judgements_add(judgements, end->group, name,
+                             (struct vw_judgement){.method = method, .value = gain_db, .low = NAN, .high = NAN, .count = trainings});
+}
+
+// `orders`: several of all photos, over which the mean is taken.
+static enum vw_status judge_orders(struct curve *curve, const char *method, const uint32_t *orders, uint32_t order_count,
+                                   struct vw_judgements *judgements) {
+    double whole_db = NAN;
+    uint32_t photo_count = curve->contest->photo_count;
+    enum vw_status status = reach(curve, orders, photo_count, &whole_db);
+    for (size_t e = 0; !status && e<VW_ARRAY_COUNT(ends); e += order_count> 1 ? 2 : 1)
+        for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++) {
+            double gain_db = 0;
+            if (!((photo_count * percents[p] + 50) / 100)) continue; // too few photos to take any away
+            for (uint32_t i = 0; !status && i < order_count; i++)
+                status = reach_end(curve, &ends[e], percents[p], orders + (size_t)i * photo_count, whole_db, order_count, &gain_db);
+            if (!status) status = add_row(&ends[e], percents[p], method, gain_db, VW_SUBSET_SEEDS * order_count, judgements);
+        }
+    return status;
+}
+
+uint32_t vw_curve_trainings(void) { return VW_SUBSET_SEEDS * VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents); }
+
+// Lowest score first; of equal ones the earlier photo.
+static void order_by(const double *scores, uint32_t count, uint32_t *order) {
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t place = i;
+        for (; place > 0 && scores[order[place - 1]] > scores[i]; place--) order[place] = order[place - 1];
+        order[place] = i;
+    }
+}
+
+enum vw_status vw_judge_curve(const struct vw_contest *contest, const struct vw_contestant *contestant, uint64_t first_seed,
+                              vw_trial_function *try_trial, void *context, struct vw_judgements *judgements) {
+    struct curve curve = {.contest = contest, .first_seed = first_seed, .try_trial = try_trial, .context = context};
+    uint32_t *order = vw_allocate(contest->photo_count, 2 * sizeof *order);
+    if (!order) return VW_ERROR_MEMORY;
+    curve.views = order + contest->photo_count;
+    order_by(contestant->scores, contest->photo_count, order);
+    enum vw_status status = judge_orders(&curve, contestant->name, order, 1, judgements);
+    free(order);
+    return status;
+}
+
+enum vw_status vw_judge_random_curve(const struct vw_contest *contest, uint64_t first_seed, vw_trial_function *try_trial, void *context,
+                                     struct vw_judgements *judgements) {
+    struct curve curve = {.contest = contest, .first_seed = first_seed, .try_trial = try_trial, .context = context};
+    uint32_t *orders = vw_allocate(contest->photo_count, (VW_CURVE_ORDERS + 1) * sizeof *orders);
+    if (!orders) return VW_ERROR_MEMORY;
+    curve.views = orders + (size_t)VW_CURVE_ORDERS * contest->photo_count;
+    for (uint32_t i = 0; i < VW_CURVE_ORDERS; i++)
+        vw_random_order(RANDOM_ORDER_SEED, i, contest->photo_count, orders + (size_t)i * contest->photo_count);
+    enum vw_status status = judge_orders(&curve, "random", orders, VW_CURVE_ORDERS, judgements);
+    free(orders);
+    return status;
+}
+
+// ---- Leave one out --------------------------------------------------------------------------------------------------------
+
+static enum vw_status try_without(const struct vw_contest *contest, uint32_t left_out, uint64_t seed, vw_trial_function *try_trial,
+                                  void *context, uint32_t *views, double *psnr_db) {
+    struct vw_trial trial = {.views = views, .seed = seed};
+    struct vw_outcome outcome;
+    for (uint32_t i = 0; i < contest->photo_count; i++)
+        if (i != left_out) views[trial.view_count++] = contest->photos[i];
+    enum vw_status status = try_trial(context, &trial, &outcome);
+    if (!status) *psnr_db = outcome.val_psnr;
+    return status;
+}
+
+enum vw_status vw_leave_one_out(const struct vw_contest *contest, uint64_t first_seed, vw_trial_function *try_trial, void *context,
+                                double *scores) {
+    uint32_t *views = vw_allocate(contest->photo_count, sizeof *views);
+    enum vw_status status = views ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t seed = 0; !status && seed < contest->seed_count; seed++) {
+        double whole_db = NAN, without_db = NAN;
+        status = try_without(contest, UINT32_MAX, first_seed + seed, try_trial, context, views, &whole_db);
+        for (uint32_t i = 0; !status && i < contest->photo_count; i++) {
+            status = try_without(contest, i, first_seed + seed, try_trial, context, views, &without_db);
+            scores[(size_t)seed * contest->photo_count + i] = whole_db - without_db;
+        }
+    }
+    free(views);
+    return status;
+}
+
+static void mean_over_seeds(const struct vw_contest *contest, const double *scores, double *means) {
+    for (uint32_t i = 0; i < contest->photo_count; i++) {
+        means[i] = 0;
+        for (uint32_t seed = 0; seed < contest->seed_count; seed++)
+            means[i] += scores[(size_t)seed * contest->photo_count + i] / contest->seed_count;
+    }
+}
+
+static bool all_finite(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
+enum vw_status vw_judge_leave_one_out(const struct vw_contest *contest, const double *scores, struct vw_judgements *judgements) {
+    double *worths = vw_allocate(contest->photo_count, 2 * sizeof *worths);
+    if (!worths) return VW_ERROR_MEMORY;
+    double *said = worths + contest->photo_count;
+    enum vw_status status = VW_OK;
+    mean_over_seeds(contest, scores, worths);
+    for (uint32_t i = 0; !status && i < contest->contestant_count; i++) {
+        struct vw_judgement row = {.method = contest->contestants[i].name, .low = NAN, .high = NAN, .count = contest->photo_count};
+        mean_over_seeds(contest, contest->contestants[i].scores, said);
+        row.value = NAN;
+        if (all_finite(worths, contest->photo_count) && all_finite(said, contest->photo_count))
+            status = vw_spearman(worths, said, contest->photo_count, &row.value);
+        if (!status) status = vw_judgements_add(judgements, "leave_one_out", "spearman", row);
+    }
+    free(worths);
+    return status;
+}

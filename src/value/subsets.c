@@ -1,0 +1,60 @@
+#include "value/subsets.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+
+static const uint64_t SUBSET_SEED = 0x73756273657473; // of no training: --seed counts up from small numbers
+enum { DRAWS_PER_SUBSET = 100 };
+
+static int compare_places(const void *a, const void *b) {
+    uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
+    return (left > right) - (left < right);
+}
+
+static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
+    for (uint32_t i = 0; i < subsets->count; i++)
+        if (!memcmp(subsets->places + (size_t)i * subsets->size, places, subsets->size * sizeof *places)) return true;
+    return false;
+}
+
+enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets) {
+    *subsets = (struct vw_subsets){.size = photo_count / 2};
+    subsets->places = vw_allocate((size_t)count * subsets->size, sizeof *subsets->places);
+    subsets->outcomes = vw_allocate((size_t)count * VW_SUBSET_SEEDS, sizeof *subsets->outcomes);
+    uint32_t *order = vw_allocate(photo_count, sizeof *order);
+    if (!subsets->places || !subsets->outcomes || !order) {
+        free(order);
+        return VW_ERROR_MEMORY;
+    }
+    for (uint64_t draw = 0; subsets->count < count && draw < (uint64_t)count * DRAWS_PER_SUBSET; draw++) {
+        vw_random_order(SUBSET_SEED, draw, photo_count, order);
+        qsort(order, subsets->size, sizeof *order, compare_places);
+        if (is_known(subsets, order)) continue;
+        memcpy(subsets->places + (size_t)subsets->count++ * subsets->size, order, subsets->size * sizeof *order);
+    }
+    free(order);
+    return VW_OK;
+}
+
+enum vw_status vw_subsets_try(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed, vw_trial_function *try_trial,
+                              void *context) {
+    uint32_t *views = vw_allocate(subsets->size, sizeof *views);
+    enum vw_status status = views ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < subsets->count * VW_SUBSET_SEEDS; i++) {
+        const uint32_t *places = subsets->places + (size_t)(i / VW_SUBSET_SEEDS) * subsets->size;
+        const struct vw_trial trial = {.views = views, .view_count = subsets->size, .seed = first_seed + i % VW_SUBSET_SEEDS};
+        for (uint32_t member = 0; member < subsets->size; member++) views[member] = photos[places[member]];
+        status = try_trial(context, &trial, &subsets->outcomes[i]);
+    }
+    free(views);
+    return status;
+}
+
+void vw_subsets_free(struct vw_subsets *subsets) {
+    free(subsets->places);
+    free(subsets->outcomes);
+}

@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# `viewworth benchmark` on a tiny recipe: what it writes, that it goes on after a kill, and that it trains nothing twice. Takes the
+# program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cat >"$folder/tiny.json" <<'RECIPE'
+{
+    "viewworth_recipe": 1, "seed": 3,
+    "image": {"width_px": 16, "height_px": 12},
+    "box": {"centre": [0, 0, 0], "half_extent": 1},
+    "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 0.6,
+                "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
+    "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50, "split": "val"},
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 3, "count": 1, "start_deg": 7, "field_of_view_deg": 50, "split": "test"}],
+    "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
+}
+RECIPE
+tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --device llvmpipe)
+
+benchmark() { # benchmark OUT [OPTION]...
+    "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
+    cat "$folder/stderr"
+    return 1
+}
+ask() { sqlite3 "$folder/$1/trials.db" "$2"; }
+trials() { ask "$1" 'SELECT count(*) FROM trial'; }
+row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row JUDGEMENT,METHOD: how many there are
+fails() { # fails CODE PATTERN COMMAND...
+    local code=0
+    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+benchmark_quietly() { "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" --quiet; }
+
+# ---- What it leaves ----
+
+check "a benchmark without interruption" benchmark whole --subsets 8 --leave-one-out
+check "the table names methods and controls" grep -qE '^dv_psnr +[01]\.' "$folder/stdout"
+check "and what noise permits" grep -q '^noise ceiling' "$folder/stdout"
+check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder/whole/seed_1/scores.csv"
+check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,judgement,method,value,low,high,count
+for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/spoiled,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
+    seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
+    harm/wrong_pose,trials removal_low/20,dv_psnr removal_low/50,random addition_high/30,truth leave_one_out/spearman,sfm_points \
+    cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
+    check "a row $wanted" test "$(row "$wanted")" = 1
+done
+rows=$(wc -l <"$folder/whole/benchmark.csv")
+check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM judgement')" = "$((rows - 1))"
+check "truth finds all spoiled photos" grep -q "^$folder/tiny.json,auc/spoiled,truth,1,,,8$" "$folder/whole/benchmark.csv"
+check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM trial WHERE view_count = 3 AND trial_id IN
+    (SELECT trial_id FROM trial ORDER BY rowid LIMIT 17)')" = 16
+check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM trial WHERE view_count = 3 GROUP BY views
+    HAVING count(*) <> 2 OR min(seed) <> 0 OR max(seed) <> 1)')" = 0
+
+# ---- Resuming and reusing ----
+
+cp "$folder/whole/benchmark.csv" "$folder/first.csv"
+before=$(trials whole)
+check "a finished benchmark is repeated" benchmark whole --subsets 8 --leave-one-out
+check "with the same bytes" cmp "$folder/first.csv" "$folder/whole/benchmark.csv"
+check "and without a training" test "$(trials whole)" = "$before"
+check "more subsets add trainings" benchmark whole --subsets 10 --curves none --json
+check "of the new subsets alone" test "$(($(trials whole) - before))" -le 4
+check "its JSON is whole" grep -q '"judgements"' "$folder/stdout"
+check "without curves none are judged" test "$(row removal_low/20,random)" = 0
+
+stop_benchmark() { # stop_benchmark SIGNAL OUT COUNT: once so many trials are recorded
+    "$program" benchmark "$folder/tiny.json" --out "$folder/$2" "${tiny[@]}" --subsets 8 --leave-one-out \
+        >"$folder/stdout" 2>"$folder/stderr" &
+    local process=$! code=0
+    until [[ $(trials "$2" 2>/dev/null || echo 0) -ge $3 || ! -d /proc/$process ]]; do sleep 0.05; done
+    kill "-$1" "$process" 2>/dev/null
+    wait "$process" 2>/dev/null || code=$?
+    [[ $1 == KILL && $code -eq 137 ]] || { [[ $code -eq 1 ]] && grep -q 'the same command goes on' "$folder/stderr"; }
+}
+check "a benchmark is killed" stop_benchmark KILL stopped 3
+check "it is stopped once more" stop_benchmark TERM stopped 9
+check "it goes on" benchmark stopped --subsets 8 --leave-one-out
+check "to the same bytes" cmp "$folder/first.csv" "$folder/stopped/benchmark.csv"
+
+# ---- Refusals ----
+
+refused() { "$program" benchmark "$folder/tiny.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
+check "too few subsets" fails 2 'subsets' refused --subsets 3
+check "no epoch to score" fails 2 'burn-in' refused --epochs 1
+check "a recipe has defects of its own" fails 2 'plant.*recipe' refused --plant 2 --quiet
+check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
+mkdir -p "$folder/other" && echo "no trials" >"$folder/other/trials.db"
+check "a file that holds no trials" fails 2 'trials.db.*not' benchmark_quietly other
+check "which stays as it was" test "$(cat "$folder/other/trials.db")" = "no trials"
+conclude

@@ -1,0 +1,104 @@
+// Measuring whole views agrees with validation on the pixels that it looks at, and with rendering on all of them.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/trainer_fixture.h"
+
+static void assert_near(double value, double expected, double tolerance, const char *what) {
+    if (!(fabs(value - expected) <= tolerance * fabs(expected))) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+}
+
+// Trains to the end, and lends what validation found last.
+static struct vw_trainer *train(const struct vw_scene *scene, const char *effects, struct vw_view_error last[TEST_VALS]) {
+    struct vw_config config = test_config();
+    const struct vw_step_record *records;
+    uint32_t count;
+    strcpy(config.effects, effects);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    do {
+        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        if (count) memcpy(last, records[count - 1].views, TEST_VALS * sizeof *last);
+    } while (count);
+    return trainer;
+}
+
+// Validation adds up in two floats and fits in floats: 24 bits of what a few dozen pixels sum to.
+static void the_pixels_of_validation_give_its_errors(void **state) {
+    (void)state;
+    static const char *const effects[] = {"none", "appearance"};
+    for (int i = 0; i < 2; i++) {
+        struct vw_scene *scene = test_scene();
+        struct vw_view_error last[TEST_VALS], measured[TEST_VALS];
+        struct vw_trainer *trainer = train(scene, effects[i], last);
+        assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS, measured));
+        for (uint32_t v = 0; v < TEST_VALS; v++) {
+            assert_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
+            assert_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
+        }
+        vw_trainer_destroy(&trainer);
+        vw_scene_close(&scene);
+    }
+}
+
+static void all_pixels_give_the_errors_of_a_render(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_view_error last[TEST_VALS], measured;
+    struct vw_trainer *trainer = train(scene, "none", last);
+    uint32_t view = trainer->val_views[1];
+    const struct vw_image *image = &scene->views[view].image;
+    uint32_t pixels = image->width_px * image->height_px;
+    float *rgb = NULL;
+    double squared = 0, absolute = 0;
+    assert_ok(vw_trainer_measure_views(trainer, &view, 1, 100000, &measured));
+    assert_ok(vw_trainer_render(trainer, view, &rgb));
+    for (uint32_t i = 0; i < pixels; i++) {
+        float rgba[4];
+        vw_image_pixel(image, i % image->width_px, i / image->width_px, rgba);
+        for (int c = 0; c < 3; c++) {
+            double missing = (double)rgb[3 * i + (uint32_t)c] - rgba[c];
+            squared += missing * missing / (3.0 * pixels);
+            absolute += fabs(missing) / (3.0 * pixels);
+        }
+    }
+    assert_near(measured.mse, squared, 1e-6, "the squared error"); // targets pass through floats on the way
+    assert_near(measured.l1, absolute, 1e-6, "the absolute error");
+    free(rgb);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+static void hidden_pixels_do_not_count(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_view_error last[TEST_VALS], whole, half;
+    struct vw_trainer *trainer = train(scene, "none", last);
+    struct vw_view *view = &scene->views[trainer->val_views[0]];
+    uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
+    assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &whole));
+    view->mask = malloc(pixels);
+    for (uint32_t i = 0; i < pixels; i++) view->mask[i] = i % width_px < width_px / 2 ? VW_MASK_HIDE : VW_MASK_KEEP;
+    assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half));
+    assert_true(half.mse != whole.mse && half.mse > 0);
+    memset(view->mask, VW_MASK_HIDE, pixels);
+    assert_int_equal(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), view->name));
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_pixels_of_validation_give_its_errors),
+        cmocka_unit_test(all_pixels_give_the_errors_of_a_render),
+        cmocka_unit_test(hidden_pixels_do_not_count),
+    };
+    return cmocka_run_group_tests_name("measure_views", tests, NULL, test_gpu_close);
+}

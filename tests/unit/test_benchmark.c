@@ -1,0 +1,392 @@
+// The judges of methods on games whose values are known: additive ones, in which a photo adds what it is worth, with noise of a known
+// size for every training.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "value/contest.h"
+#include "viewworth/random.h"
+#include "viewworth/status.h"
+
+#define ASSERT_OK(call)                                                                                                                    \
+    do {                                                                                                                                   \
+        enum vw_status status_of_call = (call);                                                                                            \
+        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                                    \
+    } while (0)
+
+enum { PHOTOS = 12, SEEDS = 2, FIRST_SEED = 40 };
+
+// Photo i is image 3 i + 1, as validation views lie between.
+static const double worths[PHOTOS] = {0.9, 0.4, -1.3, 0.7, 0.3, -1.0, 0.8, 0.5, -0.7, 0.6, 0.2, -0.5};
+static const char *const truths[PHOTOS] = {"clean", "clean", "blur",  "clean", "clean", "blur",
+                                           "clean", "clean", "noise", "clean", "clean", "noise"};
+static uint32_t photos[PHOTOS];
+static double scores_of[4][SEEDS * PHOTOS]; // worths, opposite, flat, a few wrong
+static const struct vw_contestant contestants[] = {
+    {"dv_psnr", scores_of[3]}, {"worths", scores_of[0]}, {"opposite", scores_of[1]}, {"flat", scores_of[2]}};
+static const struct vw_contest contest = {
+    .photos = photos, .truths = truths, .photo_count = PHOTOS, .contestants = contestants, .contestant_count = 4, .seed_count = SEEDS};
+
+struct game {
+    double noise_db;      // standard deviation of a training's outcome
+    uint32_t trials, odd; // that were asked for; with other than ascending, different photos
+    bool fails, lacks_tests;
+};
+
+static double noise_of(const struct vw_trial *trial) {
+    uint32_t words[4], key = 0;
+    for (uint32_t i = 0; i < trial->view_count; i++) key = key * 31 + trial->views[i];
+    vw_random_words(trial->seed, VW_RANDOM_JITTER, 7, key, 0, words);
+    double sum = -2; // of four uniform numbers: variance 1/3
+    for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
+    return sum * sqrt(3);
+}
+
+static enum vw_status play(void *context, const struct vw_trial *trial, struct vw_outcome *outcome) {
+    struct game *game = context;
+    double psnr_db = 20;
+    game->trials++;
+    if (game->fails) return vw_fail(VW_ERROR_DEVICE, "the game is over");
+    for (uint32_t i = 0; i < trial->view_count; i++) {
+        game->odd += (i && trial->views[i] <= trial->views[i - 1]) || trial->views[i] % 3 != 1;
+        psnr_db += worths[trial->views[i] / 3];
+    }
+    psnr_db += game->noise_db * noise_of(trial);
+    *outcome = (struct vw_outcome){
+        .val_psnr = psnr_db, .test_psnr = game->lacks_tests ? NAN : psnr_db + 1, .val_l1 = NAN, .test_l1 = NAN, .seconds = 1};
+    return VW_OK;
+}
+
+static int set_up(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < PHOTOS; i++) photos[i] = 3 * i + 1;
+    for (uint32_t i = 0; i < SEEDS * PHOTOS; i++) {
+        uint32_t photo = i % PHOTOS;
+        scores_of[0][i] = 2 * worths[photo] + 5; // subsets are of one size: shift and scale of scores change no order
+        scores_of[1][i] = -worths[photo];
+        scores_of[2][i] = 3;
+        scores_of[3][i] = photo % 4 ? worths[photo] : -worths[photo];
+    }
+    return 0;
+}
+
+static void assert_near(double value, double expected, double tolerance, const char *what) {
+    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+}
+
+static const struct vw_judgement *find(const struct vw_judgements *judgements, const char *group, const char *name, const char *method) {
+    const struct vw_judgement *row = vw_judgements_find(judgements, group, name, method);
+    if (!row) fail_msg("no row %s/%s of %s", group, name, method);
+    return row;
+}
+
+static void play_subsets(struct game *game, uint32_t count, struct vw_subsets *subsets) {
+    ASSERT_OK(vw_subsets_draw(PHOTOS, count, subsets));
+    ASSERT_OK(vw_subsets_try(subsets, photos, FIRST_SEED, play, game));
+    assert_int_equal(game->odd, 0);
+}
+
+// ---- Subsets --------------------------------------------------------------------------------------------------------------
+
+static void halves_are_different_and_balanced(void **state) {
+    (void)state;
+    struct vw_subsets subsets;
+    uint32_t times[PHOTOS] = {0};
+    ASSERT_OK(vw_subsets_draw(PHOTOS, 200, &subsets));
+    assert_int_equal(subsets.count, 200);
+    assert_int_equal(subsets.size, PHOTOS / 2);
+    for (uint32_t i = 0; i < subsets.count; i++) {
+        const uint32_t *places = subsets.places + i * subsets.size;
+        for (uint32_t j = 0; j < subsets.size; j++) {
+            assert_true(places[j] < PHOTOS && (!j || places[j] > places[j - 1]));
+            times[places[j]]++;
+        }
+        for (uint32_t other = 0; other < i; other++)
+            assert_memory_not_equal(places, subsets.places + other * subsets.size, subsets.size * sizeof *places);
+    }
+    // 200 draws with probability 1/2: standard deviation 7.1, of which five are allowed.
+    for (uint32_t i = 0; i < PHOTOS; i++) assert_true(times[i] > 64 && times[i] < 136);
+    vw_subsets_free(&subsets);
+}
+
+static void there_are_no_more_halves_than_exist(void **state) {
+    (void)state;
+    struct vw_subsets subsets;
+    ASSERT_OK(vw_subsets_draw(4, 50, &subsets));
+    assert_int_equal(subsets.count, 6); // 4 over 2
+    vw_subsets_free(&subsets);
+}
+
+static void a_failing_training_ends_it(void **state) {
+    (void)state;
+    struct game game = {.fails = true};
+    struct vw_subsets subsets;
+    ASSERT_OK(vw_subsets_draw(PHOTOS, 20, &subsets));
+    assert_int_equal(vw_subsets_try(&subsets, photos, FIRST_SEED, play, &game), VW_ERROR_DEVICE);
+    assert_int_equal(game.trials, 1);
+    vw_subsets_free(&subsets);
+}
+
+// ---- Detection ------------------------------------------------------------------------------------------------------------
+
+// Eight clean photos, two of either kind. By hand, for the scores of "dv_psnr": clean -0.9 (photo 0), 0.4, 0.7, -0.3 (photo 4), 0.8, 0.5,
+// 0.6, 0.2; blur -1.3 and -1.0 lie below all; noise +0.7 (photo 8), above all but 0.8 and level with 0.7, and -0.5, above -0.9 alone.
+static void auc_by_hand(void **state) {
+    (void)state;
+    struct vw_judgements judgements = {0};
+    ASSERT_OK(vw_judge_detection(&contest, &judgements));
+    assert_near(find(&judgements, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
+    assert_near(find(&judgements, "auc", "noise", "dv_psnr")->value, (1.5 + 7) / 16, 1e-15, "AUC of noise");
+    assert_near(find(&judgements, "auc", "spoiled", "dv_psnr")->value, (16 + 1.5 + 7) / 32, 1e-15, "AUC of all");
+    assert_near(find(&judgements, "auc", "spoiled", "worths")->value, 1, 0, "AUC of the worths");
+    assert_near(find(&judgements, "auc", "spoiled", "opposite")->value, 0, 0, "AUC of their opposites");
+    assert_near(find(&judgements, "auc", "spoiled", "flat")->value, 0.5, 0, "AUC of equal scores");
+    assert_int_equal(find(&judgements, "auc", "noise", "flat")->count, 16);
+    assert_int_equal(judgements.count, 12);
+    free(judgements.rows);
+}
+
+static void seeds_agree_over_all_and_within_clean(void **state) {
+    (void)state;
+    struct vw_judgements judgements = {0};
+    for (uint32_t i = 0; i < PHOTOS; i++) scores_of[0][PHOTOS + i] = (vw_photo_is_clean(&contest, i) ? -1 : 1) * worths[i];
+    ASSERT_OK(vw_judge_seeds(&contest, &judgements));
+    assert_near(find(&judgements, "seed_pearson", "all", "dv_psnr")->value, 1, 1e-12, "r of equal scores");
+    assert_near(find(&judgements, "seed_pearson", "clean", "worths")->value, -1, 1e-12, "r within clean");
+    assert_near(find(&judgements, "seed_spearman", "clean", "worths")->value, -1, 1e-12, "rho within clean");
+    assert_int_equal(find(&judgements, "seed_spearman", "clean", "worths")->count, 8);
+    assert_true(isnan(find(&judgements, "seed_pearson", "all", "flat")->value));
+    free(judgements.rows);
+}
+
+// ---- Foretelling ----------------------------------------------------------------------------------------------------------
+
+static void true_worths_foretell_an_additive_game(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 200, &subsets);
+    assert_int_equal(game.trials, 400);
+    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    // Sums that are equal in theory may differ in their last bits, in either order: not quite 1.
+    assert_near(find(&judgements, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS of the worths");
+    assert_near(find(&judgements, "lds", "test_psnr", "worths")->value, 1, 1e-3, "LDS of the worths on test photos");
+    assert_near(find(&judgements, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
+    assert_near(find(&judgements, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
+    assert_true(isnan(find(&judgements, "lds", "val_psnr", "flat")->value));
+    // The correlation of two rankings of 12: standard deviation 1 / sqrt(11) = 0.30, and 2 of them on either side.
+    const struct vw_judgement *chance = find(&judgements, "lds", "val_psnr", "chance");
+    assert_true(chance->low < -0.45 && chance->low > -0.7 && chance->high > 0.45 && chance->high < 0.7);
+    double reference = find(&judgements, "lds", "val_psnr", "dv_psnr")->value;
+    const struct vw_judgement *gain = find(&judgements, "lds_gain", "val_psnr", "worths");
+    assert_true(reference > 0.3 && reference < 0.95);
+    assert_near(gain->value, find(&judgements, "lds", "val_psnr", "worths")->value - reference, 1e-12, "the gain");
+    assert_true(gain->low > 0 && gain->low < gain->value && gain->value < gain->high);
+    const struct vw_judgement *none = find(&judgements, "lds_gain", "val_psnr", "dv_psnr");
+    assert_true(none->value == 0 && none->low == 0 && none->high == 0); // paired: the same resamples
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
+// Variance of the sum of a random half: n/4 N/(N-1) var(worths) of 12; noise of the same size makes two trainings agree by 1/2, and their
+// mean with the truth by sqrt(2/3).
+static void noise_lowers_the_ceiling_as_theory_says(void **state) {
+    (void)state;
+    double mean = 0, variance = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++) mean += worths[i] / PHOTOS;
+    for (uint32_t i = 0; i < PHOTOS; i++) variance += pow(worths[i] - mean, 2) / PHOTOS;
+    struct game game = {.noise_db = sqrt(variance * PHOTOS * PHOTOS / 4 / (PHOTOS - 1))};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 800, &subsets);
+    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    // Standard error of a correlation of 0.5 over 800: 0.75 / sqrt(800) = 0.027, three of which are allowed here and below.
+    assert_near(find(&judgements, "agreement", "val_psnr", "outcomes")->value, 0.5, 0.08, "the agreement of two trainings");
+    assert_near(find(&judgements, "lds", "val_psnr", "noise ceiling")->value, sqrt(2.0 / 3), 0.05, "the ceiling");
+    // Spearman's correlation of normal variables lies a little below Pearson's: 0.80 for 0.816.
+    assert_near(find(&judgements, "lds", "val_psnr", "worths")->value, 0.80, 0.05, "LDS of the worths");
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
+// The interval of 100 subsets holds what 800 others say, in nearly all of 20 games.
+static void intervals_cover(void **state) {
+    (void)state;
+    struct game game = {.noise_db = 1.5};
+    struct vw_subsets many;
+    struct vw_judgements truth = {0};
+    play_subsets(&game, 900, &many);
+    ASSERT_OK(vw_judge_subsets(&contest, &many, &truth));
+    double expected = find(&truth, "lds", "val_psnr", "dv_psnr")->value;
+    uint32_t covered = 0, games = 9;
+    for (uint32_t i = 0; i < games; i++) { // disjoint hundreds
+        struct vw_subsets part = many;
+        struct vw_judgements judgements = {0};
+        part.count = 100;
+        part.places += (size_t)i * 100 * part.size;
+        part.outcomes += (size_t)i * 100 * VW_SUBSET_SEEDS;
+        ASSERT_OK(vw_judge_subsets(&contest, &part, &judgements));
+        const struct vw_judgement *row = find(&judgements, "lds", "val_psnr", "dv_psnr");
+        covered += row->low <= expected && expected <= row->high;
+        assert_true(row->high - row->low > 0.1 && row->high - row->low < 0.6); // about 4 (1 - r^2) / sqrt(100)
+        free(judgements.rows);
+    }
+    // Of nine intervals of 95 %, three or more miss with probability 0.008.
+    if (covered + 2 < games) fail_msg("only %u of %u intervals hold %g", covered, games, expected);
+    vw_subsets_free(&many);
+    free(truth.rows);
+}
+
+static void trainings_without_value_are_left_out(void **state) {
+    (void)state;
+    struct game game = {.lacks_tests = true};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 40, &subsets);
+    subsets.outcomes[VW_SUBSET_SEEDS * 7 + 1].val_psnr = NAN;
+    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    assert_int_equal(find(&judgements, "lds", "val_psnr", "worths")->count, 39);
+    assert_null(vw_judgements_find(&judgements, "lds", "test_psnr", "worths"));
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
+// As where a training of leave-one-out did not end in a finite value.
+static void a_photo_without_score_leaves_a_method_without_judgement(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 40, &subsets);
+    scores_of[1][3] = NAN;
+    ASSERT_OK(vw_judge_detection(&contest, &judgements));
+    ASSERT_OK(vw_judge_seeds(&contest, &judgements));
+    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    ASSERT_OK(vw_judge_leave_one_out(&contest, scores_of[0], &judgements));
+    assert_true(isnan(find(&judgements, "auc", "blur", "opposite")->value));
+    assert_true(isnan(find(&judgements, "seed_pearson", "all", "opposite")->value));
+    assert_true(isnan(find(&judgements, "lds", "val_psnr", "opposite")->value));
+    assert_true(isnan(find(&judgements, "leave_one_out", "spearman", "opposite")->value));
+    assert_true(isfinite(find(&judgements, "lds", "val_psnr", "worths")->value));
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
+// Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6. With and without a photo, the others' mean differs by
+// 1 / 11 of what the photo itself is worth: a factor of 12 / 11.
+static void harm_is_what_a_kind_is_worth_less(void **state) {
+    (void)state;
+    struct game game = {.noise_db = 0.05};
+    struct vw_subsets subsets;
+    struct vw_judgements judgements = {0};
+    play_subsets(&game, 900, &subsets);
+    ASSERT_OK(vw_judge_harm(&contest, &subsets, &judgements));
+    const struct vw_judgement *blur = find(&judgements, "harm", "blur", "trials"), *noise = find(&judgements, "harm", "noise", "trials");
+    assert_near(blur->value, 1.70 * 12 / 11, 0.1, "harm of blur"); // nearly all 924 halves: little is left to chance
+    assert_near(noise->value, 1.15 * 12 / 11, 0.1, "harm of noise");
+    assert_true(blur->low < blur->value && blur->value < blur->high && blur->low > 0 && blur->count == 2);
+    ASSERT_OK(vw_judge_harmful(&contest, &judgements));
+    assert_int_equal(find(&judgements, "auc", "harmful", "worths")->count, 32);
+    vw_subsets_free(&subsets);
+    free(judgements.rows);
+}
+
+static void only_kinds_that_do_harm_count_as_harmful(void **state) {
+    (void)state;
+    struct vw_judgements judgements = {0};
+    const struct vw_judgement sure = {.method = "trials", .value = 1, .low = 0.5, .high = 1.5},
+                              unsure = {.method = "trials", .value = 0.2, .low = -0.1, .high = 0.5};
+    ASSERT_OK(vw_judgements_add(&judgements, "harm", "noise", sure));
+    ASSERT_OK(vw_judgements_add(&judgements, "harm", "blur", unsure));
+    ASSERT_OK(vw_judge_harmful(&contest, &judgements));
+    const struct vw_judgement *row = find(&judgements, "auc", "harmful", "dv_psnr");
+    assert_near(row->value, (1.5 + 7) / 16, 1e-15, "AUC of the harmful kind");
+    assert_int_equal(row->count, 16);
+    free(judgements.rows);
+}
+
+// ---- Curves ---------------------------------------------------------------------------------------------------------------
+
+static void curves_of_true_worths_are_best(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_judgements judgements = {0};
+    ASSERT_OK(vw_judge_random_curve(&contest, FIRST_SEED, play, &game, &judgements));
+    for (uint32_t i = 0; i < contest.contestant_count; i++)
+        ASSERT_OK(vw_judge_curve(&contest, &contestants[i], FIRST_SEED, play, &game, &judgements));
+    assert_int_equal(game.odd, 0);
+    // 20 % of 12 are 2: the worst, -1.3 and -1.0; the best, 0.9 and 0.8. 30 % are 4: all spoiled ones.
+    assert_near(find(&judgements, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    assert_near(find(&judgements, "removal_high", "20", "worths")->value, -1.7, 1e-12, "removing the two best");
+    assert_near(find(&judgements, "removal_low", "30", "worths")->value, 3.5, 1e-12, "removing the four worst");
+    assert_near(find(&judgements, "removal_low", "20", "opposite")->value, -1.7, 1e-12, "removing the wrong ones");
+    assert_near(find(&judgements, "addition_high", "10", "worths")->value, 0.9 - 0.9, 1e-12, "the best alone, for all of 0.9");
+    assert_near(find(&judgements, "addition_low", "10", "worths")->value, -1.3 - 0.9, 1e-12, "the worst alone");
+    assert_near(find(&judgements, "addition_high", "50", "worths")->value, find(&judgements, "removal_low", "50", "worths")->value, 1e-12,
+                "half is half");
+    static const char *const shares[] = {"10", "20", "30", "50"};
+    for (int i = 0; i < 4; i++) {
+        double best = find(&judgements, "removal_low", shares[i], "worths")->value;
+        static const char *const others[] = {"dv_psnr", "opposite", "flat", "random"};
+        for (int j = 0; j < 4; j++) assert_true(best >= find(&judgements, "removal_low", shares[i], others[j])->value);
+    }
+    assert_int_equal(find(&judgements, "removal_low", "20", "worths")->count, 2);
+    assert_int_equal(find(&judgements, "removal_low", "20", "random")->count, 6);
+    assert_null(vw_judgements_find(&judgements, "removal_high", "20", "random"));
+    free(judgements.rows);
+}
+
+// A curve is of test photos where there are some; and asks for no more trainings than it says.
+static void curves_without_tests_are_of_validation(void **state) {
+    (void)state;
+    struct game game = {.lacks_tests = true};
+    struct vw_judgements judgements = {0};
+    ASSERT_OK(vw_judge_curve(&contest, &contestants[1], FIRST_SEED, play, &game, &judgements));
+    assert_near(find(&judgements, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    assert_true(game.trials <= vw_curve_trainings() + VW_SUBSET_SEEDS);
+    free(judgements.rows);
+}
+
+static void leave_one_out_finds_the_worths(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_judgements judgements = {0};
+    double scores[SEEDS * PHOTOS];
+    ASSERT_OK(vw_leave_one_out(&contest, FIRST_SEED, play, &game, scores));
+    assert_int_equal(game.trials, SEEDS * (PHOTOS + 1));
+    assert_int_equal(game.odd, 0);
+    for (uint32_t i = 0; i < SEEDS * PHOTOS; i++) assert_near(scores[i], worths[i % PHOTOS], 1e-12, "a photo left out");
+    ASSERT_OK(vw_judge_leave_one_out(&contest, scores, &judgements));
+    assert_near(find(&judgements, "leave_one_out", "spearman", "worths")->value, 1, 1e-12, "rho of the worths");
+    assert_near(find(&judgements, "leave_one_out", "spearman", "opposite")->value, -1, 1e-12, "rho of their opposites");
+    free(judgements.rows);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(halves_are_different_and_balanced, set_up),
+        cmocka_unit_test_setup(there_are_no_more_halves_than_exist, set_up),
+        cmocka_unit_test_setup(a_failing_training_ends_it, set_up),
+        cmocka_unit_test_setup(auc_by_hand, set_up),
+        cmocka_unit_test_setup(seeds_agree_over_all_and_within_clean, set_up),
+        cmocka_unit_test_setup(true_worths_foretell_an_additive_game, set_up),
+        cmocka_unit_test_setup(noise_lowers_the_ceiling_as_theory_says, set_up),
+        cmocka_unit_test_setup(intervals_cover, set_up),
+        cmocka_unit_test_setup(trainings_without_value_are_left_out, set_up),
+        cmocka_unit_test_setup(a_photo_without_score_leaves_a_method_without_judgement, set_up),
+        cmocka_unit_test_setup(harm_is_what_a_kind_is_worth_less, set_up),
+        cmocka_unit_test_setup(only_kinds_that_do_harm_count_as_harmful, set_up),
+        cmocka_unit_test_setup(curves_of_true_worths_are_best, set_up),
+        cmocka_unit_test_setup(curves_without_tests_are_of_validation, set_up),
+        cmocka_unit_test_setup(leave_one_out_finds_the_worths, set_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,137 @@
+// The file of trials: what is appended comes back after it is opened again, and what is no such file is refused.
+#include "unit/ledger_fixture.h"
+
+#include "unit/ledger_sql.h"
+#include "viewworth/trials.h"
+
+static struct vw_trials *open_trials(const char *folder) {
+    struct vw_trials *trials = NULL;
+    char *path = vw_path_join(folder, "trials.db");
+    ASSERT_OK(vw_trials_open(path, &trials));
+    free(path);
+    return trials;
+}
+
+static const uint32_t views[] = {1, 3, 17};
+static const struct vw_trial trial = {.views = views, .view_count = 3, .seed = 5};
+static const struct vw_outcome outcome = {.val_psnr = 20.125, .val_l1 = 0.1, .test_psnr = NAN, .test_l1 = 1.0 / 3, .seconds = 2.5};
+
+static void trials_come_back(void **state) {
+    struct vw_trials *trials = open_trials(*state);
+    struct vw_outcome found_outcome = {0};
+    bool found = true;
+    uint64_t count = 9;
+    ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
+    assert_false(found);
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    vw_trials_close(&trials);
+    assert_null(trials);
+    trials = open_trials(*state);
+    ASSERT_OK(vw_trials_count(trials, &count));
+    assert_int_equal(count, 1);
+    ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
+    assert_true(found);
+    assert_true(found_outcome.val_psnr == outcome.val_psnr && found_outcome.val_l1 == outcome.val_l1);
+    assert_true(isnan(found_outcome.test_psnr) && found_outcome.test_l1 == outcome.test_l1 && found_outcome.seconds == 2.5);
+    ASSERT_OK(vw_trials_find(trials, HEX_B, &found, &found_outcome));
+    assert_false(found);
+    vw_trials_close(&trials);
+}
+
+static void the_first_outcome_of_a_trial_stays(void **state) {
+    struct vw_trials *trials = open_trials(*state);
+    struct vw_outcome other = outcome, found_outcome = {0};
+    bool found = false;
+    uint64_t count = 0;
+    other.val_psnr = 1;
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &other));
+    ASSERT_OK(vw_trials_count(trials, &count));
+    ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
+    assert_int_equal(count, 1);
+    assert_true(found_outcome.val_psnr == outcome.val_psnr);
+    vw_trials_close(&trials);
+}
+
+static void rows_are_plain_tables(void **state) {
+    struct vw_trials *trials = open_trials(*state);
+    const struct vw_judgement judgements[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
+                                              {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    ASSERT_OK(vw_trials_set_judgements(trials, HEX_B, HEX_A, judgements, 1));
+    ASSERT_OK(vw_trials_set_judgements(trials, HEX_B, HEX_A, judgements, 2)); // replaces
+    vw_trials_close(&trials);
+    char *path = vw_path_join(*state, "trials.db");
+    assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM trial", "1 3 17|3|5|30");
+    assert_answer(path,
+                  "SELECT group_concat(place || judgement || value || coalesce(low, '-') || count, ',') FROM"
+                  " (SELECT * FROM judgement ORDER BY place)",
+                  "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
+    free(path);
+}
+
+// Each is refused, and left as it was.
+static void refuse(const char *path, const void *bytes, size_t size_bytes) {
+    struct vw_trials *trials = NULL;
+    void *after = NULL;
+    size_t after_bytes = 0;
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes));
+    assert_int_equal(vw_trials_open(path, &trials), VW_ERROR_INPUT);
+    assert_null(trials);
+    ASSERT_OK(vw_file_read(path, 1 << 20, &after, &after_bytes));
+    assert_int_equal(after_bytes, size_bytes);
+    assert_memory_equal(after, bytes, size_bytes);
+    free(after);
+}
+
+static void what_is_no_file_of_trials_is_refused(void **state) {
+    char *path = vw_path_join(*state, "trials.db");
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    struct vw_trials *trials = open_trials(*state);
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    vw_trials_close(&trials);
+    ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
+    unsigned char *damaged = bytes;
+    memset(damaged + 100, 0x5a, 200); // the schema's page, behind the header
+    refuse(path, damaged, size_bytes);
+    free(bytes);
+    const char text[] = "these are no trials, though the file is there and is longer than the magic bytes";
+    refuse(path, text, sizeof text);
+    free(path);
+}
+
+static void a_ledger_is_no_file_of_trials(void **state) {
+    char *path = vw_path_join(*state, "trials.db");
+    struct vw_ledger *ledger = NULL;
+    struct vw_trials *trials = NULL;
+    struct vw_ledger_run run = test_run("{}");
+    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    vw_ledger_close(&ledger);
+    assert_int_equal(vw_trials_open(path, &trials), VW_ERROR_INPUT);
+    free(path);
+}
+
+// What a process leaves that was killed between creating the file and its first transaction.
+static void an_empty_file_is_begun(void **state) {
+    char *path = vw_path_join(*state, "trials.db");
+    uint64_t count = 9;
+    ASSERT_OK(vw_file_write(path, "", 0));
+    struct vw_trials *trials = open_trials(*state);
+    ASSERT_OK(vw_trials_count(trials, &count));
+    assert_int_equal(count, 0);
+    vw_trials_close(&trials);
+    free(path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(trials_come_back, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(the_first_outcome_of_a_trial_stays, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(rows_are_plain_tables, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(what_is_no_file_of_trials_is_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_ledger_is_no_file_of_trials, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_empty_file_is_begun, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
