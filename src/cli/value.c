@@ -135,12 +135,12 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
 static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct findings *findings) {
     const struct vw_probe_costs *costs = &findings->probe_costs;
     json_t *root = vw_training_to_json(run);
-    json_t *values =
-        json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
-                  vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db), "noise_floor",
-                  run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL, "stability", vw_until_stable_to_json(run),
-                  "same_state", vw_probe_costs_same_state_to_json(costs), "first_order", vw_probe_costs_first_order_to_json(costs),
-                  "most_valuable", photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
+    json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+                               vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
+                               "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL,
+                               "stability", vw_until_stable_to_json(run), "same_state", vw_probe_costs_same_state_to_json(costs),
+                               "first_order", vw_probe_costs_first_order_to_json(costs), "most_valuable",
+                               photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
                   !vw_validation_report_add_json(&findings->validation, root);
     json_decref(values);

@@ -34,7 +34,8 @@ bool same_state_due(const struct vw_trainer *trainer, uint64_t step) {
 // The pixels of probe `index` are drawn as those of the next step would be, by a draw that nothing else takes.
 static void draw_pixels(struct vw_trainer *trainer, uint64_t step, uint32_t index, struct vw_pixel *pixels) {
     uint32_t view = trainer->train_views[index / SAME_STATE_DRAWS];
-    pixels_draw(trainer->scene, view, vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step, TRAINER_STEP_DRAWS + index, trainer->config.rays, pixels);
+    pixels_draw(trainer->scene, view, vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step, TRAINER_STEP_DRAWS + index,
+                trainer->config.rays, pixels);
     if (!trainer->masks) pixels_unmask(trainer->scene, pixels, trainer->config.rays);
 }
 
