@@ -1,13 +1,11 @@
 #include "viewworth/report.h"
 
-#include <math.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/file.h"
+#include "viewworth/csv.h"
 #include "viewworth/memory.h"
 
 // A score with its image, and what sorts it.
@@ -37,32 +35,6 @@ static enum vw_status collect_rows(const char *path, const struct vw_ledger_scor
     return VW_OK;
 }
 
-// A text field, quoted when it must be (RFC 4180).
-static void print_text(FILE *stream, const char *text) {
-    if (!text) return;
-    if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, stream);
-        return;
-    }
-    fputc('"', stream);
-    for (const char *next = text; *next; next++) {
-        if (*next == '"') fputc('"', stream);
-        fputc(*next, stream);
-    }
-    fputc('"', stream);
-}
-
-// The shortest decimal that reads back to the same double; an empty field for NaN.
-static void print_real(FILE *stream, double value) {
-    if (isnan(value)) return;
-    char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) break;
-    }
-    fputs(text, stream);
-}
-
 // A further field; an empty one for 0.
 static void print_rank(FILE *stream, uint32_t rank) {
     if (rank) fprintf(stream, ",%u", rank);
@@ -70,45 +42,44 @@ static void print_rank(FILE *stream, uint32_t rank) {
 }
 
 static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
-    print_text(stream, row->image->name);
+    vw_csv_write_text(stream, row->image->name);
     fputc(',', stream);
-    print_text(stream, row->image->provider);
+    vw_csv_write_text(stream, row->image->provider);
     fprintf(stream, ",%s,", row->score->method);
-    print_real(stream, row->score->value);
+    vw_csv_write_real(stream, row->score->value);
     fprintf(stream, ",%s,", row->score->unit);
-    print_real(stream, row->score->standard_error);
+    vw_csv_write_real(stream, row->score->standard_error);
     fprintf(stream, ",%u,%u,", row->score->visits, rank);
-    print_real(stream, row->score->sampling_error);
+    vw_csv_write_real(stream, row->score->sampling_error);
     fputc(',', stream);
-    print_real(stream, row->score->low);
+    vw_csv_write_real(stream, row->score->low);
     fputc(',', stream);
-    print_real(stream, row->score->high);
+    vw_csv_write_real(stream, row->score->high);
     print_rank(stream, row->score->rank_low);
     print_rank(stream, row->score->rank_high);
     fputc('\n', stream);
 }
 
-static void print_table(FILE *stream, const struct row *rows, uint32_t count) {
+struct table {
+    const struct row *rows;
+    uint32_t count;
+};
+
+static void print_table(FILE *stream, const void *context) {
+    const struct table *table = context;
     fputs("name,provider,method,value,unit,stderr,visits,rank,sampling_error,low,high,rank_low,rank_high\n", stream);
-    for (uint32_t i = 0; i < count; i++) print_row(stream, &rows[i], i - rows[i].method_order + 1);
+    for (uint32_t i = 0; i < table->count; i++) print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
 }
 
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count) {
-    char *text = NULL;
-    size_t size_bytes = 0;
     struct row *rows = vw_allocate(score_count, sizeof *rows);
     if (!rows) return VW_ERROR_MEMORY;
     enum vw_status status = collect_rows(path, scores, score_count, images, image_count, rows);
-    if (status) goto done;
-    qsort(rows, score_count, sizeof *rows, compare_rows);
-    FILE *stream = open_memstream(&text, &size_bytes);
-    if (stream) print_table(stream, rows, score_count);
-    bool failed = !stream || ferror(stream);
-    if (stream && fclose(stream)) failed = true;
-    status = failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path) : vw_file_write(path, text, size_bytes);
-done:
-    free(text);
+    if (!status) {
+        qsort(rows, score_count, sizeof *rows, compare_rows);
+        status = vw_csv_write_file(path, print_table, &(struct table){rows, score_count});
+    }
     free(rows);
     return status;
 }
