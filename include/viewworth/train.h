@@ -72,11 +72,10 @@ enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 // The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS or VW_VARY_INIT.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
-// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects. Without `vary` and
-// `base_seed` everything varies.
 // The same training without what probes it: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
-// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
+// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects. Without `vary` and
+// `base_seed` everything varies.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 

@@ -58,7 +58,11 @@ extern const char vw_value_default_method[];
 // state); NaN without such a step and for methods that are no weighted sum of step deltas.
 // `*scores` is owned by the caller (free); method and unit strings are static. A method for which no photo has a visit that counts has no
 // scores; no step after burn-in gives count 0. VW_ERROR_INPUT for a step on an image that is not among them, VW_ERROR_MEMORY.
+// The probes' methods (src/value/probe_scores.h) have no intervals.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count);
+// One method's values alone, by image: what vw_value_score gives, but NaN for an image without a visit that counts, and everywhere where
+// `method` is not one of vw_value_methods. VW_ERROR_INPUT and VW_ERROR_MEMORY as there.
+enum vw_status vw_value_of_method(const struct vw_value_input *input, const char *method, double *values);
 
 // The noise of the measurement, from a run's probes of it (`value --noise-floor`). NaN where no probe of that kind has a value.
 struct vw_noise_floor {

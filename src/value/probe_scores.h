@@ -7,7 +7,9 @@
 // sqrt(mean over states of the draws' variance / visits), NaN where no state has two.
 //
 // first_order_*: the sum, over the photo's steps behind burn-in, of the measure's derivative along the step times the step. The standard
-// error is of a sum of `visits` contributions, as for dv_psnr; there is no sampling error.
+// error is that of a sum of `visits` independent contributions; there is no sampling error.
+//
+// Neither has an interval or one of its rank: these errors heed nothing that the states or the epochs of a run share.
 #ifndef VIEWWORTH_VALUE_PROBE_SCORES_H
 #define VIEWWORTH_VALUE_PROBE_SCORES_H
 

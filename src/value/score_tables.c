@@ -75,7 +75,7 @@ static void place(const struct vw_value_input *run, uint32_t run_index, const st
                   const struct vw_score_tables *tables, struct vw_score_table *table) {
     const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, score->image_id);
     uint32_t photo = image ? tables->photo_of_image[image - run->images] : UINT32_MAX;
-    if (photo < tables->photo_count) table->values[(size_t)run_index * tables->photo_count + photo] = score->value;
+    if (photo < tables->photo_count) table->values[(size_t)run_index * tables->photo_count + photo] = score->visits ? score->value : NAN;
 }
 
 static enum vw_status add_run(const struct vw_value_input *run, uint32_t run_index, size_t *capacity, struct vw_score_tables *tables) {

@@ -10,7 +10,7 @@
 
 struct vw_score_table {
     const char *method, *unit;
-    double *values; // owned; [run * photo_count + photo]; NaN where the run has no such score
+    double *values; // owned; [run * photo_count + photo]; NaN where the run has no such score, or no visit that counts into it
 };
 
 struct vw_score_tables {

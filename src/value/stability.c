@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "value/score_tables.h"
 #include "viewworth/memory.h"
 #include "viewworth/statistics.h"
 
@@ -13,38 +14,25 @@ static uint32_t count_train_photos(const struct vw_value_input *input) {
     return count;
 }
 
-// The records of step 0 and of the first `epochs` epochs.
-static uint64_t count_records(uint32_t photos, uint32_t epochs) { return 1 + (uint64_t)photos * epochs; }
-
-static struct vw_value_input first_epochs(const struct vw_value_input *input, uint32_t photos, uint32_t epochs) {
-    struct vw_value_input part = *input;
-    part.record_count = count_records(photos, epochs);
-    return part;
-}
-
-// The method's scores, in image order: `count` of them, one per train photo.
-static enum vw_status list_values(const struct vw_value_input *input, const char *method, double *values, uint32_t *count) {
-    struct vw_ledger_score *scores = NULL;
-    uint32_t score_count = 0;
-    enum vw_status status = vw_value_score(input, &scores, &score_count);
-    *count = 0;
-    for (uint32_t i = 0; !status && i < score_count; i++)
-        if (strcmp(scores[i].method, method) == 0) values[(*count)++] = scores[i].value;
-    free(scores);
-    return status;
+// Keeps the values of train photos; returns their count, that of photos with a value.
+static uint32_t keep_train_photos(const struct vw_value_input *input, double *values) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < input->image_count; i++)
+        if (strcmp(input->images[i].split, "train") == 0 && !isnan(values[i])) values[count++] = values[i];
+    return count;
 }
 
 // Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN where there are none.
 static enum vw_status correlate_with_half(const struct vw_value_input *input, const char *method, uint32_t photos, uint32_t epochs,
                                           double *correlation) {
-    const struct vw_value_input now = first_epochs(input, photos, input->burn_in_epochs + epochs);
-    const struct vw_value_input earlier = first_epochs(input, photos, input->burn_in_epochs + epochs / 2);
-    uint32_t now_count = 0, earlier_count = 0;
-    double *values = vw_allocate(photos, 2 * sizeof *values);
-    enum vw_status status = values ? list_values(&now, method, values, &now_count) : VW_ERROR_MEMORY;
-    if (!status) status = list_values(&earlier, method, values + photos, &earlier_count);
+    const struct vw_value_input now = vw_value_input_truncate(input, input->burn_in_epochs + epochs);
+    const struct vw_value_input earlier = vw_value_input_truncate(input, input->burn_in_epochs + epochs / 2);
+    double *values = vw_allocate(input->image_count, 2 * sizeof *values), *before = values + input->image_count;
+    enum vw_status status = values ? vw_value_of_method(&now, method, values) : VW_ERROR_MEMORY;
+    if (!status) status = vw_value_of_method(&earlier, method, before);
     *correlation = NAN;
-    if (!status && now_count == photos && earlier_count == photos) status = vw_spearman(values, values + photos, photos, correlation);
+    if (!status && keep_train_photos(input, values) == photos && keep_train_photos(input, before) == photos)
+        status = vw_spearman(values, before, photos, correlation);
     free(values);
     return status;
 }

@@ -244,7 +244,7 @@ static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_le
     return difference > 0 && difference * difference > RANK_ERRORS * RANK_ERRORS * variance;
 }
 
-enum vw_status vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
+void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         bool known = !isnan(scores[i].standard_error);
         scores[i].rank_low = known ? 1 : 0;
@@ -254,5 +254,4 @@ enum vw_status vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count)
             scores[i].rank_high -= is_surely_better(&scores[i], &scores[other]);
         }
     }
-    return VW_OK;
 }

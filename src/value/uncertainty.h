@@ -42,6 +42,6 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
 // and `count` less those that are surely worse, surely being by 1.645 standard errors of the difference (one side, 95 %). Where photos
 // crowd, that holds a photo's rank by the mean over seeds 95 times of 100; where they lie apart, more often. 0 where the standard error is
 // NaN; such a photo is neither better nor worse than others. Takes count^2 comparisons.
-enum vw_status vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count);
+void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count);
 
 #endif

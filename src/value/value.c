@@ -55,11 +55,12 @@ static double sampling_error_of_sum(const struct tally *tally) {
     return sqrt(tally->squared_weights * vw_mean_variance_result(&tally->sampling));
 }
 
-static void divide(struct vw_ledger_score *score, double divisor) {
-    score->value /= divisor;
-    score->standard_error /= divisor;
-    score->low /= divisor;
-    score->high /= divisor;
+// Means are those of signs, which lie in [-1,1].
+static void take_mean(struct vw_ledger_score *score) {
+    score->value /= score->visits;
+    score->standard_error /= score->visits;
+    score->low = isnan(score->low) ? NAN : fmax(score->low / score->visits, -1);
+    score->high = isnan(score->high) ? NAN : fmin(score->high / score->visits, 1);
 }
 
 // The ends of the interval move as the value does. The standard error shrinks as the interval does: the slope at the value itself says
@@ -86,23 +87,24 @@ static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_
         .low = interval->low,
         .high = interval->high,
     };
-    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally->visits > 0) divide(&score, tally->visits);
-    if (scoring->method->outcome == VW_OUTCOME_CUBE_ROOT) take_cube_root(&score);
+    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally->visits > 0) take_mean(&score);
     return score;
 }
 
-// Appends a score per train image; nothing when no image has a visit that counts.
-static enum vw_status append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
+// Appends a score per train image; nothing when no image has a visit that counts. Ranks are those of the sums, which a root does not
+// reorder, by the sums' errors.
+static void append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
     const struct vw_value_input *input = scoring->input;
+    struct vw_ledger_score *own = &scores[*score_count];
     uint32_t count = 0;
     bool visited = false;
     for (uint32_t i = 0; i < input->image_count; i++) visited = visited || scoring->tallies[i].visits > 0;
-    if (!visited) return VW_OK;
+    if (!visited) return;
     for (uint32_t i = 0; i < input->image_count; i++)
-        if (strcmp(input->images[i].split, "train") == 0) scores[*score_count + count++] = score_photo(scoring, i);
-    enum vw_status status = vw_rank_intervals(&scores[*score_count], count);
+        if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
+    vw_rank_intervals(own, count);
+    for (uint32_t i = 0; scoring->method->outcome == VW_OUTCOME_CUBE_ROOT && i < count; i++) take_cube_root(&own[i]);
     *score_count += count;
-    return status;
 }
 
 static enum vw_status allocate(struct scoring *scoring) {
@@ -127,18 +129,42 @@ static enum vw_status prepare(struct scoring *scoring) {
     if (status) return status;
     method->weighting(scoring->weights, scoring->series.epoch_count);
     for (uint32_t i = 0; i < input->image_count; i++) scoring->tallies[i] = tally_visits(scoring, i);
-    return vw_intervals_of_sums(scoring->by_epoch, input->image_count, scoring->series.epoch_count, scoring->intervals);
+    return VW_OK;
 }
 
-static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
-    enum vw_status status = prepare(scoring);
-    if (!status) status = append_scores(scoring, scores, score_count);
+static void discard(struct scoring *scoring) {
     vw_series_free(&scoring->series);
     free(scoring->starts);
     free(scoring->weights);
     free(scoring->by_epoch);
     free(scoring->tallies);
     free(scoring->intervals);
+}
+
+static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
+    enum vw_status status = prepare(scoring);
+    if (!status)
+        status = vw_intervals_of_sums(scoring->by_epoch, scoring->input->image_count, scoring->series.epoch_count, scoring->intervals);
+    if (!status) append_scores(scoring, scores, score_count);
+    discard(scoring);
+    return status;
+}
+
+enum vw_status vw_value_of_method(const struct vw_value_input *input, const char *method, double *values) {
+    uint32_t listed_count, at = 0;
+    const struct vw_value_method *listed = vw_value_methods(&listed_count);
+    for (uint32_t i = 0; i < input->image_count; i++) values[i] = NAN;
+    while (at < vw_method_count && strcmp(listed[at].name, method) != 0) at++;
+    if (at == vw_method_count) return VW_OK;
+    struct scoring scoring = {.method = &vw_methods[at], .about = &listed[at], .input = input};
+    enum vw_status status = prepare(&scoring);
+    for (uint32_t i = 0; !status && i < input->image_count; i++) {
+        const struct tally *tally = &scoring.tallies[i];
+        if (tally->visits == 0) continue;
+        values[i] = scoring.method->outcome == VW_OUTCOME_MEAN ? tally->sum / tally->visits : tally->sum;
+        if (scoring.method->outcome == VW_OUTCOME_CUBE_ROOT) values[i] = cbrt(values[i]);
+    }
+    discard(&scoring);
     return status;
 }
 
