@@ -18,14 +18,15 @@ static const struct vw_command commands[] = {
      "Leaves ledger.db (every step and score), scores.csv, matrix.csv (photo by validation photo), field.vwf and checkpoints in the --out "
      "folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos show the same. Positive scores "
      "help. With --resume on a finished run all tables but scores.csv are made again.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_value},
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN | VW_OPTIONS_ONE_VALUE |
+         VW_OPTIONS_OUT | VW_OPTIONS_JSON,
+     vw_command_value},
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
      "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
     {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
      "Leaves a run per seed in OUT/seed_<seed>, as value does, reproduce.csv (every measure of agreement, pair, method and number of "
-     "epochs) "
-     "and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
+     "epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_REPRODUCE |
          VW_OPTIONS_JSON,
      vw_command_reproduce},

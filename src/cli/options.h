@@ -49,6 +49,8 @@ enum {
     VW_OPTIONS_REPRODUCE = 1024,
     VW_OPTIONS_IMPORT = 2048, // --out, which must be given, and what of the training bears on scores
     VW_OPTIONS_BENCHMARK = 4096,
+    VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
+    VW_OPTIONS_ONE_VALUE = 16384,  // and value it
 };
 
 struct vw_command {

@@ -164,7 +164,8 @@ static void finish_early(struct vw_training_run *run, enum vw_status status) {
         const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
         struct vw_scoring scoring; // the scores so far, or none
         (void)vw_scoring_make(run->ledger, &run->options->config, &scoring);
-        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count))
+        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count) &&
+            vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) // a full disk may have no room for scores
             vw_log_warning("%s", vw_error_message());
         vw_scoring_free(&scoring);
     }

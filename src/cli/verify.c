@@ -21,12 +21,18 @@ static int compare_keys(const void *left, const void *right) {
     return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
 }
 
-static bool same_real(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
+// The hashes hold recorded scores to the bit. Here they are held against the steps, and another C library rounds cosines and roots another
+// way: what differs in the last digits, also of an end of an interval near 0, is the same.
+static bool same_real(double a, double b, double scale) {
+    return a == b || (isnan(a) && isnan(b)) || fabs(a - b) <= 1e-9 * fmax(fmax(fabs(a), fabs(b)), isfinite(scale) ? scale : 0);
+}
 
 static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
-    return compare_keys(a, b) == 0 && same_real(a->value, b->value) && strcmp(a->unit, b->unit) == 0 &&
-           same_real(a->standard_error, b->standard_error) && a->visits == b->visits && same_real(a->sampling_error, b->sampling_error) &&
-           same_real(a->low, b->low) && same_real(a->high, b->high) && a->rank_low == b->rank_low && a->rank_high == b->rank_high;
+    double scale = a->standard_error;
+    return compare_keys(a, b) == 0 && same_real(a->value, b->value, scale) && strcmp(a->unit, b->unit) == 0 &&
+           same_real(a->standard_error, b->standard_error, 0) && a->visits == b->visits &&
+           same_real(a->sampling_error, b->sampling_error, 0) && same_real(a->low, b->low, scale) && same_real(a->high, b->high, scale) &&
+           a->rank_low == b->rank_low && a->rank_high == b->rank_high;
 }
 
 // Sorts both.
@@ -44,12 +50,13 @@ static enum vw_status compare_scores(const struct vw_recorded_run *run, struct v
     return VW_OK;
 }
 
-// A run has scores once it has ended, however it did.
+// A run has scores once it has ended, however it did; one that failed may have had no room left for them.
 static enum vw_status check_scores(struct vw_recorded_run *run, uint32_t *count) {
     struct vw_ledger_score *recorded = NULL;
     struct vw_scoring computed = {0};
     bool ended = strcmp(run->row.status, "running") != 0;
     enum vw_status status = vw_ledger_get_scores(run->ledger, &recorded, count);
+    if (!status && *count == 0 && strcmp(run->row.status, "failed") == 0) ended = false;
     if (!status && ended) status = vw_scoring_make(run->ledger, &run->config, &computed);
     if (!status) status = compare_scores(run, recorded, *count, computed.scores, computed.score_count);
     vw_scoring_free(&computed);

@@ -109,7 +109,7 @@ check "info --json says what a run would take" answers "j ->> '\$.estimate.devic
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
 check "value prints photos and files" prints '^least valuable photos' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
-check "a recipe's photos are shown with their truth" test "$(grep -cE ' dB  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
+check "a recipe's photos are shown with their truth" test "$(grep -cE ' dB .* view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
