@@ -68,14 +68,15 @@ enum vw_status vw_judge_harm(const struct vw_contest *contest, const struct vw_s
 
 // Trains on what is left when the lowest, or highest, 10, 20, 30 and 50 % are taken away, and on these shares alone: rows removal_low/<%>,
 // removal_high/<%>, addition_high/<%>, addition_low/<%> are the test PSNR (val, where nothing is for tests), mean of two seeds, less that
-// of the training on all photos with the same seeds; photos in order of the scores of the first valued seed. Of the control "random" the
-// mean over VW_CURVE_ORDERS random orders, the rows named removal_low and addition_high.
+// of the training on all photos with the same seeds; photos in order of the scores of the first valued seed; no rows, and no training,
+// where one of these is not finite. Of the control "random" the mean over VW_CURVE_ORDERS random orders, the rows named removal_low and
+// addition_high.
 enum { VW_CURVE_ORDERS = 3 };
 enum vw_status vw_judge_curve(const struct vw_contest *contest, const struct vw_contestant *contestant, uint64_t first_seed,
                               vw_trial_function *try_trial, void *context, struct vw_judgements *judgements);
 enum vw_status vw_judge_random_curve(const struct vw_contest *contest, uint64_t first_seed, vw_trial_function *try_trial, void *context,
                                      struct vw_judgements *judgements);
-// How many trainings these take at most.
+// How many trainings the curve of one order takes at most, those on all photos included.
 uint32_t vw_curve_trainings(void);
 
 // Trains without each photo in turn, with as many seeds as are valued: scores[seed][photo] is what val_psnr loses. Deltas are of equal
