@@ -48,7 +48,8 @@ double vw_auc(const struct vw_contest *contest, const double *scores, vw_kind_fi
 enum vw_status vw_judge_detection(const struct vw_contest *contest, struct vw_judgements *judgements);
 // auc/harmful: over the kinds with a harm/<kind> whose interval lies above 0 (vw_judge_harm).
 enum vw_status vw_judge_harmful(const struct vw_contest *contest, struct vw_judgements *judgements);
-// seed_pearson/ and seed_spearman/ all and clean: how scores of the first two valued seeds agree, over all photos and the clean ones.
+// seed_pearson/ and seed_spearman/ all and clean: how scores of the first two valued seeds agree, over all photos and the clean ones, as
+// far as both have a finite score for them.
 enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgements *judgements);
 
 // ---- foretelling.c ----
@@ -57,8 +58,9 @@ enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgem
 // its seeds; the mean over the valued seeds. lds_gain/<outcome>: that of the method less that of the reference. Intervals are the middle
 // 95 % over resampled subsets, the same for all methods. Rows of the method "noise ceiling": the most that noise permits, the square root
 // of how well the mean of two trainings would agree with that of two others (Spearman and Brown's formula from how the two agree); and
-// agreement/<outcome>: how the two agree. Those of the method "chance": what the middle 95 % of random scores reach. Subsets whose training
-// has no value are left out. The intervals hold for these photos: what another scene of the kind would give lies wider apart.
+// agreement/<outcome>: Spearman's correlation of the two. Those of the method "chance": the mean of what random scores reach, and its
+// middle 95 %. Subsets whose training has no value are left out. The intervals hold for these photos: what another scene of the kind would
+// give lies wider apart.
 enum vw_status vw_judge_subsets(const struct vw_contest *contest, const struct vw_subsets *subsets, struct vw_judgements *judgements);
 // harm/<kind>, method "trials", in dB of val_psnr: by how much less a photo of that kind adds to a training than a clean one. What a photo
 // adds is the mean over the subsets with it less that over those without it; intervals as above.

@@ -199,9 +199,10 @@ static enum vw_status judge_methods(const struct study *study, const struct targ
 
 static enum vw_status add_ceiling(const struct study *study, const struct target *target, struct vw_judgements *judgements) {
     const double *first = study->outcomes, *second = first + study->subsets->count;
-    double agreement = vw_pearson(first, second, study->count);
+    double agreement = NAN;
+    enum vw_status status = vw_spearman(first, second, study->count, &agreement); // as the LDS that lie below it
     struct vw_judgement row = {.method = agreement_name, .value = agreement, .low = NAN, .high = NAN, .count = study->count};
-    enum vw_status status = vw_judgements_add(judgements, "agreement", target->name, row);
+    if (!status) status = vw_judgements_add(judgements, "agreement", target->name, row);
     row.method = ceiling_name;
     row.value = agreement > 0 ? sqrt(2 * agreement / (1 + agreement)) : NAN;
     return status ? status : vw_judgements_add(judgements, "lds", target->name, row);
@@ -223,8 +224,8 @@ static enum vw_status add_chance(const struct study *study, const struct target 
         status = vw_spearman(sums, study->means, study->count, &drawn[r]);
     }
     struct vw_judgement row = {.method = chance_name, .count = study->count};
+    for (uint32_t r = 0; !status && r < RESAMPLES; r++) row.value += drawn[r] / RESAMPLES;
     if (!status) set_interval(drawn, &row);
-    row.value = 0.5 * (row.low + row.high);
     if (!status) status = vw_judgements_add(judgements, "lds", target->name, row);
     free(scores);
     free(sums);
