@@ -34,8 +34,9 @@ static const struct vw_command commands[] = {
      "Opens the scene as the training did: run it from the same folder when paths were relative.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
     {"benchmark", "SCENE", "Judge every scoring method where truth is known",
-     "Values the scene with two seeds, trains on random halves of its photos, and says how well scores find spoiled photos and foretell "
-     "those trainings. Leaves seed_<N>/, trials.db and benchmark.csv in the --out folder; the same command goes on where it was stopped.",
+     "Values the scene with two seeds, trains on random halves of its photos with two others, and says how well scores find spoiled photos "
+     "and foretell those trainings. Leaves seed_<N>/, trials.db and benchmark.csv in the --out folder; the same command goes on where it "
+     "was stopped.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_BENCHMARK | VW_OPTIONS_JSON,
      vw_command_benchmark},
     {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",

@@ -103,8 +103,9 @@ struct vw_scene_params {
 
 // Planting spoils photos as a recipe does, whatever the format (but for recipes, which name their own defects): the train photos with the
 // smallest random numbers by their names, one after another by noise (0.2), blur (width / 25), an occluder (0.4), exposure (0.45), a pose
-// turned by 8 degrees, noise, blur, an occluder, exposure (1.9), ... Those numbers do not depend on --seed. A planted photo is kept in
-// 8 bit; sha256 is then of its pixels. Points and their tracks stay as the scene file has them.
+// turned by 8 degrees, noise, blur, an occluder, exposure (1.9), ... Numbers, noise and occluders depend on the photo's name alone, neither
+// on --seed nor on the order of the scene file; its kind also on which others are trained on. A planted photo is kept in 8 bit; sha256 is
+// then of its pixels. Points and their tracks stay as the scene file has them.
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
 

@@ -6,7 +6,15 @@
 
 #include "viewworth/status.h"
 
-void vw_sort(double *values, uint32_t count); // ascending
+void vw_sort(double *values, uint32_t count);          // ascending
+void vw_sort_places(uint32_t *places, uint32_t count); // likewise
+// A value and its place in an array.
+struct vw_ordered {
+    double value;
+    uint32_t place;
+};
+// Lists the values in ascending order; of equal ones the earlier first.
+void vw_order(const double *values, uint32_t count, struct vw_ordered *ordered);
 // Of sorted values, linear between neighbours; count > 0, share in [0,1].
 double vw_quantile_of_sorted(const double *sorted, uint32_t count, double share);
 double vw_median(double *values, uint32_t count); // sorts them; NaN of none

@@ -1,7 +1,10 @@
 // The trials of a benchmark, in an SQLite file of their own (OUT/trials.db), so that a benchmark resumes, and reuses what another one has
 // found. Ordinary tables:
-// - trial(trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr, test_l1, seconds): a training on some photos.
+// - trial(trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr, test_l1, seconds, row_hash): a training on
+//   some photos.
 //   trial_id: 64 hex digits, hash of all that decides its bits. views: image_ids, ascending, with spaces between. NULL: no value.
+//   row_hash: of the row's other columns, so that one that was edited is not taken for what was measured. It tells mistakes: whoever
+//   edits can hash anew.
 // - judgement(scene_hash, config_hash, place, judgement, method, value, low, high, count): what the benchmark found, as in benchmark.csv.
 // Each append is one synced transaction.
 #ifndef VIEWWORTH_TRIALS_H
@@ -26,11 +29,11 @@ struct vw_judgement {
     uint32_t count;                     // of what it was taken over: pairs, photos, subsets, trainings
 };
 
-// Opens the file, or makes it. VW_ERROR_INPUT when it is something else or damaged.
+// Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
 enum vw_status vw_trials_open(const char *path, struct vw_trials **trials);
 void vw_trials_close(struct vw_trials **trials);
 
-// Whether a trial of that id has ended, and its outcome.
+// Whether a trial of that id has ended, and its outcome. VW_ERROR_MISMATCH when its row was edited.
 enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bool *found, struct vw_outcome *outcome);
 // Appends one that has ended. An id that is there already keeps its first outcome.
 enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, uint32_t epochs,
@@ -38,7 +41,5 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
 // Replaces the judgements of a scene and config.
 enum vw_status vw_trials_set_judgements(struct vw_trials *trials, const char *scene_hash, const char *config_hash,
                                         const struct vw_judgement *judgements, uint32_t count);
-// How many trials the file holds.
-enum vw_status vw_trials_count(struct vw_trials *trials, uint64_t *count);
 
 #endif

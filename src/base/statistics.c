@@ -11,7 +11,27 @@ static int compare(const void *a, const void *b) {
     return (left > right) - (left < right);
 }
 
+static int compare_places(const void *a, const void *b) {
+    uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
+    return (left > right) - (left < right);
+}
+
+static int compare_ordered(const void *a, const void *b) {
+    const struct vw_ordered *left = a, *right = b;
+    int by_value = compare(&left->value, &right->value);
+    return by_value ? by_value : compare_places(&left->place, &right->place);
+}
+
 void vw_sort(double *values, uint32_t count) { qsort(values, count, sizeof *values, compare); }
+
+void vw_sort_places(uint32_t *places, uint32_t count) {
+    if (count) qsort(places, count, sizeof *places, compare_places);
+}
+
+void vw_order(const double *values, uint32_t count, struct vw_ordered *ordered) {
+    for (uint32_t i = 0; i < count; i++) ordered[i] = (struct vw_ordered){values[i], i};
+    if (count) qsort(ordered, count, sizeof *ordered, compare_ordered);
+}
 
 double vw_quantile_of_sorted(const double *sorted, uint32_t count, double share) {
     double place = share * (count - 1);
@@ -52,20 +72,10 @@ double vw_pearson(const double *a, const double *b, uint32_t count) {
     return aa > 0 && bb > 0 ? ab / (sqrt(aa) * sqrt(bb)) : NAN;
 }
 
-struct placed {
-    double value;
-    uint32_t place;
-};
-
-static int compare_placed(const void *a, const void *b) {
-    return compare(&((const struct placed *)a)->value, &((const struct placed *)b)->value);
-}
-
 enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks) {
-    struct placed *sorted = vw_allocate(count, sizeof *sorted);
+    struct vw_ordered *sorted = vw_allocate(count, sizeof *sorted);
     if (!sorted) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < count; i++) sorted[i] = (struct placed){values[i], i};
-    if (count) qsort(sorted, count, sizeof *sorted, compare_placed);
+    vw_order(values, count, sorted);
     for (uint32_t begin = 0, end; begin < count; begin = end) {
         for (end = begin + 1; end < count && sorted[end].value == sorted[begin].value;) end++;
         for (uint32_t i = begin; i < end; i++) ranks[sorted[i].place] = 0.5 * (begin + 1 + end);

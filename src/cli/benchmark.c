@@ -1,5 +1,6 @@
-// Judging every scoring method where truth is known: valued runs of two seeds, trainings on random halves of the photos, and on what is
-// left in the order that scores give.
+// Judging every scoring method where truth is known: valued runs of two seeds, and, with other seeds, trainings on random halves of the
+// photos and on what is left in the order that scores give.
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,6 +24,12 @@ struct benchmark {
     double training_seconds;
 };
 
+// Trainings that judge have other seeds than the valued runs: an initialisation that both shared would lift how well they agree. Leaving
+// one out is judged like a method, and judges methods: its seeds are those of neither.
+enum { JUDGING_SEED = VW_SUBSET_SEEDS, LEAVE_ONE_OUT_SEED = 2 * VW_SUBSET_SEEDS, SEEDS_IN_ALL = 3 * VW_SUBSET_SEEDS };
+
+static uint64_t judging_seed(const struct vw_options *options) { return options->config.seed + JUDGING_SEED; }
+
 static bool wants_curves(const struct vw_options *options) { return !options->curves || strcmp(options->curves, "none") != 0; }
 
 // Whether --curves names a method: a list with commas, or "all".
@@ -40,7 +47,7 @@ static void plan(struct benchmark *benchmark) {
     const struct vw_contest *contest = &benchmark->contestants.contest;
     uint32_t curves = wants_curves(benchmark->options) ? VW_CURVE_ORDERS : 0;
     for (uint32_t i = 0; i < contest->contestant_count; i++) curves += has_curve(benchmark->options, contest->contestants[i].name);
-    benchmark->laboratory.planned = (uint64_t)benchmark->subsets.count * VW_SUBSET_SEEDS + (uint64_t)curves * vw_curve_trainings();
+    benchmark->laboratory.planned = 1 + (uint64_t)benchmark->subsets.count * VW_SUBSET_SEEDS + (uint64_t)curves * vw_curve_trainings();
     if (benchmark->options->leave_one_out) benchmark->laboratory.planned += (uint64_t)contest->seed_count * (contest->photo_count + 1);
 }
 
@@ -48,7 +55,7 @@ static void plan(struct benchmark *benchmark) {
 static enum vw_status train_on_all(struct benchmark *benchmark) {
     struct vw_laboratory *laboratory = &benchmark->laboratory;
     const struct vw_trial trial = {
-        .views = laboratory->train_views, .view_count = laboratory->train_count, .seed = benchmark->options->config.seed};
+        .views = laboratory->train_views, .view_count = laboratory->train_count, .seed = judging_seed(benchmark->options)};
     struct vw_outcome outcome;
     enum vw_status status = vw_laboratory_try(laboratory, &trial, &outcome);
     if (!status) benchmark->training_seconds = outcome.seconds;
@@ -61,12 +68,13 @@ static enum vw_status leave_one_out(struct benchmark *benchmark) {
     uint32_t trainings = contest->photo_count + 1;
     double *scores = vw_contestants_add(&benchmark->contestants, "leave_one_out", trainings);
     if (!scores) return VW_ERROR_MEMORY;
-    return vw_leave_one_out(contest, benchmark->options->config.seed, vw_laboratory_try, &benchmark->laboratory, scores);
+    uint64_t first_seed = benchmark->options->config.seed + LEAVE_ONE_OUT_SEED;
+    return vw_leave_one_out(contest, first_seed, vw_laboratory_try, &benchmark->laboratory, scores);
 }
 
 static enum vw_status judge_curves(struct benchmark *benchmark) {
     const struct vw_contest *contest = &benchmark->contestants.contest;
-    uint64_t seed = benchmark->options->config.seed;
+    uint64_t seed = judging_seed(benchmark->options);
     if (!wants_curves(benchmark->options)) return VW_OK;
     enum vw_status status = vw_judge_random_curve(contest, seed, vw_laboratory_try, &benchmark->laboratory, &benchmark->judgements);
     for (uint32_t i = 0; !status && i < contest->contestant_count; i++)
@@ -143,7 +151,8 @@ static enum vw_status run(struct benchmark *benchmark) {
     if (status) return status;
     plan(benchmark);
     status = train_on_all(benchmark);
-    if (!status) status = vw_subsets_try(&benchmark->subsets, laboratory->train_views, options->config.seed, vw_laboratory_try, laboratory);
+    if (!status)
+        status = vw_subsets_try(&benchmark->subsets, laboratory->train_views, judging_seed(options), vw_laboratory_try, laboratory);
     if (!status) status = leave_one_out(benchmark);
     if (!status) status = judge(benchmark);
     return status ? status : conclude(benchmark);
@@ -153,6 +162,10 @@ enum vw_status vw_command_benchmark(const struct vw_options *options) {
     if (options->config.epochs <= options->config.burn_in_epochs)
         return vw_fail(VW_ERROR_USAGE, "--epochs %u leaves no epoch after --burn-in %u to score; take more epochs", options->config.epochs,
                        options->config.burn_in_epochs);
+    if (options->config.seed > (uint64_t)INT64_MAX - (SEEDS_IN_ALL - 1))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--seed %" PRIu64 ": the %d seeds counted from it pass %" PRId64 ", the largest; begin with a lower one",
+                       options->config.seed, SEEDS_IN_ALL, INT64_MAX);
     struct benchmark benchmark = {.options = options, .training_seconds = NAN};
     enum vw_status status = vw_seed_runs_make(options, 0, VW_SUBSET_SEEDS);
     if (!status) status = run(&benchmark);

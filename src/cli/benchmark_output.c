@@ -96,7 +96,7 @@ static void print_scene_rows(const struct vw_judgements *judgements) {
             printf("a photo with %s adds %.2f dB (%.2f to %.2f) less than a clean one, of validation PSNR (%u photos)\n",
                    row->judgement + 5, row->value, row->low, row->high, row->count);
         else if (!strncmp(row->judgement, "agreement/", 10))
-            printf("two trainings on the same photos agree in %s by r = %.2f over %u subsets\n", row->judgement + 10, row->value,
+            printf("two trainings on the same photos agree in %s by rho = %.2f over %u subsets\n", row->judgement + 10, row->value,
                    row->count);
     }
 }

@@ -38,6 +38,7 @@ static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t see
     for (uint32_t i = 0; i < scoring->score_count; i++) {
         double *scores = find_or_add(contestants, scoring->scores[i].method, 1);
         if (!scores) return VW_ERROR_MEMORY;
+        if (!scoring->scores[i].visits) continue; // a 0 that nobody measured: stays NaN
         for (uint32_t photo = 0; photo < contest->photo_count; photo++)
             if (contest->photos[photo] == scoring->scores[i].image_id)
                 scores[(size_t)seed * contest->photo_count + photo] = scoring->scores[i].value;

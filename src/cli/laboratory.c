@@ -32,9 +32,8 @@ static enum vw_status list_train_views(struct vw_laboratory *laboratory) {
 }
 
 static enum vw_status create_trainer(struct vw_laboratory *laboratory, uint64_t seed, struct vw_trainer **trainer) {
-    struct vw_config config = laboratory->options->config;
+    struct vw_config config = vw_config_without_probes(&laboratory->options->config); // they need validation, which trials go without
     config.seed = seed;
-    config.noise_floor = false; // which probes a validation that trials go without, as they do without what only scores need
     config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
     const struct vw_trainer_params params = {.gpu = laboratory->stage.gpu,

@@ -126,6 +126,10 @@ enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, co
     return status;
 }
 
+double vw_row_read_real(sqlite3_stmt *statement, int column) {
+    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
+}
+
 // Text that goes on behind a zero byte was not written by us, and is not the text before that byte.
 static void hash_text(sqlite3_stmt *statement, int column, struct vw_hasher *hasher) {
     const char *text = (const char *)sqlite3_column_text(statement, column);

@@ -51,6 +51,8 @@ void vw_row_add_null(struct vw_row *row);
 // Runs the statement and makes it ready for the next row.
 enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing);
 
+// A column of numbers, NaN for NULL.
+double vw_row_read_real(sqlite3_stmt *statement, int column);
 // Adds the first `column_count` columns of the current row of a query, as the vw_row_add functions would.
 void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
 // Copies a column that holds a hash; anything else gives "", which equals no hash.

@@ -1,4 +1,3 @@
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,10 +34,6 @@ static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statem
     const char *text = keep_text(ledger, statement, column, status);
     if (!text && !*status) *status = fail_damaged(ledger, statement, column);
     return text;
-}
-
-static double real_or_nan(sqlite3_stmt *statement, int column) {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
 }
 
 // ---- The run and where it stands --------------------------------------------------------------------------------------
@@ -204,11 +199,11 @@ static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statemen
         .step = (uint64_t)sqlite3_column_int64(statement, 0),
         .epoch = (uint32_t)sqlite3_column_int64(statement, 1),
         .view = image_or_untrained(statement, 2),
-        .train_loss = real_or_nan(statement, 3),
+        .train_loss = vw_row_read_real(statement, 3),
         .validated = sqlite3_column_type(statement, 4) != SQLITE_NULL,
-        .val_psnr = real_or_nan(statement, 4),
-        .val_psnr_pooled = real_or_nan(statement, 5),
-        .val_l1 = real_or_nan(statement, 6),
+        .val_psnr = vw_row_read_real(statement, 4),
+        .val_psnr_pooled = vw_row_read_real(statement, 5),
+        .val_l1 = vw_row_read_real(statement, 6),
         .nonfinite = sqlite3_column_int(statement, 7),
         .clamped_count = (uint64_t)sqlite3_column_int64(statement, 8),
         .floored_views = (uint32_t)sqlite3_column_int64(statement, 9),
@@ -233,9 +228,9 @@ static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .step = (uint64_t)sqlite3_column_int64(statement, 0),
         .index = (uint32_t)sqlite3_column_int64(statement, 1),
         .kind = (enum vw_probe_kind)kind,
-        .val_psnr = real_or_nan(statement, 3),
-        .val_psnr_pooled = real_or_nan(statement, 4),
-        .val_l1 = real_or_nan(statement, 5),
+        .val_psnr = vw_row_read_real(statement, 3),
+        .val_psnr_pooled = vw_row_read_real(statement, 4),
+        .val_l1 = vw_row_read_real(statement, 5),
         .view = image_or_untrained(statement, 6),
     };
     return VW_OK;
@@ -253,13 +248,13 @@ static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *stateme
     *(struct vw_ledger_score *)item = (struct vw_ledger_score){
         .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
         .method = keep_some_text(ledger, statement, 1, &status),
-        .value = real_or_nan(statement, 2),
+        .value = vw_row_read_real(statement, 2),
         .unit = keep_some_text(ledger, statement, 3, &status),
-        .standard_error = real_or_nan(statement, 4),
+        .standard_error = vw_row_read_real(statement, 4),
         .visits = (uint32_t)sqlite3_column_int64(statement, 5),
-        .sampling_error = real_or_nan(statement, 6),
-        .low = real_or_nan(statement, 7),
-        .high = real_or_nan(statement, 8),
+        .sampling_error = vw_row_read_real(statement, 6),
+        .low = vw_row_read_real(statement, 7),
+        .high = vw_row_read_real(statement, 8),
         .rank_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL reads as 0
         .rank_high = (uint32_t)sqlite3_column_int64(statement, 10),
     };

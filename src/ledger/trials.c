@@ -1,26 +1,27 @@
 #include "viewworth/trials.h"
 
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "ledger/database.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
 // Tells the file from a ledger, which counts its user_version from 1.
-enum { TRIALS_VERSION = 1001 };
+enum { TRIALS_VERSION = 1002 };
 
 static const char schema_sql[] =
     "CREATE TABLE trial ("
     " trial_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL, view_count INTEGER NOT NULL,"
-    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_l1 REAL, test_psnr REAL, test_l1 REAL, seconds REAL);"
+    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_l1 REAL, test_psnr REAL, test_l1 REAL, seconds REAL,"
+    " row_hash TEXT NOT NULL);"
     "CREATE TABLE judgement ("
     " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, judgement TEXT NOT NULL, method TEXT NOT NULL,"
     " value REAL, low REAL, high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, config_hash, place));"
-    "PRAGMA user_version = 1001;";
-_Static_assert(TRIALS_VERSION == 1001, "write it into schema_sql, too");
+    "PRAGMA user_version = 1002;";
+_Static_assert(TRIALS_VERSION == 1002, "write it into schema_sql, too");
 
 struct vw_trials {
     struct vw_database database;
@@ -45,7 +46,8 @@ static enum vw_status make_tables(struct vw_database *database) {
     if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
     if (!status && !version && !tables) status = vw_database_run(database, schema_sql);
     else if (!status && version != TRIALS_VERSION)
-        status = vw_fail(VW_ERROR_INPUT, "%s: not the trials of a benchmark; move it away, or name another --out", database->path);
+        status = vw_fail(VW_ERROR_INPUT, "%s: not the trials of a benchmark, or of another version; move it away, or name another --out",
+                         database->path);
     return vw_database_end(database, status);
 }
 
@@ -66,26 +68,50 @@ void vw_trials_close(struct vw_trials **trials) {
     *trials = NULL;
 }
 
-static double real_or_nan(sqlite3_stmt *statement, int column) {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
+// In this order they are hashed.
+#define TRIAL_COLUMNS "trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr, test_l1, seconds"
+enum { VAL_PSNR = 6, ROW_HASH = 11 };
+
+// What a row begins with, so that its hash is that of no other table.
+static void begin_hash(struct vw_hasher *hasher) {
+    vw_hasher_begin(hasher);
+    vw_hasher_add_text(hasher, "viewworth trial row 1");
+}
+
+static void end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
+    uint8_t bytes[32];
+    vw_hasher_end(hasher, bytes);
+    vw_hash_to_hex(bytes, hash);
+}
+
+static enum vw_status check_hash(const struct vw_database *database, sqlite3_stmt *statement, const char *trial_id) {
+    struct vw_hasher hasher;
+    char recorded[VW_HASH_HEX_BYTES], computed[VW_HASH_HEX_BYTES];
+    begin_hash(&hasher);
+    vw_row_hash(statement, ROW_HASH, &hasher);
+    end_hash(&hasher, computed);
+    vw_row_copy_hash(statement, ROW_HASH, recorded);
+    if (!strcmp(recorded, computed)) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "%s: trial %s was edited: its row_hash does not fit; delete the row, and it is trained again",
+                   database->path, trial_id);
 }
 
 enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bool *found, struct vw_outcome *outcome) {
     struct vw_database *database = &trials->database;
     sqlite3_stmt *statement = NULL;
     bool there = false;
-    enum vw_status status =
-        vw_database_prepare(database, "SELECT val_psnr, val_l1, test_psnr, test_l1, seconds FROM trial WHERE trial_id = ?", &statement);
+    enum vw_status status = vw_database_prepare(database, "SELECT " TRIAL_COLUMNS ", row_hash FROM trial WHERE trial_id = ?", &statement);
     if (!status && sqlite3_bind_text(statement, 1, trial_id, -1, SQLITE_STATIC) != SQLITE_OK)
         status = vw_database_fail(database, "look for a trial");
     if (!status) status = vw_database_next(database, statement, &there);
+    if (!status && there) status = check_hash(database, statement, trial_id);
     if (!status) *found = there;
     if (!status && there)
-        *outcome = (struct vw_outcome){.val_psnr = real_or_nan(statement, 0),
-                                       .val_l1 = real_or_nan(statement, 1),
-                                       .test_psnr = real_or_nan(statement, 2),
-                                       .test_l1 = real_or_nan(statement, 3),
-                                       .seconds = real_or_nan(statement, 4)};
+        *outcome = (struct vw_outcome){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
+                                       .val_l1 = vw_row_read_real(statement, VAL_PSNR + 1),
+                                       .test_psnr = vw_row_read_real(statement, VAL_PSNR + 2),
+                                       .test_l1 = vw_row_read_real(statement, VAL_PSNR + 3),
+                                       .seconds = vw_row_read_real(statement, VAL_PSNR + 4)};
     sqlite3_finalize(statement);
     return status;
 }
@@ -106,15 +132,18 @@ static char *list_views(const struct vw_trial *trial) {
 enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, uint32_t epochs,
                              const struct vw_trial *trial, const struct vw_outcome *outcome) {
     struct vw_database *database = &trials->database;
-    struct vw_row row = {0};
+    struct vw_hasher hasher;
+    struct vw_row row = {.hasher = &hasher};
+    char hash[VW_HASH_HEX_BYTES];
     char *views = list_views(trial);
     if (!views) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_begin(database);
     if (status) goto done;
     status = vw_database_prepare(database,
-                                 "INSERT INTO trial (trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr,"
-                                 " test_l1, seconds) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                                 "INSERT INTO trial (" TRIAL_COLUMNS ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+                                 " ON CONFLICT DO NOTHING",
                                  &row.statement);
+    begin_hash(&hasher);
     vw_row_add_text(&row, trial_id);
     vw_row_add_text(&row, scene_hash);
     vw_row_add_text(&row, views);
@@ -126,6 +155,9 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
     vw_row_add_real(&row, outcome->test_psnr);
     vw_row_add_real(&row, outcome->test_l1);
     vw_row_add_real(&row, outcome->seconds);
+    end_hash(&hasher, hash);
+    row.hasher = NULL;
+    vw_row_add_text(&row, hash);
     if (!status) status = vw_row_write(&row, database, "record a trial");
     sqlite3_finalize(row.statement);
     status = vw_database_end(database, status);
@@ -176,11 +208,4 @@ enum vw_status vw_trials_set_judgements(struct vw_trials *trials, const char *sc
     status = remove_judgements(database, scene_hash, config_hash);
     if (!status) status = insert_judgements(database, scene_hash, config_hash, judgements, count);
     return vw_database_end(database, status);
-}
-
-enum vw_status vw_trials_count(struct vw_trials *trials, uint64_t *count) {
-    int64_t number = 0;
-    enum vw_status status = read_number(&trials->database, "SELECT count(*) FROM trial", &number);
-    if (!status) *count = (uint64_t)number;
-    return status;
 }

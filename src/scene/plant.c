@@ -1,5 +1,5 @@
-// Defects of recipes in photos of any scene. The numbers are keyed by a photo's name, so that a list that leaves others out, or another
-// order of the scene file, draws the same for it.
+// Defects of recipes in photos of any scene. All random numbers are keyed by a photo's name, so that another order of the scene file plants
+// the same. Kinds go round the photos in the order of these numbers: one that is left out hands its kind on to the next.
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,18 +23,28 @@ static uint64_t number_of(const struct vw_view *view) {
     return number;
 }
 
-// The clean train view with the smallest number; NULL when there is none.
-static struct vw_view *draw_view(const struct vw_scene *scene, const struct vw_recipe *recipe) {
-    struct vw_view *drawn = NULL;
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        struct vw_view *view = &scene->views[v];
-        if (view->split != VW_SPLIT_TRAIN || recipe->defects[v].kind) continue;
-        if (!drawn || number_of(view) < number_of(drawn)) drawn = view;
-    }
-    return drawn;
+// A view that may be spoiled.
+struct candidate {
+    uint64_t number;
+    struct vw_view *view;
+};
+
+static int compare_candidates(const void *a, const void *b) {
+    uint64_t left = ((const struct candidate *)a)->number, right = ((const struct candidate *)b)->number;
+    return (left > right) - (left < right);
 }
 
-static enum vw_status spoil_pixels(const struct vw_recipe *recipe, uint32_t index, struct vw_view *view) {
+// The train views, smallest number first; returns how many.
+static uint32_t list_candidates(const struct vw_scene *scene, struct candidate *candidates) {
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TRAIN)
+            candidates[count++] = (struct candidate){number_of(&scene->views[v]), &scene->views[v]};
+    if (count) qsort(candidates, count, sizeof *candidates, compare_candidates);
+    return count;
+}
+
+static enum vw_status spoil_pixels(const struct vw_recipe *recipe, struct vw_view *view) {
     size_t count = (size_t)view->image.width_px * view->image.height_px;
     struct vw_recipe_photo photo = {
         .width_px = view->image.width_px, .height_px = view->image.height_px, .pixels = vw_allocate(count, sizeof *photo.pixels)};
@@ -45,7 +55,7 @@ static enum vw_status spoil_pixels(const struct vw_recipe *recipe, uint32_t inde
         photo.pixels[i].rgba = (vw_float4){rgba[0], rgba[1], rgba[2], rgba[3]};
     }
     struct vw_image before = view->image;
-    enum vw_status status = vw_recipe_spoil_photo(recipe, index, &photo);
+    enum vw_status status = vw_recipe_spoil_photo(recipe, 0, &photo);
     if (!status) status = vw_recipe_store_photo(&photo, view);
     if (!status) {
         free(before.pixels);
@@ -56,27 +66,30 @@ static enum vw_status spoil_pixels(const struct vw_recipe *recipe, uint32_t inde
     return status;
 }
 
-static enum vw_status spoil(const struct vw_recipe *recipe, uint32_t index, struct vw_view *view) {
-    vw_recipe_spoil_pose(recipe, index, view->camera_to_world);
-    if (recipe->defects[index].kind == VW_DEFECT_WRONG_POSE || !view->image.pixels) return VW_OK; // a scene of headers alone has none
-    return spoil_pixels(recipe, index, view);
+// A recipe of this view alone.
+static enum vw_status spoil(const struct candidate *candidate, struct vw_recipe_defect defect, struct vw_recipe *recipe) {
+    struct vw_view *view = candidate->view;
+    if (defect.kind == VW_DEFECT_BLUR) defect.strength = BLUR_WIDTHS * view->camera.width_px;
+    recipe->seed = candidate->number;
+    recipe->defects = &defect;
+    vw_recipe_spoil_pose(recipe, 0, view->camera_to_world);
+    bool turned = defect.kind == VW_DEFECT_WRONG_POSE;
+    enum vw_status status = turned || !view->image.pixels ? VW_OK : spoil_pixels(recipe, view); // a scene of headers alone has none
+    recipe->defects = NULL;
+    view->truth = vw_copy_text(vw_recipe_truths[defect.kind]);
+    return status || view->truth ? status : VW_ERROR_MEMORY;
 }
 
-static enum vw_status plant(const struct vw_scene_params *params, struct vw_recipe *recipe, struct vw_scene *scene) {
+static enum vw_status plant(const struct vw_scene_params *params, struct vw_scene *scene, struct candidate *candidates,
+                            struct vw_recipe *recipe) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < params->plant; i++) {
-        struct vw_view *view = draw_view(scene, recipe);
-        if (!view)
-            return vw_fail(VW_ERROR_USAGE, "--plant %u: only %u photos are trained on; plant fewer", params->plant,
-                           scene->split_count[VW_SPLIT_TRAIN]);
-        struct vw_recipe_defect *defect = &recipe->defects[view - scene->views];
-        *defect = kinds[i % VW_ARRAY_COUNT(kinds)];
-        if (defect->kind == VW_DEFECT_BLUR) defect->strength = BLUR_WIDTHS * view->camera.width_px;
-        status = spoil(recipe, (uint32_t)(view - scene->views), view);
-    }
+    uint32_t count = list_candidates(scene, candidates);
+    if (params->plant > count)
+        return vw_fail(VW_ERROR_USAGE, "--plant %u: only %u photos are trained on; plant fewer", params->plant, count);
+    for (uint32_t i = 0; !status && i < params->plant; i++) status = spoil(&candidates[i], kinds[i % VW_ARRAY_COUNT(kinds)], recipe);
     for (uint32_t v = 0; !status && v < scene->view_count; v++) {
-        scene->views[v].truth = vw_copy_text(vw_recipe_truths[recipe->defects[v].kind]);
-        if (!scene->views[v].truth) status = VW_ERROR_MEMORY;
+        struct vw_view *view = &scene->views[v];
+        if (!view->truth && !(view->truth = vw_copy_text(vw_recipe_truths[VW_DEFECT_NONE]))) status = VW_ERROR_MEMORY;
     }
     return status;
 }
@@ -85,10 +98,9 @@ enum vw_status vw_defects_plant(const struct vw_scene_params *params, struct vw_
     if (!strcmp(scene->format, "recipe"))
         return vw_fail(VW_ERROR_USAGE, "--plant: %s is a recipe, which names its own defects; write them there", params->path);
     struct vw_recipe *recipe = vw_allocate(1, sizeof *recipe);
-    if (!recipe) return VW_ERROR_MEMORY;
-    recipe->defects = vw_allocate(scene->view_count, sizeof *recipe->defects);
-    enum vw_status status = recipe->defects ? plant(params, recipe, scene) : VW_ERROR_MEMORY;
-    free(recipe->defects);
+    struct candidate *candidates = vw_allocate(scene->view_count, sizeof *candidates);
+    enum vw_status status = recipe && candidates ? plant(params, scene, candidates, recipe) : VW_ERROR_MEMORY;
+    free(candidates);
     free(recipe);
     return status;
 }

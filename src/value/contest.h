@@ -48,7 +48,8 @@ double vw_auc(const struct vw_contest *contest, const double *scores, vw_kind_fi
 enum vw_status vw_judge_detection(const struct vw_contest *contest, struct vw_judgements *judgements);
 // auc/harmful: over the kinds with a harm/<kind> whose interval lies above 0 (vw_judge_harm).
 enum vw_status vw_judge_harmful(const struct vw_contest *contest, struct vw_judgements *judgements);
-// seed_pearson/ and seed_spearman/ all and clean: how scores of the first two valued seeds agree, over all photos and the clean ones.
+// seed_pearson/ and seed_spearman/ all and clean: how scores of the first two valued seeds agree, over all photos and the clean ones, as
+// far as both have a finite score for them.
 enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgements *judgements);
 
 // ---- foretelling.c ----
@@ -57,8 +58,9 @@ enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgem
 // its seeds; the mean over the valued seeds. lds_gain/<outcome>: that of the method less that of the reference. Intervals are the middle
 // 95 % over resampled subsets, the same for all methods. Rows of the method "noise ceiling": the most that noise permits, the square root
 // of how well the mean of two trainings would agree with that of two others (Spearman and Brown's formula from how the two agree); and
-// agreement/<outcome>: how the two agree. Those of the method "chance": what the middle 95 % of random scores reach. Subsets whose training
-// has no value are left out. The intervals hold for these photos: what another scene of the kind would give lies wider apart.
+// agreement/<outcome>: Spearman's correlation of the two. Those of the method "chance": the mean of what random scores reach, and its
+// middle 95 %. Subsets whose training has no value are left out. The intervals hold for these photos: what another scene of the kind would
+// give lies wider apart.
 enum vw_status vw_judge_subsets(const struct vw_contest *contest, const struct vw_subsets *subsets, struct vw_judgements *judgements);
 // harm/<kind>, method "trials", in dB of val_psnr: by how much less a photo of that kind adds to a training than a clean one. What a photo
 // adds is the mean over the subsets with it less that over those without it; intervals as above.
@@ -68,14 +70,15 @@ enum vw_status vw_judge_harm(const struct vw_contest *contest, const struct vw_s
 
 // Trains on what is left when the lowest, or highest, 10, 20, 30 and 50 % are taken away, and on these shares alone: rows removal_low/<%>,
 // removal_high/<%>, addition_high/<%>, addition_low/<%> are the test PSNR (val, where nothing is for tests), mean of two seeds, less that
-// of the training on all photos with the same seeds; photos in order of the scores of the first valued seed. Of the control "random" the
-// mean over VW_CURVE_ORDERS random orders, the rows named removal_low and addition_high.
+// of the training on all photos with the same seeds; photos in order of the scores of the first valued seed; no rows, and no training,
+// where one of these is not finite. Of the control "random" the mean over VW_CURVE_ORDERS random orders, the rows named removal_low and
+// addition_high.
 enum { VW_CURVE_ORDERS = 3 };
 enum vw_status vw_judge_curve(const struct vw_contest *contest, const struct vw_contestant *contestant, uint64_t first_seed,
                               vw_trial_function *try_trial, void *context, struct vw_judgements *judgements);
 enum vw_status vw_judge_random_curve(const struct vw_contest *contest, uint64_t first_seed, vw_trial_function *try_trial, void *context,
                                      struct vw_judgements *judgements);
-// How many trainings these take at most.
+// How many trainings the curve of one order takes at most, those on all photos included.
 uint32_t vw_curve_trainings(void);
 
 // Trains without each photo in turn, with as many seeds as are valued: scores[seed][photo] is what val_psnr loses. Deltas are of equal

@@ -30,16 +30,17 @@ struct curve {
 
 static double judged(const struct vw_outcome *outcome) { return isnan(outcome->test_psnr) ? outcome->val_psnr : outcome->test_psnr; }
 
-static int compare_views(const void *a, const void *b) {
-    uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
-    return (left > right) - (left < right);
+static bool all_finite(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
 }
 
 // The mean over two seeds of what training on these photos reaches.
 static enum vw_status reach(struct curve *curve, const uint32_t *photos, uint32_t count, double *psnr_db) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count; i++) curve->views[i] = curve->contest->photos[photos[i]];
-    qsort(curve->views, count, sizeof *curve->views, compare_views);
+    vw_sort_places(curve->views, count);
     *psnr_db = 0;
     for (uint32_t seed = 0; !status && seed < VW_SUBSET_SEEDS; seed++) {
         const struct vw_trial trial = {.views = curve->views, .view_count = count, .seed = curve->first_seed + seed};
@@ -87,7 +88,7 @@ static enum vw_status judge_orders(struct curve *curve, const char *method, cons
     return status;
 }
 
-uint32_t vw_curve_trainings(void) { return VW_SUBSET_SEEDS * VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents); }
+uint32_t vw_curve_trainings(void) { return VW_SUBSET_SEEDS * (1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents)); }
 
 // Lowest score first; of equal ones the earlier photo.
 static void order_by(const double *scores, uint32_t count, uint32_t *order) {
@@ -101,6 +102,7 @@ static void order_by(const double *scores, uint32_t count, uint32_t *order) {
 enum vw_status vw_judge_curve(const struct vw_contest *contest, const struct vw_contestant *contestant, uint64_t first_seed,
                               vw_trial_function *try_trial, void *context, struct vw_judgements *judgements) {
     struct curve curve = {.contest = contest, .first_seed = first_seed, .try_trial = try_trial, .context = context};
+    if (!all_finite(contestant->scores, contest->photo_count)) return VW_OK; // they give no order
     uint32_t *order = vw_allocate(contest->photo_count, 2 * sizeof *order);
     if (!order) return VW_ERROR_MEMORY;
     curve.views = order + contest->photo_count;
@@ -158,12 +160,6 @@ static void mean_over_seeds(const struct vw_contest *contest, const double *scor
         for (uint32_t seed = 0; seed < contest->seed_count; seed++)
             means[i] += scores[(size_t)seed * contest->photo_count + i] / contest->seed_count;
     }
-}
-
-static bool all_finite(const double *values, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!isfinite(values[i])) return false;
-    return true;
 }
 
 enum vw_status vw_judge_leave_one_out(const struct vw_contest *contest, const double *scores, struct vw_judgements *judgements) {

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "value/agreement.h"
 #include "value/contest.h"
 #include "viewworth/memory.h"
-#include "viewworth/statistics.h"
 
 static const char clean[] = "clean";
 
@@ -67,31 +67,36 @@ enum vw_status vw_judge_harmful(const struct vw_contest *contest, struct vw_judg
     return add_auc(contest, is_harmful, judgements, "harmful", judgements);
 }
 
-// The scores of the first two seeds, of all photos or the clean ones; returns how many.
-static uint32_t gather(const struct vw_contest *contest, const double *scores, bool clean_only, double *first, double *second) {
-    uint32_t count = 0;
-    for (uint32_t photo = 0; photo < contest->photo_count; photo++) {
-        if (clean_only && !vw_photo_is_clean(contest, photo)) continue;
-        first[count] = scores[photo];
-        second[count++] = scores[contest->photo_count + photo];
-    }
-    return count;
+static enum vw_status add_agreement(const char *method, const char *over, double pearson, double spearman, uint32_t count,
+                                    struct vw_judgements *judgements) {
+    struct vw_judgement row = {.method = method, .value = pearson, .low = NAN, .high = NAN, .count = count};
+    enum vw_status status = vw_judgements_add(judgements, "seed_pearson", over, row);
+    row.value = spearman;
+    return status ? status : vw_judgements_add(judgements, "seed_spearman", over, row);
+}
+
+static enum vw_status judge_seeds_of(const struct vw_contest *contest, const struct vw_contestant *contestant, const bool *is_clean,
+                                     struct vw_judgements *judgements) {
+    struct vw_agreement agreement;
+    const double *values = agreement.values;
+    enum vw_status status =
+        vw_agreement_of_pair(contestant->scores, contestant->scores + contest->photo_count, is_clean, contest->photo_count, &agreement);
+    if (!status)
+        status = add_agreement(contestant->name, "all", values[VW_AGREEMENT_PEARSON], values[VW_AGREEMENT_SPEARMAN], agreement.photos,
+                               judgements);
+    if (!status)
+        status = add_agreement(contestant->name, clean, values[VW_AGREEMENT_UNSPOILED_PEARSON], values[VW_AGREEMENT_UNSPOILED_SPEARMAN],
+                               agreement.unspoiled, judgements);
+    return status;
 }
 
 enum vw_status vw_judge_seeds(const struct vw_contest *contest, struct vw_judgements *judgements) {
     if (contest->seed_count < 2) return VW_OK;
-    double *first = vw_allocate(contest->photo_count, 2 * sizeof *first), *second = first ? first + contest->photo_count : NULL;
-    enum vw_status status = first ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < 2 * contest->contestant_count; i++) {
-        const struct vw_contestant *contestant = &contest->contestants[i / 2];
-        const char *over = i % 2 ? clean : "all";
-        struct vw_judgement row = {.method = contestant->name, .low = NAN, .high = NAN};
-        row.count = gather(contest, contestant->scores, i % 2, first, second);
-        row.value = vw_pearson(first, second, row.count);
-        status = vw_judgements_add(judgements, "seed_pearson", over, row);
-        if (!status && isfinite(row.value)) status = vw_spearman(first, second, row.count, &row.value);
-        if (!status) status = vw_judgements_add(judgements, "seed_spearman", over, row);
-    }
-    free(first);
+    bool *is_clean = vw_allocate(contest->photo_count, sizeof *is_clean);
+    enum vw_status status = is_clean ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t photo = 0; !status && photo < contest->photo_count; photo++) is_clean[photo] = vw_photo_is_clean(contest, photo);
+    for (uint32_t i = 0; !status && i < contest->contestant_count; i++)
+        status = judge_seeds_of(contest, &contest->contestants[i], is_clean, judgements);
+    free(is_clean);
     return status;
 }

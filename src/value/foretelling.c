@@ -24,33 +24,17 @@ static const struct target targets[] = {
     {"test_psnr", offsetof(struct vw_outcome, test_psnr)},
 };
 
-// A value and its place in an array, sorted by value.
-struct ordered {
-    double value;
-    uint32_t place;
-};
-
 // The subsets whose trainings have a value, and what is foretold of them.
 struct study {
     const struct vw_contest *contest;
     const struct vw_subsets *subsets;
-    uint32_t *kept, count;    // which of the subsets
-    double *outcomes;         // [seed][kept]
-    double *means;            // [kept]
-    uint16_t *times;          // [resample][kept]: how often it was drawn; resample 0 is the study itself
-    struct ordered *foretold; // the means, in their order
-    double *ranks;            // scratch: [2][kept]
+    uint32_t *kept, count;       // which of the subsets
+    double *outcomes;            // [seed][kept]
+    double *means;               // [kept]
+    uint16_t *times;             // [resample][kept]: how often it was drawn; resample 0 is the study itself
+    struct vw_ordered *foretold; // the means
+    double *ranks;               // scratch: [2][kept]
 };
-
-static int compare_ordered(const void *a, const void *b) {
-    double left = ((const struct ordered *)a)->value, right = ((const struct ordered *)b)->value;
-    return (left > right) - (left < right);
-}
-
-static void sort_values(const double *values, uint32_t count, struct ordered *ordered) {
-    for (uint32_t i = 0; i < count; i++) ordered[i] = (struct ordered){values[i], i};
-    qsort(ordered, count, sizeof *ordered, compare_ordered);
-}
 
 static double outcome_of(const struct vw_subsets *subsets, const struct target *target, uint32_t subset, uint32_t seed) {
     const struct vw_outcome *outcome = &subsets->outcomes[(size_t)subset * VW_SUBSET_SEEDS + seed];
@@ -99,7 +83,7 @@ static enum vw_status study_open(const struct vw_contest *contest, const struct 
     study->ranks = study->means + most;
     keep_subsets(target, study);
     draw_resamples(study);
-    sort_values(study->means, study->count, study->foretold);
+    vw_order(study->means, study->count, study->foretold);
     return VW_OK;
 }
 
@@ -125,7 +109,7 @@ static void set_interval(double *resampled, struct vw_judgement *row) {
 // ---- Scores ---------------------------------------------------------------------------------------------------------------
 
 // The rank of each value among all that were drawn; equal ones share the mean of their ranks.
-static void rank_drawn(const struct ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
+static void rank_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
     double below = 0;
     for (uint32_t begin = 0, end; begin < count; begin = end) {
         double level = times[ordered[begin].place];
@@ -149,21 +133,24 @@ static double correlate_drawn(const double *a, const double *b, const uint16_t *
 // The statistic of every resample (values[0]: of the study itself): the mean over the valued seeds.
 static enum vw_status resample_method(const struct study *study, const struct vw_contestant *contestant, double values[1 + RESAMPLES]) {
     double *sums = vw_allocate(study->count, sizeof *sums);
-    struct ordered *ordered = vw_allocate(study->count, sizeof *ordered);
+    struct vw_ordered *ordered = vw_allocate(study->count, sizeof *ordered);
     double *ranks = study->ranks, *foretold = ranks + study->subsets->count;
     enum vw_status status = sums && ordered ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = 0;
     for (uint32_t seed = 0; !status && seed < study->contest->seed_count; seed++) {
         const double *scores = contestant->scores + (size_t)seed * study->contest->photo_count;
-        double sum = 0; // not finite where a photo lacks a score: so is then the statistic
+        double sum = 0;
         for (uint32_t i = 0; i < study->count; i++) sum += sums[i] = sum_over_subset(study, scores, i);
-        sort_values(sums, study->count, ordered);
+        if (!isfinite(sum)) { // a photo lacks a score: sums without order
+            for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = NAN;
+            break;
+        }
+        vw_order(sums, study->count, ordered);
         for (uint32_t r = 0; r <= RESAMPLES; r++) {
             const uint16_t *times = study->times + (size_t)r * study->count;
             rank_drawn(ordered, times, study->count, ranks);
             rank_drawn(study->foretold, times, study->count, foretold);
-            double correlation = isfinite(sum) ? correlate_drawn(ranks, foretold, times, study->count) : NAN;
-            values[r] += correlation / study->contest->seed_count;
+            values[r] += correlate_drawn(ranks, foretold, times, study->count) / study->contest->seed_count;
         }
     }
     free(sums);
@@ -212,9 +199,10 @@ static enum vw_status judge_methods(const struct study *study, const struct targ
 
 static enum vw_status add_ceiling(const struct study *study, const struct target *target, struct vw_judgements *judgements) {
     const double *first = study->outcomes, *second = first + study->subsets->count;
-    double agreement = vw_pearson(first, second, study->count);
+    double agreement = NAN;
+    enum vw_status status = vw_spearman(first, second, study->count, &agreement); // as the LDS that lie below it
     struct vw_judgement row = {.method = agreement_name, .value = agreement, .low = NAN, .high = NAN, .count = study->count};
-    enum vw_status status = vw_judgements_add(judgements, "agreement", target->name, row);
+    if (!status) status = vw_judgements_add(judgements, "agreement", target->name, row);
     row.method = ceiling_name;
     row.value = agreement > 0 ? sqrt(2 * agreement / (1 + agreement)) : NAN;
     return status ? status : vw_judgements_add(judgements, "lds", target->name, row);
@@ -236,8 +224,8 @@ static enum vw_status add_chance(const struct study *study, const struct target 
         status = vw_spearman(sums, study->means, study->count, &drawn[r]);
     }
     struct vw_judgement row = {.method = chance_name, .count = study->count};
+    for (uint32_t r = 0; !status && r < RESAMPLES; r++) row.value += drawn[r] / RESAMPLES;
     if (!status) set_interval(drawn, &row);
-    row.value = 0.5 * (row.low + row.high);
     if (!status) status = vw_judgements_add(judgements, "lds", target->name, row);
     free(scores);
     free(sums);

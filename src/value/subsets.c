@@ -6,14 +6,10 @@
 
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
+#include "viewworth/statistics.h"
 
 static const uint64_t SUBSET_SEED = 0x73756273657473; // of no training: --seed counts up from small numbers
 enum { DRAWS_PER_SUBSET = 100 };
-
-static int compare_places(const void *a, const void *b) {
-    uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
-    return (left > right) - (left < right);
-}
 
 static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
     for (uint32_t i = 0; i < subsets->count; i++)
@@ -32,7 +28,7 @@ enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_s
     }
     for (uint64_t draw = 0; subsets->count < count && draw < (uint64_t)count * DRAWS_PER_SUBSET; draw++) {
         vw_random_order(SUBSET_SEED, draw, photo_count, order);
-        qsort(order, subsets->size, sizeof *order, compare_places);
+        vw_sort_places(order, subsets->size);
         if (is_known(subsets, order)) continue;
         memcpy(subsets->places + (size_t)subsets->count++ * subsets->size, order, subsets->size * sizeof *order);
     }

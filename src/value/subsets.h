@@ -17,7 +17,8 @@ struct vw_subsets {
 // Draws up to `count` different halves of `photo_count` photos (at least 2); fewer where there are no more. The same for every seed of
 // trainings, so that benchmarks of the same photos compare. Free them also after a failure.
 enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets);
-// Trains on every subset with seeds `first_seed` and the one after it. `photos`: the image_id of each photo.
+// Trains on every subset with seeds `first_seed` and the one after it, which no run should have whose scores are judged by it. `photos`:
+// the image_id of each photo.
 enum vw_status vw_subsets_try(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed, vw_trial_function *try_trial,
                               void *context);
 void vw_subsets_free(struct vw_subsets *subsets);

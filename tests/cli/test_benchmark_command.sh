@@ -61,7 +61,10 @@ check "truth finds all spoiled photos" grep -q "^$folder/tiny.json,auc/spoiled,t
 check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM trial WHERE view_count = 3 AND trial_id IN
     (SELECT trial_id FROM trial ORDER BY rowid LIMIT 17)')" = 16
 check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM trial WHERE view_count = 3 GROUP BY views
-    HAVING count(*) <> 2 OR min(seed) <> 0 OR max(seed) <> 1)')" = 0
+    HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
+check "no trial has a seed whose scores are judged" test "$(ask whole 'SELECT count(*) FROM trial WHERE seed < 2')" = 0
+check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed) || max(seed) FROM trial WHERE view_count = 5
+    AND seed > 3')" = 45
 
 # ---- Resuming and reusing ----
 
@@ -93,6 +96,7 @@ check "to the same bytes" cmp "$folder/first.csv" "$folder/stopped/benchmark.csv
 
 refused() { "$program" benchmark "$folder/tiny.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
 check "too few subsets" fails 2 'subsets' refused --subsets 3
+check "no seeds left to judge with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
 check "a recipe has defects of its own" fails 2 'plant.*recipe' refused --plant 2 --quiet
 check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet

@@ -11,6 +11,7 @@
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
+#include "viewworth/file.h"
 #include "viewworth/memory.h"
 
 enum { PHOTOS = 16, TRAIN = 12 }; // views 0 and 8 validate, 4 and 12 test
@@ -91,6 +92,30 @@ static void planting_is_repeatable_and_grows(void **state) {
     vw_scene_close(&more);
 }
 
+static struct vw_scene *open_listed(const char *folder, uint32_t first) {
+    static const char names[] = "images/02.png\nimages/03.png\nimages/05.png\nimages/06.png\nimages/07.png\nimages/09.png\nimages/10.png";
+    char *list = vw_path_join(folder, "train.txt");
+    tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
+    assert_int_equal(vw_file_write(list, names, sizeof names - 1), VW_OK);
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .plant = 7, .train_list = list});
+    free(list);
+    return scene;
+}
+
+// The same photos elsewhere in the scene file, and trained on by a list, suffer the same.
+static void planting_does_not_depend_on_places(void **state) {
+    struct vw_scene *scene = open_listed(*state, 0), *shifted = open_listed(*state, 2);
+    for (uint32_t v = 2; v < PHOTOS; v++) {
+        const struct vw_view *a = &scene->views[v], *b = &shifted->views[v - 2];
+        assert_string_equal(a->name, b->name);
+        assert_string_equal(a->truth, b->truth);
+        assert_memory_equal(a->sha256, b->sha256, sizeof a->sha256); // noise and occluders among them
+    }
+    assert_int_equal(count_truth(shifted, "clean"), PHOTOS - 2 - 7);
+    vw_scene_close(&scene);
+    vw_scene_close(&shifted);
+}
+
 // A scene of headers alone has the same truths.
 static void headers_tell_the_truth(void **state) {
     struct vw_scene *whole = open_planted(*state, 6);
@@ -112,6 +137,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(kinds_come_in_turn, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(only_what_is_planted_changes, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(planting_is_repeatable_and_grows, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(planting_does_not_depend_on_places, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(headers_tell_the_truth, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(what_cannot_be_planted_is_refused, make_folder, remove_folder),
     };

@@ -12,6 +12,12 @@ static struct vw_trials *open_trials(const char *folder) {
     return trials;
 }
 
+static void assert_count(const char *folder, const char *count) {
+    char *path = vw_path_join(folder, "trials.db");
+    assert_answer(path, "SELECT count(*) FROM trial", count);
+    free(path);
+}
+
 static const uint32_t views[] = {1, 3, 17};
 static const struct vw_trial trial = {.views = views, .view_count = 3, .seed = 5};
 static const struct vw_outcome outcome = {.val_psnr = 20.125, .val_l1 = 0.1, .test_psnr = NAN, .test_l1 = 1.0 / 3, .seconds = 2.5};
@@ -20,15 +26,13 @@ static void trials_come_back(void **state) {
     struct vw_trials *trials = open_trials(*state);
     struct vw_outcome found_outcome = {0};
     bool found = true;
-    uint64_t count = 9;
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
     assert_false(found);
     ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
     vw_trials_close(&trials);
     assert_null(trials);
     trials = open_trials(*state);
-    ASSERT_OK(vw_trials_count(trials, &count));
-    assert_int_equal(count, 1);
+    assert_count(*state, "1");
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
     assert_true(found);
     assert_true(found_outcome.val_psnr == outcome.val_psnr && found_outcome.val_l1 == outcome.val_l1);
@@ -42,15 +46,36 @@ static void the_first_outcome_of_a_trial_stays(void **state) {
     struct vw_trials *trials = open_trials(*state);
     struct vw_outcome other = outcome, found_outcome = {0};
     bool found = false;
-    uint64_t count = 0;
     other.val_psnr = 1;
     ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
     ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &other));
-    ASSERT_OK(vw_trials_count(trials, &count));
+    assert_count(*state, "1");
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
-    assert_int_equal(count, 1);
     assert_true(found_outcome.val_psnr == outcome.val_psnr);
     vw_trials_close(&trials);
+}
+
+static void an_edited_trial_is_not_recalled(void **state) {
+    static const char *const edits[] = {
+        "UPDATE trial SET val_psnr = 20.25",  "UPDATE trial SET test_psnr = 0", "UPDATE trial SET views = '1 3 18'",
+        "UPDATE trial SET seed = 6",          "UPDATE trial SET epochs = 31",   "UPDATE trial SET seconds = NULL",
+        "UPDATE trial SET row_hash = 'none'",
+    };
+    struct vw_trials *trials = open_trials(*state);
+    char *path = vw_path_join(*state, "trials.db");
+    for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
+        struct vw_outcome found_outcome;
+        bool found = false;
+        ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+        ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
+        sql_change(path, edits[i]);
+        if (vw_trials_find(trials, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH) fail_msg("%s went unnoticed", edits[i]);
+        assert_non_null(strstr(vw_error_message(), path));
+        assert_non_null(strstr(vw_error_message(), HEX_A));
+        sql_change(path, "DELETE FROM trial"); // the remedy
+    }
+    vw_trials_close(&trials);
+    free(path);
 }
 
 static void rows_are_plain_tables(void **state) {
@@ -115,11 +140,9 @@ static void a_ledger_is_no_file_of_trials(void **state) {
 // What a process leaves that was killed between creating the file and its first transaction.
 static void an_empty_file_is_begun(void **state) {
     char *path = vw_path_join(*state, "trials.db");
-    uint64_t count = 9;
     ASSERT_OK(vw_file_write(path, "", 0));
     struct vw_trials *trials = open_trials(*state);
-    ASSERT_OK(vw_trials_count(trials, &count));
-    assert_int_equal(count, 0);
+    assert_count(*state, "0");
     vw_trials_close(&trials);
     free(path);
 }
@@ -128,6 +151,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(trials_come_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(the_first_outcome_of_a_trial_stays, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_edited_trial_is_not_recalled, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(rows_are_plain_tables, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(what_is_no_file_of_trials_is_refused, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_ledger_is_no_file_of_trials, test_set_up, test_tear_down),
