@@ -24,6 +24,7 @@
 #ifndef VIEWWORTH_VALUE_H
 #define VIEWWORTH_VALUE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/ledger.h"
@@ -44,6 +45,7 @@ struct vw_value_input {
 
 struct vw_value_method {
     const char *name, *unit, *formula; // the formula in a line; d, e and E as above
+    bool additive;                     // a sum over visits, so that scores of several photos add up
 };
 // Every method, in the order of the scores; of runs without momentum those named momentum_* have no scores.
 const struct vw_value_method *vw_value_methods(uint32_t *count);
