@@ -30,6 +30,14 @@ refuses() {
     return 1
 }
 
+# fails_to_remove COMMAND...: it fails, names duplicates.csv, and leaves the ledger marked.
+fails_to_remove() {
+    ! "$@" >"$folder/stdout" 2>"$folder/stderr" && grep -q 'duplicates\.csv: cannot remove' "$folder/stderr" &&
+        [[ $(query run 'SELECT status FROM run') == failed ]] && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
 # table FILE SQL: the answer to a query on OUT/FILE as the table t.
 table() { sqlite3 :memory: ".mode csv" ".import '$out/$1' t" ".mode list" "$2"; }
 
@@ -96,8 +104,15 @@ sed 's/,chris$/,dora/' "$folder/providers.csv" >"$folder/others.csv"
 check "providers may be named afterwards" prints ' dora$' "${resume[@]}" --providers "$folder/others.csv" --payout 5
 check "that they differ from the ledger's is said" grep -q '^warning: providers are those given now' "$folder/stderr"
 check "verify finds the run intact" prints 'is intact' "$program" verify "$out"
-check "the run is extended" prints '' "${resume[@]}" --epochs 5 --quiet --providers "$folder/providers.csv"
-check "new steps make the old payout void" test ! -e "$out/payout.csv"
+mkdir "$out/duplicates.csv"
+check "what cannot be removed stops the end of an extended run" fails_to_remove "${resume[@]}" --epochs 5 --quiet
+rmdir "$out/duplicates.csv"
+echo old >"$out/duplicates.csv"
+check "the run is extended" prints '' "${resume[@]}" --epochs 5 --quiet
+check "new steps make the old tables void" test "$(cd "$out" && echo *.csv)" = 'matrix.csv scores.csv'
+check "and the matrix is new" test "$(table matrix.csv "ATTACH '$out/ledger.db' AS run;
+    SELECT count(*), max(abs(t.mean - s.value)) < 1e-9 FROM t JOIN run.image AS i USING (name)
+    JOIN run.score AS s ON s.image_id = i.image_id AND s.method = t.measure WHERE t.measure = 'dv_psnr'")" = '12|1'
 
 # ---- Near-duplicates ----------------------------------------------------------------------------------------------------
 
