@@ -35,7 +35,7 @@ struct vw_ledger_run {
     const char *shader_hash; // 64 hex digits
     const char *version;
     const char *started_utc;        // ISO 8601, "2026-11-21T03:04:05Z"
-    const char *scene_options_json; // the options the scene was opened with, "{}" without any (appended column)
+    const char *scene_options_json; // the options the scene was opened with, "{}" without any, or the hash of an imported log (appended)
     const char *effects_json;       // the verdict on every effect, with its evidence (appended column; decision 7)
     const char *status;             // "running", "finished", "interrupted", "failed"; ignored by vw_ledger_create: "running"
 };

@@ -16,8 +16,8 @@ struct vw_provider_score {
     uint32_t photo_count;
 };
 
-// A row per method and provider, methods in the order of the scores, the most valuable provider first, ties by name. `*groups` is owned by
-// the caller (free).
+// A row per method and provider, methods in the order of the scores, the most valuable provider first, ties by name. Methods whose scores
+// do not add up over photos, such as roots and rates, are left out (vw_value_method.additive). `*groups` is owned by the caller (free).
 //
 // The standard error takes the photos' errors as independent, for the score rows of every method hold what that needs. Photos of one run
 // are not quite: what one gains another may have prepared or may take back. In four runs of 22 photos and 29 epochs it came, for random

@@ -18,7 +18,8 @@ enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *p
 // duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo, groups from 0.
 enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
 // matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name; per photo a row of dv_psnr
-// and one of dv_loss, which has no jackknife_stderr. VW_ERROR_INPUT when the images lack one of the matrix.
+// and one of dv_loss. The latter has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the matrix
+// does not hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
 enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                      const struct vw_ledger_image *images, uint32_t image_count);
 

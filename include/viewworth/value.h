@@ -20,10 +20,12 @@
 //   clipped_*          sum of d, each clipped at three robust spreads (statistics.h) from the median of its epoch
 //   momentum_*         sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), d(t - 1) of the step before, on whatever photo: solves
 //                      d(t) = sum over k of (1 - b) b^k c(t - k), which is what Adam's first moment (Kingma and Ba, ICLR 2015) makes of the
-//                      gradients, and so of the credits to first order, with momentum b; only for runs with b > 0
+//                      gradients, and so of the credits to first order, with momentum b; only for runs with b > 0. A step whose d, or
+//                      that of the step before, is not known has no credit
 #ifndef VIEWWORTH_VALUE_H
 #define VIEWWORTH_VALUE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/ledger.h"
@@ -44,6 +46,7 @@ struct vw_value_input {
 
 struct vw_value_method {
     const char *name, *unit, *formula; // the formula in a line; d, e and E as above
+    bool additive;                     // a sum over visits, so that scores of several photos add up
 };
 // Every method, in the order of the scores; of runs without momentum those named momentum_* have no scores.
 const struct vw_value_method *vw_value_methods(uint32_t *count);

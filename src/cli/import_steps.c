@@ -22,7 +22,8 @@ struct import {
     struct vw_config config;
     struct vw_step_log log;
     char *ledger_path, *scores_path; // owned
-    char *config_json;               // owned
+    char log_sha256[VW_HASH_HEX_BYTES];
+    char *config_json, *options_json; // owned; of the run row
     struct vw_ledger *ledger;
     struct vw_tally tally;
     uint64_t unvalidated; // steps with neither values nor a flag
@@ -64,35 +65,38 @@ static enum vw_status open_import(struct import *import) {
     import->config.epochs = import->log.epochs;
     tally_steps(import);
     status = vw_config_check(&import->config);
-    import->config_json = status ? NULL : vw_imported_config_to_json(&import->config);
-    if (!status && !import->config_json) status = VW_ERROR_MEMORY;
-    return status ? status : vw_out_check(out);
+    if (status) return status;
+    vw_hash_to_hex(import->log.sha256, import->log_sha256);
+    import->config_json = vw_imported_config_to_json(&import->config);
+    import->options_json = vw_imported_options_to_json(import->log_sha256);
+    return import->config_json && import->options_json ? vw_out_check(out) : VW_ERROR_MEMORY;
 }
 
 static void close_import(struct import *import) {
     vw_ledger_close(&import->ledger);
     vw_step_log_clear(&import->log);
     free(import->config_json);
+    free(import->options_json);
     free(import->ledger_path);
     free(import->scores_path);
 }
 
 // ---- Writing ----------------------------------------------------------------------------------------------------------
 
-// The run is the log: its run_id is what sha256sum says of the file. The photos have no files here, only names.
+// The run is the log and what of the options bears on its scores. The photos have no files here, only names.
 static enum vw_status create_ledger(struct import *import) {
     uint8_t names_hash[32];
-    char log_hex[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "", started_utc[VW_UTC_BYTES];
+    char run_id[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "", started_utc[VW_UTC_BYTES];
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     for (uint32_t i = 0; i < import->log.image_count; i++) vw_hasher_add_text(&hasher, import->log.images[i].name);
     vw_hasher_end(&hasher, names_hash);
-    vw_hash_to_hex(import->log.sha256, log_hex);
+    vw_imported_run_id(import->log_sha256, &import->config, run_id);
     vw_hash_to_hex(names_hash, names_hex);
     memset(no_shaders, '0', sizeof no_shaders - 1);
     vw_utc_now(started_utc);
     const struct vw_ledger_run run = {
-        .run_id = log_hex,
+        .run_id = run_id,
         .scene_hash = names_hex,
         .scene_path = import->options->operand,
         .config_json = import->config_json,
@@ -102,7 +106,7 @@ static enum vw_status create_ledger(struct import *import) {
         .shader_hash = no_shaders,
         .version = vw_version(),
         .started_utc = started_utc,
-        .scene_options_json = "{}",
+        .scene_options_json = import->options_json,
         .effects_json = "[]",
     };
     bool existed = vw_folder_exists(import->options->out);
@@ -120,11 +124,11 @@ static enum vw_status print_result(const struct import *import, uint32_t score_c
     if (status) return status;
     if (import->options->json)
         return vw_json_print(json_pack(
-            "{s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", run.run_id, "log", run.scene_path, "photos",
-            (json_int_t)import->log.image_count, "epochs", (json_int_t)import->log.epochs, "steps", (json_int_t)import->tally.steps,
-            "nonfinite", (json_int_t)import->tally.nonfinite, "score_count", (json_int_t)score_count, "ledger", import->ledger_path,
-            "scores", import->scores_path, "val_psnr_start_db", vw_json_real(import->tally.first_val_psnr_db), "val_psnr_end_db",
-            vw_json_real(import->tally.last_val_psnr_db), "head", head));
+            "{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", run.run_id, "log", run.scene_path, "log_sha256",
+            import->log_sha256, "photos", (json_int_t)import->log.image_count, "epochs", (json_int_t)import->log.epochs, "steps",
+            (json_int_t)import->tally.steps, "nonfinite", (json_int_t)import->tally.nonfinite, "score_count", (json_int_t)score_count,
+            "ledger", import->ledger_path, "scores", import->scores_path, "val_psnr_start_db",
+            vw_json_real(import->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(import->tally.last_val_psnr_db), "head", head));
     printf("imported  %" PRIu64 " steps on %u photos in %u epochs\n", import->tally.steps, import->log.image_count, import->log.epochs);
     printf("validation PSNR  %.2f dB after the last step\n", import->tally.last_val_psnr_db);
     printf("ledger   %s\nscores   %s\n", import->ledger_path, import->scores_path);

@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli/json_output.h"
 #include "viewworth/file.h"
@@ -72,7 +71,6 @@ static enum vw_status make_groups(const struct vw_training_run *run, const struc
 }
 
 static enum vw_status make_payout(const struct vw_training_run *run, struct vw_sharing *sharing) {
-    if (!run->complete) unlink(sharing->payout_path);
     if (!run->options->payout || !vw_payout_parse(run->options->payout, &sharing->amount_cents)) return VW_OK;
     if (sharing->group_count == 0)
         return vw_fail(VW_ERROR_INPUT, "--payout: the run has no scores to pay by; %s says why", run->ledger_path);

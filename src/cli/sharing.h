@@ -30,7 +30,7 @@ struct vw_sharing {
 enum vw_status vw_sharing_check_options(const struct vw_options *options);
 enum vw_status vw_sharing_check_scene(const struct vw_options *options, const struct vw_scene *scene);
 // Works everything out by the scores of `method`, and writes providers.csv, payout.csv and duplicates.csv where there is something to
-// write. A payout.csv that new steps have made out of date is removed. Warns of what is wrong. Free it also after a failure.
+// write. Those that new steps make out of date vw_training_finish has removed. Warns of what is wrong. Free it also after a failure.
 enum vw_status vw_sharing_make(const struct vw_training_run *run, const struct vw_scoring *scoring, const char *method,
                                struct vw_sharing *sharing);
 void vw_sharing_print(const struct vw_sharing *sharing);

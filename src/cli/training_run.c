@@ -1,5 +1,6 @@
 #include "cli/training_run.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -266,13 +267,30 @@ static void say_oddities(const struct vw_tally *tally) {
                     tally->clamped);
 }
 
-// The outputs come first: a run that the ledger calls finished has them.
+// The tables of what the run was before these steps. Who wants them again makes them afterwards.
+static enum vw_status remove_outdated(const char *out) {
+    static const char *const names[] = {"matrix.csv", "providers.csv", "payout.csv", "duplicates.csv"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        char *path = vw_path_join(out, names[i]);
+        if (!path) return VW_ERROR_MEMORY;
+        enum vw_status status = VW_OK;
+        if (unlink(path) && errno != ENOENT)
+            status = vw_fail(VW_ERROR_IO, "%s: cannot remove what new steps made out of date: %s; remove it, and --resume", path,
+                             strerror(errno));
+        free(path);
+        if (status) return status;
+    }
+    return VW_OK;
+}
+
+// The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count) {
     if (run->complete) return VW_OK;
     char finished_utc[VW_UTC_BYTES];
     vw_utc_now(finished_utc);
-    enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
+    enum vw_status status = remove_outdated(run->options->out);
+    if (!status) status = vw_trainer_save_field(run->trainer, run->field_path);
     if (!status && images) status = vw_report_write_csv(run->scores_path, scores, score_count, images, image_count);
     if (!status) status = vw_ledger_finish(run->ledger, "finished", finished_utc, scores, score_count);
     if (status) finish_early(run, status);

@@ -46,8 +46,8 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
 // ledger appear with the first recorded steps. A failure or an interruption later keeps what is recorded and leaves the ledger marked
 // "failed" or "interrupted", with the scores so far.
 enum vw_status vw_training_take_steps(struct vw_training_run *run);
-// Writes the trained field, and scores.csv unless `images` is NULL; then marks the ledger "finished" with these scores, or "failed" when an
-// output could not be written. Does nothing on a complete run.
+// Removes the tables that an earlier end of the run left beside scores.csv, and writes the trained field, and scores.csv unless `images` is
+// NULL; then marks the ledger "finished" with these scores, or "failed" when that did not succeed. Does nothing on a complete run.
 enum vw_status vw_training_finish(struct vw_training_run *run, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count);
 // Scores what the ledger holds, and finishes with these scores. The scoring is to be freed, also after a failure.

@@ -72,6 +72,12 @@ static enum vw_status check_head(const struct vw_recorded_run *run, const char *
                    run->ledger_path, head);
 }
 
+// `log_sha256` is left as it is unless the run was imported.
+static enum vw_status check_import(const struct vw_recorded_run *run, char log_sha256[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_is_imported(&run->row) ? vw_imported_check(&run->row, &run->config, log_sha256) : VW_OK;
+    return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
+}
+
 // ---- Replay -----------------------------------------------------------------------------------------------------------
 
 // Takes steps until `wanted` of them were compared, or all.
@@ -137,21 +143,20 @@ static enum vw_status check_expected(const char *expected) {
 
 // ---- The command ------------------------------------------------------------------------------------------------------
 
-static enum vw_status print_result(const struct vw_recorded_run *run, const struct vw_options *options, uint32_t score_count,
-                                   uint64_t compared) {
+// `log_sha256` is "" unless the run was imported.
+static enum vw_status print_result(const struct vw_recorded_run *run, const struct vw_options *options, const char *log_sha256,
+                                   uint32_t score_count, uint64_t compared) {
     char head[VW_HASH_HEX_BYTES];
     vw_ledger_head(run->ledger, head);
     uint64_t rows = vw_ledger_next_step(run->ledger), steps = rows > 0 ? rows - 1 : 0;
     if (options->json)
-        return vw_json_print(json_pack("{s:b, s:s, s:s, s:I, s:I, s:I, s:s}", "intact", 1, "run_id", run->row.run_id, "status",
-                                       run->row.status, "steps", (json_int_t)steps, "scores", (json_int_t)score_count, "replayed",
-                                       (json_int_t)compared, "head", head));
+        return vw_json_print(json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:s}", "intact", 1, "run_id", run->row.run_id, "log_sha256",
+                                       *log_sha256 ? log_sha256 : NULL, "status", run->row.status, "steps", (json_int_t)steps, "scores",
+                                       (json_int_t)score_count, "replayed", (json_int_t)compared, "head", head));
     printf("%s is intact: %" PRIu64 " steps, %u scores, %s\n", run->ledger_path, steps, score_count, run->row.status);
     if (strcmp(run->row.status, "running") == 0) printf("it has not ended: whether its last steps were removed cannot be told\n");
-    if (vw_is_imported(&run->row))
-        printf("it was imported: how its steps were taken cannot be checked, only that they are those of the log, whose sha256sum is\n"
-               "its run_id %s\n",
-               run->row.run_id);
+    if (*log_sha256)
+        printf("it was imported: how its steps were taken cannot be checked; the log's sha256sum was\n         %s\n", log_sha256);
     if (options->replay_steps) printf("replay   %" PRIu64 " steps taken again gave the same bits\n", compared);
     printf("head     %s\n", head);
     return VW_OK;
@@ -159,6 +164,7 @@ static enum vw_status print_result(const struct vw_recorded_run *run, const stru
 
 enum vw_status vw_command_verify(const struct vw_options *options) {
     struct vw_recorded_run run;
+    char log_sha256[VW_HASH_HEX_BYTES] = "";
     uint32_t score_count = 0;
     uint64_t compared = 0;
     enum vw_status status = check_expected(options->expect);
@@ -168,10 +174,11 @@ enum vw_status vw_command_verify(const struct vw_options *options) {
         enum vw_status intact = vw_ledger_verify(run.ledger);
         if (intact) status = intact;
     }
+    if (!status) status = check_import(&run, log_sha256);
     if (!status) status = check_scores(&run, &score_count);
     if (!status) status = check_head(&run, options->expect);
     if (!status && options->replay_steps && vw_ledger_next_step(run.ledger) > 0) status = replay(&run, options, &compared);
-    if (!status) status = print_result(&run, options, score_count, compared);
+    if (!status) status = print_result(&run, options, log_sha256, score_count, compared);
     vw_recorded_close(&run);
     return status;
 }

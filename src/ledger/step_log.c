@@ -11,6 +11,8 @@
 #include "viewworth/hash.h"
 #include "viewworth/memory.h"
 
+static const double VALUE_MOST = 1e4;                   // of dB and of error: squares and sums of whatever is less stay finite
+static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring holds a number for each
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
@@ -23,7 +25,7 @@ struct reading {
     uint32_t field_count;          // of the header
     const char **photos;           // owned; of each record; NULL for none
     size_t photo_capacity, record_capacity;
-    uint32_t first_epoch;
+    uint32_t first_epoch, epoch_count; // epochs that a photo is trained in
 };
 
 // ---- Fields -----------------------------------------------------------------------------------------------------------
@@ -54,7 +56,8 @@ static enum vw_status read_real(const struct reading *reading, enum column colum
     errno = 0;
     double parsed = isspace((unsigned char)text[0]) ? 0 : strtod(text, &end);
     if (*text && (!end || end == text || *end)) return refuse_field(reading, column, "no number");
-    if (errno == ERANGE && isinf(parsed)) return refuse_field(reading, column, "too large");
+    if (isfinite(parsed) ? fabs(parsed) > VALUE_MOST : errno == ERANGE)
+        return refuse_field(reading, column, "too large: values beyond 10000 are mistakes");
     *number = *text ? parsed : NAN;
     return VW_OK;
 }
@@ -137,6 +140,7 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     if (epoch + 1 < (uint64_t)reading->first_epoch + reading->log->epochs)
         return refuse_field(reading, EPOCH, "smaller than in the row before, where epochs may only rise");
     record.epoch = (uint32_t)epoch - reading->first_epoch;
+    if (record.epoch >= reading->log->epochs) reading->epoch_count++;
     reading->log->epochs = record.epoch + 1;
     return append_record(reading, &record, photo);
 }
@@ -203,6 +207,15 @@ static enum vw_status number_photos(struct reading *reading) {
     return log->images ? VW_OK : VW_ERROR_MEMORY;
 }
 
+static enum vw_status check_extent(const struct reading *reading) {
+    const struct vw_step_log *log = reading->log;
+    if ((uint64_t)log->image_count * reading->epoch_count <= TABLE_MOST) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: %u photos in %u epochs are too many: photos times epochs may reach %" PRIu64
+                   "; epochs must be passes over the photos, not steps",
+                   log->csv.path, log->image_count, reading->epoch_count, TABLE_MOST);
+}
+
 enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log) {
     *log = (struct vw_step_log){0};
     struct reading reading = {.log = log};
@@ -210,6 +223,7 @@ enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log) {
     if (!status) vw_sha256(log->csv.text, log->csv.size_bytes, log->sha256);
     if (!status) status = read_rows(&reading);
     if (!status) status = number_photos(&reading);
+    if (!status) status = check_extent(&reading);
     free(reading.photos);
     return status;
 }

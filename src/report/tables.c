@@ -98,10 +98,14 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
 
 // ---- The matrix -------------------------------------------------------------------------------------------------------
 
-static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit, const double *row,
-                             uint32_t view_count, double standard_error) {
+static double mean_of(const double *row, uint32_t count) {
     double mean = 0;
-    for (uint32_t v = 0; v < view_count; v++) mean += row[v] / view_count;
+    for (uint32_t i = 0; i < count; i++) mean += row[i] / count;
+    return mean;
+}
+
+static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit, const double *row,
+                             uint32_t view_count, double mean, double standard_error) {
     write_text(stream, photo->name);
     write_text(stream, photo->provider);
     write_text(stream, measure);
@@ -127,8 +131,9 @@ static void print_matrix(FILE *stream, const void *context) {
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
         const struct vw_ledger_image *photo = vw_ledger_find_image(table->images, table->image_count, matrix->photos[p]);
         size_t first = (size_t)p * matrix->view_count;
-        print_matrix_row(stream, photo, "dv_psnr", "dB", &matrix->psnr[first], matrix->view_count, table->standard_errors[p]);
-        print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN);
+        print_matrix_row(stream, photo, "dv_psnr", "dB", &matrix->psnr[first], matrix->view_count,
+                         mean_of(&matrix->psnr[first], matrix->view_count), table->standard_errors[p]);
+        print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN, NAN);
     }
 }
 

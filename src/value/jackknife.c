@@ -49,13 +49,15 @@ static enum vw_status judge_columns(const struct vw_matrix *matrix, struct vw_vi
     return status;
 }
 
-// How far below the others a value may lie: 4 robust spreads, and `gap` at least. -INFINITY where that cannot be said. `*middle` is the
-// median.
+// How far below the others a value may lie: 4 robust spreads, and `gap` at least. Values that are NaN are left out, and the others moved to
+// the front; -INFINITY where they are too few. `*middle` is the median.
 static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
+    uint32_t known = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (isnan(values[i])) return *middle = -INFINITY;
-    *middle = vw_median(values, count);
-    return *middle - fmax(SPREADS * vw_robust_spread(values, count), gap);
+        if (!isnan(values[i])) values[known++] = values[i];
+    if (known < VIEWS_LEAST) return *middle = -INFINITY;
+    *middle = vw_median(values, known);
+    return *middle - fmax(SPREADS * vw_robust_spread(values, known), gap);
 }
 
 static enum vw_status judge_oddities(uint32_t count, struct vw_view_evidence *views) {

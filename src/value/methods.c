@@ -109,7 +109,8 @@ static enum vw_status clip_epochs(struct vw_series *series) {
     X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)                      \
     X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
-#define LISTED(name, unit, formula, ...) {name, unit, formula},
+#define LISTED(name, unit, formula, measure, form, treatment, weighting, outcome)                                                          \
+    {name, unit, formula, VW_OUTCOME_##outcome == VW_OUTCOME_SUM},
 #define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                                            \
     {measure, VW_FORM_##form, treatment, weighting, VW_OUTCOME_##outcome},
 static const struct vw_value_method listed[] = {METHODS(LISTED)};

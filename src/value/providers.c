@@ -7,6 +7,7 @@
 
 #include "ledger/find_image.h"
 #include "viewworth/memory.h"
+#include "viewworth/value.h"
 
 // A score with its provider, and what sorts it.
 struct member {
@@ -41,6 +42,15 @@ static int compare_groups(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
+// A method that is not listed is one of probes, whose scores are effects in the unit of the measure and add up.
+static bool is_additive(const char *method) {
+    uint32_t count;
+    const struct vw_value_method *listed = vw_value_methods(&count);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(listed[i].name, method) == 0) return listed[i].additive;
+    return true;
+}
+
 static struct vw_provider_score add_up(const struct member *members, uint32_t count) {
     struct vw_provider_score group = {
         .provider = members[0].provider, .method = members[0].score->method, .unit = members[0].score->unit, .photo_count = count};
@@ -72,6 +82,7 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
     for (uint32_t first = 0, end; !status && first < score_count; first = end) {
         uint32_t first_group = count;
         end = end_of_run(members, score_count, first, false);
+        if (!is_additive(members[first].score->method)) continue;
         for (uint32_t i = first, next; i < end; i = next) {
             next = end_of_run(members, end, i, true);
             made[count++] = add_up(&members[i], next - i);

@@ -30,12 +30,17 @@ struct reader {
     double sign, beta1;
     enum vw_form form;
     double *before;    // the measure that a delta is taken from: by image in the revisit form, else the first entry
-    double last_delta; // of the step before
+    double last_delta; // of the step before; NaN where it is not known
+    bool bridges;      // whether the next delta spans steps that were taken but not validated
 };
 
 // The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) + b d(t - 1). A step
-// without a value counts as not taken: skipped, it leaves the first moment as it is.
-static double undo_momentum(struct reader *reader, double delta) {
+// flagged as not finite counts as not taken: skipped, it leaves the first moment as it is. One that was taken but not validated has moved
+// it: of its delta and that of the next step only the sum is known, so that neither these two nor the step after them have a credit.
+static double undo_momentum(struct reader *reader, const struct vw_step_record *record, double delta) {
+    if (record->view == VW_RECORD_UNTRAINED || record->nonfinite) return NAN;
+    if (reader->bridges) delta = NAN;
+    reader->bridges = !record->validated;
     double credit = (delta - reader->beta1 * reader->last_delta) / (1 - reader->beta1);
     reader->last_delta = delta;
     return credit;
@@ -46,8 +51,8 @@ static double take_delta(struct reader *reader, const struct vw_step_record *rec
     double after = vw_measure_of_record(reader->measure, record), *before = &reader->before[revisit ? image : 0];
     double delta = reader->sign * (after - *before);
     if (isfinite(after) && (trained || !revisit)) *before = after;
-    if (!isfinite(delta)) return NAN;
-    return reader->form == VW_FORM_DECONVOLVED ? undo_momentum(reader, delta) : delta;
+    if (!isfinite(delta)) delta = NAN;
+    return reader->form == VW_FORM_DECONVOLVED ? undo_momentum(reader, record, delta) : delta;
 }
 
 static enum vw_status take_visits(const struct vw_value_input *input, struct reader *reader, struct vw_series *series) {

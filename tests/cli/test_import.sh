@@ -54,7 +54,8 @@ check "the log is imported" prints '^imported  48 steps on 12 photos in 4 epochs
 check "its scores are those of the run" same_scores ours imported
 check "nothing is made up of what the log lacks" test \
     "$(query imported "SELECT count(val_psnr_pooled), (SELECT count(*) FROM score WHERE method LIKE '%pooled%') FROM step")" = '0|0'
-check "run_id is what sha256sum says of the log" test "$(query imported 'SELECT run_id FROM run')" = "$(sha256sum "$log" | cut -d ' ' -f 1)"
+check "the ledger has what sha256sum says of the log" test "$(query imported "SELECT scene_options_json ->> '\$.log_sha256' FROM run")" = \
+    "$(sha256sum "$log" | cut -d ' ' -f 1)"
 check "the ledger says where it is from" test "$(query imported "SELECT device, scene_path = '$log', status FROM run")" = \
     'imported|1|finished'
 check "scores.csv has a line per score" test "$(wc -l <"$folder/imported/scores.csv")" = \
@@ -62,10 +63,14 @@ check "scores.csv has a line per score" test "$(wc -l <"$folder/imported/scores.
 check "importing again leaves the same rows" bash -c "'$program' import-steps '$log' --out '$folder/again' >/dev/null"
 check "they are the same" same_rows imported again
 check "--burn-in is heard" bash -c "'$program' import-steps '$log' --out '$folder/late' --burn-in 3 >/dev/null"
+check "--beta1 is heard" bash -c "'$program' import-steps '$log' --out '$folder/slow' --beta1 0.5 >/dev/null"
+check "imports of one log by other options are other runs" test "$(for run in imported late slow; do
+    query "$run" 'SELECT run_id FROM run'; done | sort -u | wc -l)" = 3
 check "visits say so" test "$(query late "SELECT DISTINCT visits FROM score WHERE method = 'dv_psnr'")" = 1
 check "--json tells the same" bash -c "'$program' import-steps '$log' --out '$folder/json' --json >'$folder/answer.json' &&
     sqlite3 :memory: \"SELECT j ->> '\$.steps' = 48 AND j ->> '\$.photos' = 12 AND j ->> '\$.epochs' = 4 AND j ->> '\$.nonfinite' = 0
-        AND length(j ->> '\$.head') = 64 FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
+        AND length(j ->> '\$.head') = 64 AND length(j ->> '\$.log_sha256') = 64
+        FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
 check "a log may come through a pipe" bash -c "cat '$log' | '$program' import-steps /dev/stdin --out '$folder/piped' >/dev/null"
 check "it is the same run" test "$(query piped 'SELECT run_id FROM run')" = "$(query imported 'SELECT run_id FROM run')"
 check "too few epochs warn" bash -c "'$program' import-steps '$log' --out '$folder/none' --burn-in 9 2>&1 >/dev/null |
@@ -75,6 +80,7 @@ check "too few epochs warn" bash -c "'$program' import-steps '$log' --out '$fold
 
 head=$("$program" verify "$folder/imported" | sed -n 's/^head *//p')
 check "verify finds it intact and says what it cannot check" prints '^it was imported: ' "$program" verify "$folder/imported"
+check "and the log's hash" grep -q "^ *$(sha256sum "$log" | cut -d ' ' -f 1)$" "$folder/stdout"
 check "verify --expect knows its head" prints 'is intact' "$program" verify "$folder/imported" --expect "$head"
 check "verify --replay is refused" fails 2 'was imported from' verify "$folder/imported" --replay 3 --quiet
 check "render is refused" fails 2 'was imported from' render "$folder/imported" --quiet
@@ -84,6 +90,20 @@ query again "UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 7"
 check "verify finds an edited step" fails 1 'step 7 was edited' verify "$folder/again"
 query late "UPDATE run SET config_json = '{}'"
 check "verify finds an edited configuration" fails 1 'run row was edited' verify "$folder/late"
+
+# seal RUN: the seal of a run without scores, as viewworth/ledger.h describes it: of texts, each with its tag and length.
+seal() {
+    local text
+    query "$1" "SELECT row_hash FROM step ORDER BY step DESC LIMIT 1;
+        SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run" | tr '|' '\n' |
+        while read -r text; do
+            printf "t\\x$(printf %02x "${#text}")\\0\\0\\0\\0\\0\\0\\0%s" "$text"
+        done | b2sum -l 256 | cut -d ' ' -f 1
+}
+check "a run without scores is sealed as described" test "$(seal none)" = "$(query none 'SELECT seal_hash FROM run')"
+query none "UPDATE run SET config_json = replace(config_json, '0.0', '0.5')"
+query none "UPDATE run SET seal_hash = '$(seal none)'"
+check "verify finds an edited configuration also when it was sealed anew" fails 1 'run_id is not that of its log' verify "$folder/none"
 
 # ---- Refusals -----------------------------------------------------------------------------------------------------------
 

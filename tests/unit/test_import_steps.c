@@ -69,14 +69,14 @@ static void the_untrained_state_may_be_missing(void **state) {
 
 static void values_may_be_missing_or_not_finite(void **state) {
     struct vw_step_log log = read_log(write_log(*state, "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,a,,\n2,0,b,nan,0.4\n3,0,a,12,inf\n"
-                                                        "4,0,b,-Infinity,NaN\n5,0,a,-3,0\n"));
+                                                        "4,0,b,-Infinity,NaN\n5,0,a,-1e4,1e4\n"));
     static const bool flagged[] = {false, false, true, true, true, false};
     for (uint32_t i = 0; i < log.record_count; i++) {
         assert_int_equal(log.records[i].nonfinite, flagged[i]);
         assert_int_equal(log.records[i].validated, i == 0 || i == 5);
         assert_int_equal(isnan(log.records[i].val_psnr), i > 0 && i < 5);
     }
-    check_record(&log.records[5], 5, 0, 0, -3, 0);
+    check_record(&log.records[5], 5, 0, 0, -1e4, 1e4); // the most that is read
     vw_step_log_clear(&log);
 }
 
@@ -117,6 +117,9 @@ static void malformed_lines_are_refused(void **state) {
         {HEADER "0,0,,10,0.5\n1,0,a,11 dB,0.4\n", "log.csv:3: field psnr: \"11 dB\" is no number"},
         {HEADER "0,0,,10,0.5\n1,0,a, 11,0.4\n", "log.csv:3: field psnr: \" 11\" is no number"},
         {HEADER "0,0,,10,0.5\n1,0,a,1e999,0.4\n", "log.csv:3: field psnr: \"1e999\" is too large"},
+        {HEADER "0,0,,10,0.5\n1,0,a,1e200,0.4\n", "log.csv:3: field psnr: \"1e200\" is too large"},
+        {HEADER "0,0,,10,0.5\n1,0,a,-10000.1,0.4\n", "log.csv:3: field psnr: \"-10000.1\" is too large"},
+        {HEADER "0,0,,10,0.5\n1,0,a,11,10001\n", "log.csv:3: field l1: \"10001\" is too large"},
         {HEADER "0,0,,10,0.5\n1,0,a,11,-0.4\n", "log.csv:3: field l1: \"-0.4\" is negative"},
         {HEADER "0,0,,10,0.5\n1,0,a,11,\n", "log.csv:3: field l1: \"\" is empty where the other value is not"},
         {HEADER "0,0,,10,0.5\n1,0,a,,0.4\n", "log.csv:3: field psnr: \"\" is empty where the other value is not"},
@@ -260,6 +263,30 @@ static void long_logs_are_quick(void **state) {
     assert_true(seconds < 3);
 }
 
+// Every row a new photo, and a new epoch for the first `epochs` of them.
+struct wide_log {
+    uint32_t rows, epochs;
+};
+
+static void print_wide(FILE *stream, const void *context) {
+    const struct wide_log *wide = context;
+    fputs("step,epoch,photo,psnr,l1\n", stream);
+    for (uint32_t i = 1; i <= wide->rows; i++) fprintf(stream, "%u,%u,%u,20,0.1\n", i, 5 * (i < wide->epochs ? i : wide->epochs), i);
+}
+
+// 2^13 photos in 2^13 epochs are the most: what they need must not grow with the square of a small file. Numbers of epochs may have gaps.
+static void epochs_are_passes_over_the_photos(void **state) {
+    struct vw_step_log log = {0};
+    const char *path = temporary_path(*state, "wide.csv");
+    ASSERT_OK(vw_csv_write_file(path, print_wide, &(struct wide_log){8192, 8192}));
+    ASSERT_OK(vw_step_log_read(path, &log));
+    vw_step_log_clear(&log);
+    ASSERT_OK(vw_csv_write_file(path, print_wide, &(struct wide_log){8193, 8192}));
+    assert_int_equal(vw_step_log_read(path, &log), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "wide.csv: 8193 photos in 8192 epochs are too many"));
+    vw_step_log_clear(&log);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(columns_come_in_any_order, test_set_up, test_tear_down),
@@ -269,6 +296,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(damaged_files_do_no_harm, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_run_comes_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(long_logs_are_quick, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(epochs_are_passes_over_the_photos, test_set_up, test_tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

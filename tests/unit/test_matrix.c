@@ -126,9 +126,9 @@ static void deltas_are_summed_by_view(void **state) {
     ASSERT_OK(vw_file_read(path, 10000, &text, &size_bytes));
     assert_string_equal(text, "name,provider,measure,unit,mean,jackknife_stderr,\"val,0.png\",3.png\n"
                               "1.png,,dv_psnr,dB,2,0.5,1,3\n"
-                              "1.png,,dv_loss,mean absolute error,0.125,,0,0.25\n"
+                              "1.png,,dv_loss,mean absolute error,,,0,0.25\n"
                               "2.png,,dv_psnr,dB,43,,87,-1\n"
-                              "2.png,,dv_loss,mean absolute error,0.625,,0.5,0.75\n");
+                              "2.png,,dv_loss,mean absolute error,,,0.5,0.75\n");
     assert_int_equal(vw_table_write_matrix(path, &matrix, standard_errors, run->images, 3), VW_ERROR_INPUT);
     free(text);
     free(path);
@@ -292,6 +292,25 @@ static void odd_views_are_found(void **state) {
     }
 }
 
+// A view that no step changes has no agreement; that says nothing against or for the others.
+static void a_constant_view_hides_no_odd_one(void **state) {
+    (void)state;
+    uint32_t photos[ODD_PHOTOS] = {0}, ids[ODD_VIEWS] = {0, 1, 2, 3, 4, 5};
+    double psnr[ODD_PHOTOS * ODD_VIEWS] = {0}, l1[ODD_PHOTOS * ODD_VIEWS] = {0}, standard_errors[ODD_PHOTOS];
+    double end_psnr[ODD_VIEWS] = {20, 21, 18, 22, 23, 20};
+    for (uint32_t p = 0; p < ODD_PHOTOS; p++) // view 2 says the opposite of the others; view 5 is constant
+        for (uint32_t v = 0; v < 5; v++) psnr[p * ODD_VIEWS + v] = (v == 2 ? -1.0 : 1.0) * p;
+    struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 100};
+    struct vw_view_evidence views[ODD_VIEWS];
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    assert_true(isnan(views[5].agreement));
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_int_equal(views[v].disagrees, v == 2);
+    for (uint32_t p = 0; p < ODD_PHOTOS; p++) // of the other three nobody can say
+        for (uint32_t v = 3; v < 5; v++) psnr[p * ODD_VIEWS + v] = 0;
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].disagrees);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(deltas_are_summed_by_view, test_set_up, test_tear_down),
@@ -299,6 +318,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(row_means_are_the_scores, test_set_up, test_tear_down),
         cmocka_unit_test(one_view_at_a_time_is_left_out),
         cmocka_unit_test(odd_views_are_found),
+        cmocka_unit_test(a_constant_view_hides_no_odd_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,6 +13,10 @@ static const struct vw_ledger_score scores[] = {
     {.image_id = 6, .method = "dv_psnr", .value = -1, .unit = "dB", .standard_error = 0.4, .visits = 4},
     {.image_id = 1, .method = "dv_loss", .value = -0.01, .unit = "mean absolute error", .standard_error = NAN, .visits = 1},
     {.image_id = 2, .method = "dv_loss", .value = 0.02, .unit = "mean absolute error", .standard_error = 0.01, .visits = 4},
+    {.image_id = 1, .method = "win_rate_psnr", .value = 0.5, .unit = "wins less losses per visit", .standard_error = 0.1, .visits = 4},
+    {.image_id = 6, .method = "win_rate_psnr", .value = 0.5, .unit = "wins less losses per visit", .standard_error = 0.1, .visits = 4},
+    {.image_id = 1, .method = "root_psnr", .value = 2, .unit = "dB^(1/3)", .standard_error = 0.1, .visits = 4},
+    {.image_id = 1, .method = "same_state_psnr", .value = 0.25, .unit = "dB", .standard_error = 0.5, .visits = 4},
 };
 
 static void check_group(const struct vw_provider_score *group, const char *provider, const char *method, double value, double error,
@@ -30,12 +34,13 @@ static void sums_are_of_the_photos(void **state) {
     struct vw_provider_score *groups = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_providers_score(scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT, &groups, &count));
-    assert_int_equal(count, 5);
+    assert_int_equal(count, 6); // rates and roots do not add up
     check_group(&groups[0], "", "dv_psnr", 7, 0.1, 1);
     check_group(&groups[1], "alice", "dv_psnr", 2, 0.5, 2); // 0.3, 0.4
     check_group(&groups[2], "bob", "dv_psnr", 1, 1.3, 2);   // 0.5, 1.2
     check_group(&groups[3], "bob", "dv_loss", 0.02, 0.01, 1);
     check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1); // a photo's error is unknown
+    check_group(&groups[5], "alice", "same_state_psnr", 0.25, 0.5, 1);
     assert_string_equal(groups[3].unit, "mean absolute error");
 
     struct vw_payout *payouts = NULL;

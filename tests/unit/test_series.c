@@ -250,8 +250,25 @@ static void what_has_no_value_has_no_credit(void **state) {
     struct test_game *game = test_play(mixed, 3, seed);
     for (uint32_t step = 0; step < 9; step++) test_flag(game, step);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
-    for (uint32_t i = 0; i < series.count; i++) // the step after them is the first that has a value, and nothing to start from
-        assert_int_equal(isnan(series.visits[i].delta), 1 + TEST_TRAIN_COUNT + i <= 9);
+    for (uint32_t i = 0; i < series.count; i++) // step 9 is the first that has a value, but nothing to start from, and 10 needs its delta
+        assert_int_equal(isnan(series.visits[i].delta), 1 + TEST_TRAIN_COUNT + i <= 10);
+    vw_series_free(&series);
+    free(game);
+}
+
+// As imported runs may have: what the step earned went into the moment, unseen.
+static void steps_taken_unvalidated_leave_credits_unknown(void **state) {
+    (void)state;
+    struct test_game *game = test_play(mixed, 20, seed);
+    const uint32_t unvalidated = 31;
+    test_set_psnr(&game->records[unvalidated], NAN);
+    game->records[unvalidated].validated = false;
+    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
+    for (uint32_t i = 0; i < series.count; i++) {
+        uint32_t step = 1 + TEST_TRAIN_COUNT + i;
+        if (step >= unvalidated && step <= unvalidated + 2) assert_true(isnan(series.visits[i].delta));
+        else assert_close(series.visits[i].delta, worth_db[game->order[step]], amplified_rounding, "a credit");
+    }
     vw_series_free(&series);
     free(game);
 }
@@ -270,6 +287,7 @@ int main(void) {
         cmocka_unit_test(without_momentum_credits_are_deltas),
         cmocka_unit_test(steps_not_taken_have_no_part_in_momentum),
         cmocka_unit_test(what_has_no_value_has_no_credit),
+        cmocka_unit_test(steps_taken_unvalidated_leave_credits_unknown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
