@@ -8,12 +8,14 @@
 #include "cli/benchmark_output.h"
 #include "cli/commands.h"
 #include "cli/contestants.h"
+#include "cli/controls.h"
 #include "cli/interrupt.h"
 #include "cli/laboratory.h"
 #include "cli/seed_runs.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
+#include "viewworth/value.h"
 
 struct benchmark {
     const struct vw_options *options;
@@ -32,21 +34,50 @@ static uint64_t judging_seed(const struct vw_options *options) { return options-
 
 static bool wants_curves(const struct vw_options *options) { return !options->curves || strcmp(options->curves, "none") != 0; }
 
+static bool is_word(const char *word, size_t length, const char *name) { return strlen(name) == length && !strncmp(word, name, length); }
+
+static bool is_contestant(const char *word, size_t length) {
+    uint32_t count;
+    const struct vw_value_method *methods = vw_value_methods(&count);
+    for (uint32_t i = 0; i < count; i++)
+        if (is_word(word, length, methods[i].name)) return true;
+    for (uint32_t i = 0; i < vw_control_count; i++)
+        if (is_word(word, length, vw_controls[i].name)) return true;
+    return is_word(word, length, "leave_one_out");
+}
+
+static enum vw_status check_curves(const char *list) {
+    if (!list || !strcmp(list, "all") || !strcmp(list, "none")) return VW_OK;
+    for (const char *word = list; word; word = strchr(word, ',') ? strchr(word, ',') + 1 : NULL)
+        if (!is_contestant(word, strcspn(word, ",")))
+            return vw_fail(VW_ERROR_USAGE, "--curves: \"%.*s\" is no method; take all, none, or names as scores.csv has them",
+                           (int)strcspn(word, ","), word);
+    return VW_OK;
+}
+
 // Whether --curves names a method: a list with commas, or "all".
-static bool has_curve(const struct vw_options *options, const char *method) {
+static bool is_named(const struct vw_options *options, const char *method) {
     const char *list = options->curves;
-    size_t length = strlen(method);
     if (!list) return !strcmp(method, vw_contest_reference) || !strcmp(method, "truth");
     if (!strcmp(list, "all")) return true;
-    for (const char *next = list; next; next = strchr(next, ',') ? strchr(next, ',') + 1 : NULL)
-        if (!strncmp(next, method, length) && (next[length] == ',' || !next[length])) return true;
+    for (const char *word = list; word; word = strchr(word, ',') ? strchr(word, ',') + 1 : NULL)
+        if (is_word(word, strcspn(word, ","), method)) return true;
     return false;
+}
+
+// Equal scores give no order to remove photos in, and random ones have a curve of their own.
+static bool has_curve(const struct benchmark *benchmark, const struct vw_contestant *contestant) {
+    const struct vw_contest *contest = &benchmark->contestants.contest;
+    bool differ = false;
+    for (size_t i = 1; i < (size_t)contest->seed_count * contest->photo_count; i++)
+        differ |= contestant->scores[i] != contestant->scores[0];
+    return differ && strcmp(contestant->name, "random") != 0 && is_named(benchmark->options, contestant->name);
 }
 
 static void plan(struct benchmark *benchmark) {
     const struct vw_contest *contest = &benchmark->contestants.contest;
     uint32_t curves = wants_curves(benchmark->options) ? VW_CURVE_ORDERS : 0;
-    for (uint32_t i = 0; i < contest->contestant_count; i++) curves += has_curve(benchmark->options, contest->contestants[i].name);
+    for (uint32_t i = 0; i < contest->contestant_count; i++) curves += has_curve(benchmark, &contest->contestants[i]);
     benchmark->laboratory.planned = 1 + (uint64_t)benchmark->subsets.count * VW_SUBSET_SEEDS + (uint64_t)curves * vw_curve_trainings();
     if (benchmark->options->leave_one_out) benchmark->laboratory.planned += (uint64_t)contest->seed_count * (contest->photo_count + 1);
 }
@@ -78,7 +109,7 @@ static enum vw_status judge_curves(struct benchmark *benchmark) {
     if (!wants_curves(benchmark->options)) return VW_OK;
     enum vw_status status = vw_judge_random_curve(contest, seed, vw_laboratory_try, &benchmark->laboratory, &benchmark->judgements);
     for (uint32_t i = 0; !status && i < contest->contestant_count; i++)
-        if (has_curve(benchmark->options, contest->contestants[i].name) && strcmp(contest->contestants[i].name, "random") != 0)
+        if (has_curve(benchmark, &contest->contestants[i]))
             status =
                 vw_judge_curve(contest, &contest->contestants[i], seed, vw_laboratory_try, &benchmark->laboratory, &benchmark->judgements);
     return status;
@@ -167,7 +198,8 @@ enum vw_status vw_command_benchmark(const struct vw_options *options) {
                        "--seed %" PRIu64 ": the %d seeds counted from it pass %" PRId64 ", the largest; begin with a lower one",
                        options->config.seed, SEEDS_IN_ALL, INT64_MAX);
     struct benchmark benchmark = {.options = options, .training_seconds = NAN};
-    enum vw_status status = vw_seed_runs_make(options, 0, VW_SUBSET_SEEDS);
+    enum vw_status status = check_curves(options->curves);
+    if (!status) status = vw_seed_runs_make(options, 0, VW_SUBSET_SEEDS);
     if (!status) status = run(&benchmark);
     free(benchmark.judgements.rows);
     vw_subsets_free(&benchmark.subsets);

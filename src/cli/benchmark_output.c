@@ -73,7 +73,7 @@ static void print_header(const struct vw_benchmark_output *output) {
     printf("%-*s", NAME_WIDTH, "method");
     for (int c = 0; c < COLUMN_COUNT; c++)
         if (is_used(output->judgements, &columns[c])) printf("  %*s", width_of(&columns[c]), columns[c].title);
-    printf("  trainings      s\n");
+    printf("  trainings  CPU s\n");
 }
 
 static void print_method(const struct vw_benchmark_output *output, const char *method, int64_t trainings) {
