@@ -7,6 +7,7 @@
 #include "cli/controls.h"
 #include "cli/scoring.h"
 #include "cli/seed_runs.h"
+#include "value/score_tables.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
 
@@ -68,7 +69,9 @@ static enum vw_status take_seed(const struct vw_laboratory *laboratory, uint32_t
     struct vw_ledger *ledger = NULL;
     struct vw_scoring scoring = {0};
     enum vw_status status = vw_seed_run_open(options->out, options->config.seed + seed, &ledger);
-    if (!status) status = vw_scoring_make(ledger, &options->config, &scoring);
+    if (!status) status = vw_scoring_load(ledger, &options->config, &scoring.input);
+    if (!status) scoring.input = vw_value_input_truncate(&scoring.input, options->config.epochs); // the run may have been extended since
+    if (!status && !controls) status = vw_value_score(&scoring.input, &scoring.scores, &scoring.score_count);
     if (!status && !controls) status = take_scores(&scoring, seed, contestants);
     if (!status && controls) status = take_controls(laboratory, &scoring, seed, contestants);
     vw_scoring_free(&scoring);

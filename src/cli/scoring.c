@@ -2,8 +2,6 @@
 
 #include <stdlib.h>
 
-#include "value/score_tables.h"
-
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input) {
     double beta1 = config->optimizer == VW_OPTIMIZER_SGD ? 0 : config->beta1; // which plain gradient descent does not use
     *input = (struct vw_value_input){.burn_in_epochs = config->burn_in_epochs, .beta1 = beta1};
@@ -14,7 +12,6 @@ enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config 
     if (!status) status = vw_ledger_get_probes(ledger, &probes, &input->probe_count);
     input->records = records;
     input->probes = probes;
-    if (!status) *input = vw_value_input_truncate(input, config->epochs);
     return status;
 }
 

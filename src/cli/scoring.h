@@ -7,8 +7,8 @@
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
-// What scores are computed from: the ledger's steps and probes, owned here, and its images; `config` is the run's, and of a longer run only
-// its epochs count. To be unloaded also after a failure.
+// What scores are computed from: the ledger's steps and probes, owned here, and its images; `config` is the run's. To be unloaded also
+// after a failure.
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input);
 void vw_scoring_unload(struct vw_value_input *input);
 
