@@ -38,6 +38,10 @@ check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$
 for command in devices info value train reproduce render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
+for command in reproduce benchmark; do
+    check "$command --help says that it goes on" prints '^  --out FOLDER .* is gone on with$' "$program" "$command" --help
+    check "and does not ask for --resume" test "$(grep -c 'unless with --resume' "$folder/stdout")" = 0
+done
 check "help shows ranges and defaults" prints '^  --rays N .*, 1 to 65536 \(500\)$' "$program" value --help
 check "help shows ranges with gaps" prints '^  --width N .*, a power of two, 16 to 64 \(32\)$' "$program" train --help
 check "help shows ranges outside the config" prints '^  --downscale N .*, 1 to 64 \(1\)$' "$program" info --help
