@@ -59,7 +59,8 @@ check "and without a training" test "$(trials whole)" = "$before"
 extend_seeds() {
     local seed
     for seed in 0 1; do
-        run "$program" value "$folder/tiny.json" --out "$folder/whole/seed_$seed" --seed "$seed" "${tiny[@]}" --epochs 5 --resume || return 1
+        run "$program" value "$folder/tiny.json" --out "$folder/whole/seed_$seed" --seed "$seed" "${tiny[@]}" --epochs 5 --resume ||
+            return 1
     done
 }
 check "its valued runs are extended" extend_seeds

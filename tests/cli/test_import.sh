@@ -92,7 +92,8 @@ check "options of training are refused" refuses 2 'unknown option "--rays"' impo
 check "a burn-in out of range is refused" refuses 2 '--burn-in takes' import-steps "$log" --out "$folder/bad" --burn-in 4000000000
 check "a log that is not there is refused" refuses 2 'no/log.csv' import-steps "$folder/no/log.csv" --out "$folder/bad"
 sed '20s/[0-9.]*$/x/' "$log" >"$folder/broken.csv"
-check "a malformed line is refused by its number" refuses 2 'broken\.csv:20: field psnr' import-steps "$folder/broken.csv" --out "$folder/bad"
+check "a malformed line is refused by its number" refuses 2 'broken\.csv:20: field psnr' import-steps "$folder/broken.csv" \
+    --out "$folder/bad"
 head -c 900 "$log" >"$folder/cut.csv"
 check "a log that is cut off is refused" refuses 2 'cut\.csv:[0-9]+: ' import-steps "$folder/cut.csv" --out "$folder/bad"
 check "a ledger is no log" refuses 2 'zero byte' import-steps "$folder/imported/ledger.db" --out "$folder/bad"
