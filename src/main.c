@@ -27,7 +27,7 @@ static const struct vw_command commands[] = {
     {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
      "Leaves a run per seed in OUT/seed_<seed>, as value does, reproduce.csv (every measure of agreement, pair, method and number of "
      "epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_REPRODUCE |
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS | VW_OPTIONS_REPRODUCE |
          VW_OPTIONS_JSON,
      vw_command_reproduce},
     {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
@@ -37,7 +37,7 @@ static const struct vw_command commands[] = {
      "Values the scene with two seeds, trains on random halves of its photos with two others, and says how well scores find spoiled photos "
      "and foretell those trainings. Leaves seed_<N>/, trials.db and benchmark.csv in the --out folder; the same command goes on where it "
      "was stopped.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_OUT | VW_OPTIONS_BENCHMARK | VW_OPTIONS_JSON,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK | VW_OPTIONS_JSON,
      vw_command_benchmark},
     {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "

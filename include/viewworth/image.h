@@ -37,5 +37,7 @@ void vw_image_clear(struct vw_image *image); // frees the pixels and zeroes the 
 
 // One pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.
 void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, float rgba[4]);
+// Luminance of a pixel as stored (weights of Rec. 709), over `background` (RGB) where it is transparent; same limits.
+double vw_image_luminance(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float background[3]);
 
 #endif

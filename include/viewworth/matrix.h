@@ -43,7 +43,8 @@ struct vw_view_evidence {
 // A view disagrees when its agreement lies below 0.3 and below the views' median by 4 robust spreads and 0.3 at least, and its PSNR below
 // their median: a view that the field matches well may rank the photos in its own way, but shows the scene. It stays low when its PSNR lies
 // below their median by 4 robust spreads and 6 dB at least, four times the squared error. Both need at least 4 views of which agreement or
-// PSNR is known: among fewer nobody can say which one is odd.
+// PSNR is known, for among fewer nobody can say which one is odd, and 5 visits per photo, for fewer say more of the steps than of the
+// photos.
 enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views, double *standard_errors);
 
 #endif

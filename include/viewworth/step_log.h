@@ -3,8 +3,8 @@
 // A CSV file (see csv.h) whose header names at least the columns step, epoch, photo, psnr and l1, in any order; further columns are passed
 // over. One row per step:
 // - step   whole number; the first row has 0 or 1, every other one the number after that of the row before
-// - epoch  whole number that never falls; epochs count from the first one that a photo is trained in, and are passes over the photos:
-//          scoring holds a number per photo and epoch, so that their product may not exceed 2^26
+// - epoch  whole number that never falls; epochs count from the first one that a photo is trained in, are fewer than 10^9, and are passes
+//          over the photos: scoring holds a number per photo and epoch, so that their product may not exceed 2^26
 // - photo  the name of the photo trained on; the first row may have none: it is the state before training, as is step 0 whatever its photo
 // - psnr   dB, validation after the step; finite values beyond 10^4, here and in l1, are refused: one would drown all scores
 // - l1     mean absolute error of the same validation, not negative

@@ -79,7 +79,8 @@ static enum vw_status take_seed(const struct vw_laboratory *laboratory, uint32_t
     return status;
 }
 
-// A control that says the same of all photos tells nothing, and a method that lacks a score cannot be summed.
+// A method that lacks a score for some photo cannot be summed over halves. One that says the same of all photos stays: its empty figures
+// say that it tells nothing here.
 static void drop_incomplete(struct vw_contestants *contestants) {
     struct vw_contest *contest = &contestants->contest;
     uint32_t kept = 0;

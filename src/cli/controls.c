@@ -63,14 +63,8 @@ static enum vw_status score_loss_change(const struct vw_control_input *input, do
 
 // ---- Of the photo ---------------------------------------------------------------------------------------------------------
 
-// Luminance as stored (Rec. 709), over the scene's colour where the photo is transparent.
 static double luminance_at(const struct vw_scene *scene, const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
-    static const double weights[3] = {0.2126, 0.7152, 0.0722};
-    float rgba[4];
-    double sum = 0;
-    vw_image_pixel(&view->image, x_px, y_px, rgba);
-    for (int c = 0; c < 3; c++) sum += weights[c] * (rgba[3] * rgba[c] + (1 - rgba[3]) * scene->background[c]);
-    return sum;
+    return vw_image_luminance(&view->image, x_px, y_px, scene->background);
 }
 
 // The variance of the Laplacian (Pech-Pacheco et al., ICPR 2000): low in blurred photos, high in noisy ones.

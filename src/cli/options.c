@@ -92,14 +92,16 @@ static const struct option_row rows[] = {
     {"first-order", NULL, "also score every photo by the slope of validation along its steps", VW_OPTIONS_VALUE, FLAG,
      FIELD(config.first_order)},
     {"until-stable", "R",
-     "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, 0 to 1; 0: never",
+     "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, below 1; 0: never",
      VW_OPTIONS_ONE_VALUE, REAL, FIELD(until_stable)},
     {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth",
      VW_OPTIONS_ONE_VALUE, TEXT, FIELD(payout)},
-    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT | VW_OPTIONS_IMPORT, TEXT,
-     FIELD(out)},
+    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
+    {"out", "FOLDER", "where results go (needed); must not hold a run yet", VW_OPTIONS_IMPORT, TEXT, FIELD(out)},
+    {"out", "FOLDER", "where results go (needed); what it holds of the same runs is gone on with", VW_OPTIONS_RUNS, TEXT, FIELD(out)},
     {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,
      FIELD(resume)},
+    {"resume", NULL, "taken for granted", VW_OPTIONS_RUNS, FLAG, FIELD(resume)},
     {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 50},
     {"vary", "NAME", "what differs between the runs; the rest stays as --seed has it", VW_OPTIONS_REPRODUCE, FIELD(config.vary),
      .kind = KIND_CHOICE, .choice_name = vary_choice, .choice_count = VW_VARY_INIT + 1},
@@ -224,6 +226,10 @@ static enum vw_status refuse(const struct vw_command *command, bool value_missin
                    command->name);
 }
 
+static bool needs_out(const struct vw_command *command) {
+    return command->options & (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT);
+}
+
 static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands, struct vw_options *options) {
     int wanted = command->operand ? 1 : 0;
     if (count < wanted)
@@ -232,7 +238,7 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
         return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
                        command->name);
     if (wanted) options->operand = operands[0];
-    if ((command->options & (VW_OPTIONS_OUT | VW_OPTIONS_IMPORT)) && (!options->out || !*options->out))
+    if (needs_out(command) && (!options->out || !*options->out))
         return vw_fail(VW_ERROR_USAGE, "%s: --out is missing; name the folder for the results", command->name);
     return VW_OK;
 }
@@ -283,8 +289,7 @@ static void print_option(const struct option_row *row, const struct vw_options *
 void vw_options_print_help(const struct vw_command *command) {
     struct vw_options options = defaults;
     options.config = vw_config_default;
-    const char *operand = command->operand ? command->operand : "",
-               *out = command->options & (VW_OPTIONS_OUT | VW_OPTIONS_IMPORT) ? " --out FOLDER" : "";
+    const char *operand = command->operand ? command->operand : "", *out = needs_out(command) ? " --out FOLDER" : "";
     printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out, command->summary);
     if (command->details) printf("%s\n", command->details);
     printf("\noptions, with defaults in parentheses:\n");

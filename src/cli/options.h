@@ -39,7 +39,7 @@ enum {
     VW_OPTIONS_DEVICE = 1,
     VW_OPTIONS_SCENE = 2,
     VW_OPTIONS_TRAINING = 4,
-    VW_OPTIONS_OUT = 8, // --out, which must be given, and --resume
+    VW_OPTIONS_OUT = 8, // --out, which must be given, and --resume; likewise VW_OPTIONS_RUNS
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
     VW_OPTIONS_VALUE = 64,
@@ -51,6 +51,7 @@ enum {
     VW_OPTIONS_BENCHMARK = 4096,
     VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
+    VW_OPTIONS_RUNS = 1048576,     // of commands that make several in one folder, and always go on with them
 };
 
 struct vw_command {

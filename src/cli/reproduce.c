@@ -11,11 +11,6 @@ static enum vw_status check(const struct vw_options *options) {
     if (config->epochs <= config->burn_in_epochs)
         return vw_fail(VW_ERROR_USAGE, "--epochs %u leaves no epoch after --burn-in %u, and no scores to compare; ask for more",
                        config->epochs, config->burn_in_epochs);
-    char *ledger_path = vw_path_join(options->out, "ledger.db");
-    if (!ledger_path) return VW_ERROR_MEMORY;
-    bool taken = vw_file_exists(ledger_path);
-    free(ledger_path);
-    if (taken) return vw_fail(VW_ERROR_USAGE, "--out %s: holds a single run; name another folder for the runs of all seeds", options->out);
     return VW_OK;
 }
 

@@ -73,6 +73,9 @@ static enum vw_status refuse_setting(const char *key, const json_t *ours, const 
     return status;
 }
 
+// These are part of what a run is only beside same_state and vary: where one run lacks them it lacks those, too, which the user knows.
+static bool follows_from_another(const char *key) { return strcmp(key, "epochs") == 0 || strcmp(key, "base_seed") == 0; }
+
 // The first setting that differs, if any. Some are there in one of both only: what they say is then left at its default.
 static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
     json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *all = json_object(), *value;
@@ -81,7 +84,8 @@ static enum vw_status check_config(const char *ours_json, const char *recorded_j
     if (all && !json_object_update(all, recorded) && !json_object_update(all, ours)) {
         json_object_foreach(all, key, value) {
             const json_t *here = json_object_get(ours, key), *there = json_object_get(recorded, key);
-            if (!status && !json_equal(here, there)) status = refuse_setting(key, here, there, out);
+            if (status || json_equal(here, there) || (follows_from_another(key) && !(here && there))) continue;
+            status = refuse_setting(key, here, there, out);
         }
     }
     json_decref(ours);

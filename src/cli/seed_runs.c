@@ -37,15 +37,24 @@ static enum vw_status make_seed(const struct vw_options *options, uint64_t seed,
     return status;
 }
 
+static enum vw_status check_folder(const char *out) {
+    if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
+    char *ledger_path = vw_path_join(out, "ledger.db");
+    if (!ledger_path) return VW_ERROR_MEMORY;
+    bool taken = vw_file_exists(ledger_path);
+    free(ledger_path);
+    if (taken) return vw_fail(VW_ERROR_USAGE, "--out %s: holds a single run; name another folder for the runs of all seeds", out);
+    return VW_OK;
+}
+
 enum vw_status vw_seed_runs_make(const struct vw_options *options, uint32_t first_seed_offset, uint32_t count) {
     uint64_t first = options->config.seed + first_seed_offset;
     if (count && first > (uint64_t)INT64_MAX - (count - 1))
         return vw_fail(VW_ERROR_USAGE,
                        "--seed %" PRIu64 ": the seeds counted from it pass %" PRId64 ", the largest; begin with a lower one",
                        options->config.seed, INT64_MAX);
-    if (vw_file_exists(options->out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", options->out);
     struct vw_stage stage = {0};
-    enum vw_status status = VW_OK;
+    enum vw_status status = check_folder(options->out);
     for (uint32_t i = 0; !status && i < count; i++) {
         vw_log_info("seed     %" PRIu64 " (%u of %u)", first + i, i + 1, count);
         status = make_seed(options, first + i, &stage);

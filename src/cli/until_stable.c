@@ -15,7 +15,7 @@ static bool is_stable(const struct vw_training_run *run) { return vw_stability_r
 enum vw_status vw_until_stable_check_option(const struct vw_options *options) {
     double wanted = options->until_stable;
     if (wanted >= 0 && wanted < 1) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "--until-stable takes a rank correlation above 0 and below 1, not %g", wanted);
+    return vw_fail(VW_ERROR_USAGE, "--until-stable takes a rank correlation of 0 (never stop) to below 1, not %g", wanted);
 }
 
 enum vw_status vw_until_stable_measure(struct vw_training_run *run, bool *stable) {

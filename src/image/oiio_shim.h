@@ -1,4 +1,5 @@
-// The border to OpenImageIO: plain C types in and out, no exception passes. Only image.c and its neighbours call it.
+// The border to OpenImageIO: plain C types in and out, no exception passes. Only image.c and its neighbours call it, by way of
+// oiio_module.c: without the module viewworth_oiio.so every call is VW_ERROR_IO and says so.
 #ifndef VIEWWORTH_OIIO_SHIM_H
 #define VIEWWORTH_OIIO_SHIM_H
 

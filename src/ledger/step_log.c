@@ -13,6 +13,7 @@
 
 static const double VALUE_MOST = 1e4;                   // of dB and of error: squares and sums of whatever is less stay finite
 static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring holds a number for each
+static const uint32_t EPOCHS_MOST = 1000000000;         // as of a training of ours
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
@@ -140,6 +141,7 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     if (epoch + 1 < (uint64_t)reading->first_epoch + reading->log->epochs)
         return refuse_field(reading, EPOCH, "smaller than in the row before, where epochs may only rise");
     record.epoch = (uint32_t)epoch - reading->first_epoch;
+    if (record.epoch >= EPOCHS_MOST) return refuse_field(reading, EPOCH, "more than 10^9 epochs after the first");
     if (record.epoch >= reading->log->epochs) reading->epoch_count++;
     reading->log->epochs = record.epoch + 1;
     return append_record(reading, &record, photo);

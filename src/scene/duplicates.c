@@ -19,12 +19,6 @@ struct fingerprint {
 
 // ---- What photos show -------------------------------------------------------------------------------------------------
 
-static double luminance(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
-    float rgba[4];
-    vw_image_pixel(&view->image, x_px, y_px, rgba);
-    return rgba[3] * (0.2126 * rgba[0] + 0.7152 * rgba[1] + 0.0722 * rgba[2]);
-}
-
 // The pixel of sample `index` of all along a side.
 static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
     return (uint32_t)(((uint64_t)2 * index + 1) * side_px / (2 * CELLS * SAMPLES));
@@ -32,13 +26,14 @@ static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
 
 // Mean over a grid of samples that does not depend on the photo's size; 0 where no pixel can be used.
 static double mean_of_cell(const struct vw_view *view, uint32_t cell_x, uint32_t cell_y) {
+    static const float black[3] = {0, 0, 0};
     double sum = 0;
     uint32_t count = 0;
     for (uint32_t i = 0; i < SAMPLES * SAMPLES; i++) {
         uint32_t x_px = pixel_of(cell_x * SAMPLES + i % SAMPLES, view->image.width_px);
         uint32_t y_px = pixel_of(cell_y * SAMPLES + i / SAMPLES, view->image.height_px);
         if (!vw_view_can_use(view, x_px, y_px)) continue;
-        sum += luminance(view, x_px, y_px);
+        sum += vw_image_luminance(&view->image, x_px, y_px, black);
         count++;
     }
     return count ? sum / count : 0;

@@ -76,8 +76,9 @@ static enum vw_status judge_orders(struct curve *curve, const char *method, cons
                                    struct vw_judgements *judgements) {
     double whole_db = NAN;
     uint32_t photo_count = curve->contest->photo_count;
+    size_t stride = order_count > 1 ? 2 : 1; // the two ends of random orders are alike: one of each pair will do
     enum vw_status status = reach(curve, orders, photo_count, &whole_db);
-    for (size_t e = 0; !status && e<VW_ARRAY_COUNT(ends); e += order_count> 1 ? 2 : 1)
+    for (size_t e = 0; !status && e < VW_ARRAY_COUNT(ends); e += stride)
         for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++) {
             double gain_db = 0;
             if (!((photo_count * percents[p] + 50) / 100)) continue; // too few photos to take any away

@@ -7,6 +7,7 @@
 #include "viewworth/statistics.h"
 
 enum { VIEWS_LEAST = 4 };                 // of which one can be told to be odd
+enum { VISITS_LEAST = 5 };                // of each photo, on average: the deltas of fewer say more of the steps than of the photos
 static const double SPREADS = 4;          // normal values lie farther off once in 16,000 times
 static const double AGREEMENT_MOST = 0.3; // of a view that disagrees: what it ranks high the others hardly do
 static const double AGREEMENT_GAP = 0.3;  // of it to the median, so that views that all agree a little are left in peace
@@ -85,7 +86,8 @@ static double standard_error_of(const double *row, uint32_t count) {
 
 enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views, double *standard_errors) {
     enum vw_status status = judge_columns(matrix, views);
-    if (!status && matrix->view_count >= VIEWS_LEAST && matrix->visit_count > 0) status = judge_oddities(matrix->view_count, views);
+    bool trained = matrix->visit_count >= VISITS_LEAST * (uint64_t)matrix->photo_count;
+    if (!status && trained && matrix->view_count >= VIEWS_LEAST) status = judge_oddities(matrix->view_count, views);
     for (uint32_t p = 0; !status && p < matrix->photo_count; p++)
         standard_errors[p] = standard_error_of(&matrix->psnr[(size_t)p * matrix->view_count], matrix->view_count);
     return status;

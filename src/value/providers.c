@@ -42,7 +42,8 @@ static int compare_groups(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
-// A method that is not listed is one of probes, whose scores are effects in the unit of the measure and add up.
+// A method that is not listed is one of probes. Its scores add up: effects of a step, in the unit of the measure, as means over states that
+// are the same for all photos (same_state_*), or their sums over visits (first_order_*).
 static bool is_additive(const char *method) {
     uint32_t count;
     const struct vw_value_method *listed = vw_value_methods(&count);

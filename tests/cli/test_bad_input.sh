@@ -348,6 +348,12 @@ else
     echo "SKIPPED: a disk that is full at the start: a small file system cannot be mounted here"
 fi
 out=$keep_out
+mkdir "$folder/elsewhere"
+cp "$program" "$folder/elsewhere/viewworth"
+keep_program=$program
+program=$folder/elsewhere/viewworth
+run_case 1 "a program without the module beside it" 'images/0.png.*viewworth_oiio.so, which belongs beside the program' "$scene"
+program=$keep_program
 device=()
 variables=(VK_ICD_FILENAMES=/nonexistent VK_DRIVER_FILES=/nonexistent)
 refused "no Vulkan device" '[Vv]ulkan' "$scene"

@@ -2,12 +2,7 @@
 # `viewworth benchmark` on a tiny recipe: what it writes, that it goes on after a kill, and that it trains nothing twice. Takes the
 # program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. "$(dirname "$0")/../support/program_test.sh"
 cat >"$folder/tiny.json" <<'RECIPE'
 {
     "viewworth_recipe": 1, "seed": 3,
@@ -21,26 +16,14 @@ cat >"$folder/tiny.json" <<'RECIPE'
     "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
 }
 RECIPE
-tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --device llvmpipe)
+sed '/"defects"/d; s/"split": "test"}],/"split": "test"}]/' "$folder/tiny.json" >"$folder/sound.json"
+tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
 
-benchmark() { # benchmark OUT [OPTION]...
-    "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
-    cat "$folder/stderr"
-    return 1
-}
+benchmark_it() { "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"; } # benchmark_it OUT [OPTION]...
+benchmark() { run benchmark_it "$@"; }
 ask() { sqlite3 "$folder/$1/trials.db" "$2"; }
 trials() { ask "$1" 'SELECT count(*) FROM trial'; }
 row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row JUDGEMENT,METHOD: how many there are
-fails() { # fails CODE PATTERN COMMAND...
-    local code=0
-    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
-
-benchmark_quietly() { "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" --quiet; }
 
 # ---- What it leaves ----
 
@@ -73,6 +56,17 @@ before=$(trials whole)
 check "a finished benchmark is repeated" benchmark whole --subsets 8 --leave-one-out
 check "with the same bytes" cmp "$folder/first.csv" "$folder/whole/benchmark.csv"
 check "and without a training" test "$(trials whole)" = "$before"
+extend_seeds() {
+    local seed
+    for seed in 0 1; do
+        run "$program" value "$folder/tiny.json" --out "$folder/whole/seed_$seed" --seed "$seed" "${tiny[@]}" --epochs 5 --resume ||
+            return 1
+    done
+}
+check "its valued runs are extended" extend_seeds
+check "and it is repeated with the epochs that it had" benchmark whole --subsets 8 --leave-one-out
+check "with the same bytes once more" cmp "$folder/first.csv" "$folder/whole/benchmark.csv"
+check "and again without a training" test "$(trials whole)" = "$before"
 check "more subsets add trainings" benchmark whole --subsets 10 --curves none --json
 check "of the new subsets alone" test "$(($(trials whole) - before))" -le 4
 check "its JSON is whole" grep -q '"judgements"' "$folder/stdout"
@@ -92,15 +86,28 @@ check "it is stopped once more" stop_benchmark TERM stopped 9
 check "it goes on" benchmark stopped --subsets 8 --leave-one-out
 check "to the same bytes" cmp "$folder/first.csv" "$folder/stopped/benchmark.csv"
 
+# ---- Nothing to tell ----
+
+judge_sound() {
+    run "$program" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves truth
+}
+curve() { grep -c "^$folder/sound.json,removal_low/20,$1," "$folder/sound/benchmark.csv"; }
+check "a benchmark of photos that are all sound" judge_sound
+check "has the curve of random orders" test "$(curve random)" = 1
+check "and none of a truth that says the same of all" test "$(curve truth)" = 0
+
 # ---- Refusals ----
 
-refused() { "$program" benchmark "$folder/tiny.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
+refused() { benchmark_it refused "$@"; }
 check "too few subsets" fails 2 'subsets' refused --subsets 3
 check "no seeds left to judge with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
 check "a recipe has defects of its own" fails 2 'plant.*recipe' refused --plant 2 --quiet
+check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves truth,dv_pnsr
+check "nothing is left of refusals" test ! -e "$folder/refused"
+check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0
 check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
 mkdir -p "$folder/other" && echo "no trials" >"$folder/other/trials.db"
-check "a file that holds no trials" fails 2 'trials.db.*not' benchmark_quietly other
+check "a file that holds no trials" fails 2 'trials.db.*not' benchmark_it other --quiet
 check "which stays as it was" test "$(cat "$folder/other/trials.db")" = "no trials"
 conclude

@@ -1,34 +1,13 @@
 #!/usr/bin/env bash
 # The program from outside: exit codes, messages, outputs, and that equal runs leave equal rows. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=(--epochs 3 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe)
+tiny=("${small[@]}" --epochs 3 --effects occupancy) # the effect that --effects auto finds in this scene
 
-# refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
-refuses() {
-    local code=0
-    "$program" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
+refuses() { fails 2 "$1" "$program" "${@:2}"; } # refuses PATTERN ARGUMENT...
 
 in_folder() { (cd "$folder" && "$@"); }
-
-# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
-prints() {
-    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
 
 # answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
 answers() {
@@ -47,9 +26,10 @@ begins_as() { # begins_as RUN LONGER: all steps of the run, with their hashes, a
     head -n 5 "$folder/diff"
     return 1
 }
-value_again() { # value_again OUT [VARIABLE=VALUE]...
-    env "${@:2}" "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet >/dev/null
+value() { # value OUT [OPTION]...
+    "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:2}" >/dev/null
 }
+value_by_threads() { LP_NUM_THREADS=$1 value "threads$1"; }
 
 # ---- Without a device ---------------------------------------------------------------------------------------------------
 
@@ -57,6 +37,10 @@ check "--help lists the commands" prints '^  value SCENE' "$program" --help
 check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$program" --version
 for command in devices info value train reproduce render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
+done
+for command in reproduce benchmark; do
+    check "$command --help says that it goes on" prints '^  --out FOLDER .* is gone on with$' "$program" "$command" --help
+    check "and does not ask for --resume" test "$(grep -c 'unless with --resume' "$folder/stdout")" = 0
 done
 check "help shows ranges and defaults" prints '^  --rays N .*, 1 to 65536 \(500\)$' "$program" value --help
 check "help shows ranges with gaps" prints '^  --width N .*, a power of two, 16 to 64 \(32\)$' "$program" train --help
@@ -121,13 +105,13 @@ check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledge
         query first "SELECT abs(value - ($value)) < 1e-9 AND visits = $visits FROM score
             WHERE run_id = '$run' AND image_id = $image AND method = 'dv_psnr'"
     done | sort | uniq -c | tr -s ' ')" = ' 12 1'
-check "value again gives a run" value_again second
-check "the same command leaves the same rows" same_rows first second
+check "value again gives a run, its effects decided by itself" value second --effects auto
+check "the same effects leave the same rows" same_rows first second
 for threads in 0 1 2 4; do
-    check "value with $threads driver threads gives a run" value_again "threads$threads" LP_NUM_THREADS=$threads
+    check "value with $threads driver threads gives a run" value_by_threads "$threads"
     check "the rows do not depend on threads ($threads)" same_rows first "threads$threads"
 done
-check "another seed leaves other rows" bash -c "'$program' value '$scene' --out '$folder/seeded' ${tiny[*]} --seed 1 --quiet >/dev/null"
+check "another seed leaves other rows" value seeded --seed 1
 check "the rows depend on the seed" test "$(rows first)" != "$(rows seeded)"
 check "a folder that cannot be made is refused" \
     refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
@@ -137,8 +121,8 @@ check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_a
     AND (SELECT min(value ->> 'truth' = 'clean') FROM json_each(j, '\$.least_valuable'))
     AND j ->> '\$.most_valuable[0].value' >= j ->> '\$.least_valuable[0].value' AND j ->> '\$.val_psnr_end_db' > 0" \
     "$program" value "$scene" --out "$folder/json" "${tiny[@]}" --json
-check "too few epochs warn" bash -c "'$program' value '$scene' --out '$folder/short' ${tiny[*]} --epochs 1 --quiet 2>&1 |
-    grep -q '^warning: .*no scores'"
+check "too few epochs give a run" value short --epochs 1 2>"$folder/stderr"
+check "and warn" grep -q '^warning: .*no scores' "$folder/stderr"
 check "too few epochs leave steps" test "$(query short 'SELECT count(*) FROM step')" = 13
 check "a longer run keeps the chain of a shorter one" begins_as short first
 check "too few epochs leave no scores" test "$(query short 'SELECT count(*) FROM score')" = 0
@@ -194,7 +178,8 @@ validated() { # leaks aside, of which the layer has its own
     head -n 5 "$folder/messages"
     return 1
 }
-check "value gives the validation layer nothing to say" validated "$program" value "$scene" --out "$folder/validated" "${tiny[@]}" --quiet
+check "value gives the validation layer nothing to say" validated "$program" value "$scene" --out "$folder/validated" "${tiny[@]}" \
+    --effects auto --quiet
 check "render gives it nothing to say" validated "$program" render "$folder/validated"
 
 # ---- Interruption -------------------------------------------------------------------------------------------------------
@@ -220,7 +205,7 @@ check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step'
 blocked() { # blocked OUTPUT: a folder stands where the output belongs
     local code=0
     mkdir -p "$folder/blocked_$1/$1"
-    value_again "blocked_$1" 2>"$folder/stderr" || code=$?
+    value "blocked_$1" 2>"$folder/stderr" || code=$?
     [[ $code -eq 1 && $(query "blocked_$1" 'SELECT status FROM run') == failed ]]
 }
 for output in scores.csv field.vwf; do

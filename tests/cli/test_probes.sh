@@ -2,28 +2,14 @@
 # value --same-state and --first-order from outside: what they add, that they change nothing else, and that their rows come again. Takes the
 # program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --quiet)
 probing=(--same-state 3 --first-order)
 
 value() { # value OUT EPOCHS [OPTION]...
-    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${tiny[@]}" "${@:3}" >"$folder/stdout" 2>"$folder/stderr"
+    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --quiet "${@:3}"
 }
-fails() { # fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches
-    local code=0
-    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
-verifies() { "$program" verify "$folder/$1" "${@:2}" >"$folder/stdout" 2>"$folder/stderr"; }
+verify() { "$program" verify "$folder/$1" "${@:2}"; }
 answers() { # answers RUN SQL EXPECTED
     local answer
     answer=$(query "$1" "$2")
@@ -34,12 +20,12 @@ answers() { # answers RUN SQL EXPECTED
 own_scores="SELECT image_id, method, value, stderr FROM score WHERE method GLOB 'dv_*' ORDER BY 1, 2"
 own_steps="SELECT step, image_id, train_loss, val_psnr, val_l1 FROM step ORDER BY step"
 
-check "a run with both" value both 10 "${probing[@]}" --json
+check "a run with both" run value both 10 "${probing[@]}" --json
 check "says what they cost" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) AS j)
     SELECT j ->> '\$.same_state.states' = 3 AND j ->> '\$.same_state.steps' = 72 AND j ->> '\$.same_state.share' BETWEEN 1e-6 AND 1
        AND j ->> '\$.first_order.steps' = 108 AND j ->> '\$.first_order.validations' = 216 FROM answer")" = 1
-check "and one without" value plain 10
+check "and one without" run value plain 10
 check "the steps are the same" answers both "$own_steps" "$(query plain "$own_steps")"
 check "and so are the other scores" answers both "$own_scores" "$(query plain "$own_scores")"
 check "and so is the field" cmp "$folder/both/field.vwf" "$folder/plain/field.vwf"
@@ -59,23 +45,24 @@ check "and one a first-order score" answers both "
     SELECT count(*), max(abs(score.value - mine.value)) < 1e-12 FROM score JOIN (
         SELECT step.image_id, sum(probe.val_psnr) AS value FROM probe JOIN step USING (run_id, step)
         WHERE kind = 'first_order' GROUP BY step.image_id) AS mine USING (image_id) WHERE method = 'first_order_psnr'" '12|1'
-check "all of it comes again" verifies both --replay 4000000000
+check "all of it comes again" run verify both --replay 4000000000
 
 cp -r "$folder/both" "$folder/edited"
 query edited "UPDATE probe SET image_id = (SELECT max(image_id) FROM image WHERE split = 'train') WHERE kind = 'same_state' AND probe = 1"
-check "a probe given to another photo is found" fails 1 'step 36 was edited' verifies edited
+check "a probe given to another photo is found" fails 1 'step 36 was edited' verify edited
 
-"$program" value "$scene" --out "$folder/stopped" --epochs 10 "${tiny[@]}" "${probing[@]}" >/dev/null 2>&1 &
+"$program" value "$scene" --out "$folder/stopped" --epochs 10 "${small[@]}" "${probing[@]}" >/dev/null 2>&1 &
 process=$!
 until [[ -s $folder/stopped/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
 kill -TERM $process 2>/dev/null
 wait $process 2>/dev/null
-check "a run that was stopped goes on" value stopped 10 "${probing[@]}" --resume
+check "a run that was stopped goes on" run value stopped 10 "${probing[@]}" --resume
 check "and is the run without interruption" same_run both stopped
 
 check "more epochs are another run: its states lie elsewhere" fails 2 'epochs = 10, not 12' value both 12 "${probing[@]}" --resume
 check "and so are fewer states" fails 2 'same_state = 3, not 2' value both 10 --same-state 2 --first-order --resume
 check "and none of the slopes" fails 2 'first_order = true, not nothing' value both 10 --same-state 3 --resume
+check "states cannot be added to a run" fails 2 'same_state = nothing, not 3' value plain 10 --same-state 3 --resume
 check "there are no more states than epochs behind burn-in" fails 2 'same-state 4: at most one state .* which are 3' \
     value none 4 --same-state 4
 check "nor fewer than one" fails 2 '1 to 1000000' value none 4 --same-state 0

@@ -2,36 +2,17 @@
 # The same scene valued with several seeds: what agrees, what a seed varies, stopping and going on. Takes the program's path. SEED=N draws
 # other moments to kill.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
-tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --effects none --device llvmpipe --quiet)
+. "$(dirname "$0")/../support/program_test.sh"
 seed=${SEED:-1}
 RANDOM=$seed
 echo "seed $seed"
 scene=$folder/spoiled.json
 sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
 
-reproduce() { # reproduce OUT [OPTION]...
-    "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
-    cat "$folder/stderr"
-    return 1
-}
+reproduce() { run reproduce_it "$@"; } # reproduce OUT [OPTION]...
+reproduce_it() { "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
 
-# fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches.
-fails() {
-    local code=0
-    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
-refused() { fails 2 "$2" "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:3}"; }
+refused() { fails 2 "$2" reproduce_it "$1" "${@:3}"; } # refused OUT PATTERN [OPTION]...
 
 table() { # table OUT FILE SQL: of a CSV file, as the table t
     sqlite3 -cmd '.mode csv' -cmd ".import $folder/$1/$2 t" -cmd '.mode list' :memory: "$3"
@@ -47,7 +28,7 @@ check "three seeds" reproduce whole --seeds 3
 r='-?[01]\.[0-9]{3}'
 check "the table has a row per method, r and rho first" grep -qE "^dv_psnr +$r \[$r $r\] +$r \[$r $r\] " "$folder/stdout"
 check "and one per number of epochs" test "$(grep -cE '^ +[56] +(3840|4608) ' "$folder/stdout")" = 2
-value() { "$program" value "$scene" --out "$folder/$1" --epochs 6 "${tiny[@]}" "${@:2}" >"$folder/stdout"; }
+value() { run "$program" value "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
 check "a seed's run is the one of value" eval 'value alone --seed 1 && same_run alone whole/seed_1'
 check "also where effects are decided, once for all seeds" eval 'reproduce decided --seeds 2 --effects auto &&
     value decided_alone --seed 1 --effects auto && same_run decided_alone decided/seed_1'
@@ -104,7 +85,7 @@ check "longer runs are read as far as asked" eval 'reproduce longer --seeds 3 --
 
 # stop_reproduction SIGNAL OUT: starts or goes on, and signals at a random moment once the second seed's steps are recorded.
 stop_reproduction() {
-    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 60 "${tiny[@]}" >"$folder/stdout" 2>"$folder/stderr" &
+    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 30 "${small[@]}" --quiet >"$folder/stdout" 2>"$folder/stderr" &
     local process=$! code=0
     until [[ -s $folder/$2/seed_1/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
     sleep "0.$((RANDOM % 25 + 10))"
@@ -116,11 +97,11 @@ stop_reproduction() {
     *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*go on by --resume' "$folder/stderr" ;;
     esac
 }
-check "the long way without interruption" reproduce long --seeds 3 --epochs 60
+check "the long way without interruption" reproduce long --seeds 3 --epochs 30
 for signal in INT KILL; do
     check "SIG$signal in the midst" stop_reproduction "$signal" "$signal"
     check "what is there is intact" "$program" verify "$folder/$signal/seed_0" --device llvmpipe --quiet
-    check "it goes on" reproduce "$signal" --seeds 3 --epochs 60
+    check "it goes on" reproduce "$signal" --seeds 3 --epochs 30
     check "and is the one without interruption" same_reproduction long "$signal"
 done
 
@@ -144,7 +125,7 @@ steps() { query "$1" 'SELECT val_psnr, image_id FROM step WHERE step > 0'; }
 check "the base seed's run has the same steps, whatever varies" eval '[[ -n $(steps all/seed_0) &&
     $(steps order/seed_0) == "$(steps all/seed_0)" ]]'
 check "what varies is taken again by a replay" "$program" verify "$folder/order/seed_1" --replay 5 --device llvmpipe --quiet
-check "what varies is part of what a run is" refused order 'seed_0 has base_seed = 0, not nothing' --seeds 2 --vary all
+check "what varies is part of what a run is" refused order 'seed_0 has vary = "order", not nothing' --seeds 2 --vary all
 check "and named when it is another" refused order 'seed_0 has vary = "order", not "pixels"' --seeds 2 --vary pixels
 check "and the base seed, too" refused order 'seed_1 has base_seed = 0, not 1' --seeds 2 --seed 1 --vary order
 check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 9223372036854775806 &&
@@ -163,5 +144,9 @@ check "a file in a run's place is refused" refused other 'seed_1: is a file' --s
 check "and one in the folder's" refused file 'is a file; name a folder' --seeds 2
 mkdir -p "$folder/broken/seed_0" && echo x >"$folder/broken/seed_0/ledger.db"
 check "and what is no ledger" refused broken 'seed_0/ledger.db' --seeds 2
+for option in '--payout 10' '--until-stable 0.9' --profile; do
+    # shellcheck disable=SC2086
+    check "$option is for single runs" refused one "unknown option \"${option% *}\"" $option
+done
 check "value has no --vary" fails 2 'unknown option "--vary"' "$program" value "$scene" --out "$folder/one" --vary order
 conclude "$@"

@@ -1,34 +1,19 @@
 #!/usr/bin/env bash
 # Stopping, going on, extending and auditing runs from outside (decision 11). Takes the program's path. SEED=N draws other moments to kill.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --quiet)
 seed=${SEED:-1}
 RANDOM=$seed
 echo "seed $seed"
 
-value() { # value OUT EPOCHS [OPTION]...
-    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${tiny[@]}" "${@:3}" >"$folder/stdout" 2>"$folder/stderr"
-}
-
-# fails CODE PATTERN COMMAND...: this exit code, and one line on stderr that matches.
-fails() {
-    local code=0
-    "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq $1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
+# value OUT EPOCHS [OPTION]...: with the effect that --effects auto finds in this scene, so that there is a state of it to go on with
+value() { (exec_value "$@"); }
+exec_value() { # in place of the shell, so that signals reach it
+    exec "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects occupancy --quiet "${@:3}"
 }
 verify() { "$program" verify "$folder/$1" "${@:2}"; }
-verifies() { verify "$@" >"$folder/stdout" 2>"$folder/stderr" || { cat "$folder/stderr"; return 1; }; }
+verifies() { run verify "$@"; }
 copy() { rm -rf "${folder:?}/$2" && cp -r "$folder/$1" "$folder/$2"; }
 unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as before
     local before after
@@ -40,7 +25,7 @@ unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as 
 
 # stop_run SIGNAL OUT EPOCHS: starts or goes on, and signals at a random moment once steps are recorded.
 stop_run() {
-    "$program" value "$scene" --out "$folder/$2" --epochs "$3" "${tiny[@]}" --resume >"$folder/stdout" 2>"$folder/stderr" &
+    exec_value "$2" "$3" --resume >"$folder/stdout" 2>"$folder/stderr" &
     local process=$! code=0
     until [[ -s $folder/$2/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
     sleep "0.$((RANDOM % 25 + 10))"
@@ -52,39 +37,40 @@ stop_run() {
     esac
 }
 
-epochs=120
-check "a run without interruption" value whole "$epochs"
+epochs=100
+check "a run without interruption" run value whole "$epochs"
 for signal in TERM INT; do
     check "SIG$signal stops a run between batches" stop_run "$signal" "$signal" "$epochs"
     check "what it leaves is intact" verifies "$signal"
-    check "it goes on" value "$signal" "$epochs" --resume
+    check "it goes on" run value "$signal" "$epochs" --resume
     check "and is the run without interruption" same_run whole "$signal"
 done
 for kill in 1 2 3; do check "kill $kill" stop_run KILL killed "$epochs"; done
 check "what the kills leave is intact" verifies killed
-check "it goes on" value killed "$epochs" --resume
+check "it goes on" run value killed "$epochs" --resume
 check "and is the run without interruption" same_run whole killed
 
-check "--resume starts where there is nothing" value short 3 --resume
-check "a finished run is left alone" unchanged short value short 3 --resume
-check "also when fewer epochs are asked for" unchanged short value short 2 --resume
+check "--resume starts where there is nothing" run value short 3 --resume --effects auto
+check "a finished run is left alone" unchanged short run value short 3 --resume
+check "also when fewer epochs are asked for" unchanged short run value short 2 --resume
 check "without --resume it is refused" fails 2 'holds a run already; go on with it by --resume' value short 3
-check "a finished run is extended" value short 5 --resume
-check "a longer run" value longer 5
+check "a finished run is extended, its effects decided again" run value short 5 --resume --effects auto
+check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short
 
 copy short spoiled
 check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.01' value spoiled 6 --resume --lr 0.01
 check "so is another choice of photos" fails 2 'other photos to train on' value spoiled 6 --resume \
     --train <(printf 'view_%03d\n' 1 2 3) --val <(printf 'view_%03d\n' 0)
-check "and other effects" fails 2 'other --effects' value spoiled 6 --resume --effects +background
-check "and the same by train" fails 2 'value and train' "$program" train "$scene" --out "$folder/spoiled" --epochs 6 "${tiny[@]}" --resume
+check "and other effects" fails 2 'other --effects' value spoiled 6 --resume --effects occupancy,background
+check "and the same by train" fails 2 'value and train' "$program" train "$scene" --out "$folder/spoiled" --epochs 6 "${small[@]}" \
+    --effects occupancy --resume --quiet
 check "refusals leave the run alone" same_run short spoiled
 
 longer_from() { # longer_from OUT: extends it and compares
-    value "$1" 6 --resume && same_run longest "$1"
+    run value "$1" 6 --resume && same_run longest "$1"
 }
-check "the longest run" value longest 6
+check "the longest run" run value longest 6
 copy short damaged
 truncate -s -1 "$folder"/damaged/checkpoint_*.vwc
 check "damaged checkpoints are passed over" longer_from damaged
@@ -111,13 +97,13 @@ query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epoch
 check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
-check "the noise floor is measured" value noisy 10 --noise-floor --json
+check "the noise floor is measured" run value noisy 10 --noise-floor --json
 check "repeats and still steps move nothing, redraws do" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
     SELECT j ->> 'repeat_db' = 0 AND j ->> 'still_db' = 0 AND j ->> 'redraw_db' > 0 FROM answer")" = 1
 check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(sampling_error > 0) FROM score')" = 1
 check "and changes none" test "$(query noisy 'SELECT value FROM score ORDER BY 1' | sha256sum)" = \
-    "$(value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
+    "$(run value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
 check "train has nothing to probe" fails 2 'unknown option "--noise-floor"' "$program" train "$scene" --out "$folder/none" --noise-floor
 
 # Other numbers into the params of every checkpoint, and its hash made to fit again.
@@ -133,13 +119,13 @@ tamper() { # tamper OUT
 copy whole tampered
 tamper tampered
 check "a run of two checkpoints" test "$(ls "$folder"/tampered/checkpoint_*.vwc | wc -l)" = 2
-check "checkpoints that were tampered with are found out" fails 1 'taken again' value tampered 130 --resume
+check "checkpoints that were tampered with are found out" fails 1 'taken again' value tampered 110 --resume
 check "and the ledger is left alone" same_rows whole tampered
 
 # A replay that lasts longer than several checkpoints are apart.
-value long 400
+copy whole long
 rm "$folder"/long/checkpoint_*.vwc
-check "a long replay without a checkpoint comes to its end" value long 401 --resume
+check "a long replay without a checkpoint comes to its end" run value long "$((epochs + 1))" --resume
 check "and its ledger is whole" verifies long
 check "and two checkpoints are back" test "$(ls "$folder"/long/checkpoint_*.vwc | wc -l)" = 2
 
@@ -147,7 +133,7 @@ interrupt_extension() {
     local process steps
     copy short extended
     steps=$(query extended 'SELECT max(step) FROM step')
-    "$program" value "$scene" --out "$folder/extended" --epochs 4000 "${tiny[@]}" --resume >"$folder/stdout" 2>"$folder/stderr" &
+    exec_value extended 4000 --resume >"$folder/stdout" 2>"$folder/stderr" &
     process=$!
     until [[ $(sqlite3 -cmd '.timeout 5000' "$folder/extended/ledger.db" 'SELECT max(step) FROM step') -gt $steps ]]; do sleep 0.05; done
     kill -TERM "$process"
@@ -162,15 +148,15 @@ check "and more than none" test "$(query extended 'SELECT count(*) FROM score')"
 both() {
     copy short both
     local first second
-    value both 200 --resume &
+    value both "$epochs" --resume >/dev/null 2>"$folder/first" &
     first=$!
-    "$program" value "$scene" --out "$folder/both" --epochs 200 "${tiny[@]}" --resume >/dev/null 2>"$folder/second" &
+    value both "$epochs" --resume >/dev/null 2>"$folder/second" &
     second=$!
     wait "$first" "$second"
-    verifies both && value both 200 --resume && verifies both
+    verifies both && run value both "$epochs" --resume && verifies both
 }
 check "two processes in one folder do no harm" both
-check "and the run is the one it would have been" eval 'value alone 200; same_run alone both'
+check "and the run is the one it would have been" same_run whole both
 
 mkdir "$folder/left" && echo x >"$folder/left/ledger.db-journal"
 check "the journal of a ledger that is gone is refused" fails 2 'ledger.db-journal: left over.*remove it' value left 3

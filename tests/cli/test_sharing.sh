@@ -1,34 +1,12 @@
 #!/usr/bin/env bash
 # Providers, payouts, near-duplicates and the matrix from outside, on a run and afterwards on a finished one. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --device llvmpipe --effects none)
+tiny=("${small[@]}" --epochs 4)
 out=$folder/run
 
-# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
-prints() {
-    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
-
-# refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
-refuses() {
-    local code=0
-    "$program" "${@:2}" --quiet >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] &&
-        grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
+refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
 
 # fails_to_remove COMMAND...: it fails, names duplicates.csv, and leaves the ledger marked.
 fails_to_remove() {

@@ -2,12 +2,7 @@
 # What the error bars are for, on a small scene with twelve seeds: the 95 % interval of one run holds the mean of the others, and a rank
 # interval the rank that the means have. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. "$(dirname "$0")/../support/program_test.sh"
 seeds=12
 
 value() {

@@ -2,13 +2,7 @@
 # Twenty kills at random moments, anywhere between start and end, and a power cut: every time the ledger is intact, and the run goes on to
 # the same rows, field and scores. Takes the program's path. SEED=N draws other moments.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 seed=${SEED:-1}
 RANDOM=$seed
 echo "seed $seed"

@@ -2,12 +2,7 @@
 # What the scores are for, on the courtyard with the default options and two seeds: they find the spoiled photos and agree with each other,
 # and without momentum they agree better than with it. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. "$(dirname "$0")/../support/program_test.sh"
 
 value() { # value NAME OPTION...
     "$program" value "$root/scenes/courtyard.json" --out "$folder/$1" --quiet --json "${@:2}" >/dev/null

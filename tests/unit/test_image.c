@@ -180,6 +180,16 @@ static void test_16_bit(void **state) {
     vw_image_clear(&image);
 }
 
+static void test_luminance(void **state) {
+    (void)state;
+    uint8_t pixels[] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 51}; // the last a fifth opaque
+    const struct vw_image image = {.width_px = 2, .height_px = 2, .format = VW_PIXEL_UINT8, .pixels = pixels};
+    const float background[3] = {0.5f, 0, 0};
+    const double expected[] = {0.2126, 0.7152, 0.0722, 0.2 + 0.8 * 0.5 * 0.2126};
+    for (uint32_t i = 0; i < 4; i++) // in floats, but for the sum
+        assert_true(fabs(vw_image_luminance(&image, i % 2, i / 2, background) - expected[i]) < 1e-6);
+}
+
 static void test_associated_alpha_is_divided_out(void **state) {
     const uint8_t pixels[4] = {64, 32, 0, 128};
     const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, .pixels = pixels};
@@ -439,6 +449,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_orientation_is_ignored, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_image_bomb, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_16_bit, make_folder, remove_folder),
+        cmocka_unit_test(test_luminance),
         cmocka_unit_test_setup_teardown(test_associated_alpha_is_divided_out, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_float_is_encoded_masked_and_clamped, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_too_many_masked_are_refused, make_folder, remove_folder),

@@ -109,6 +109,8 @@ static void malformed_lines_are_refused(void **state) {
         {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n2,0,a,11,0.4\n\n1,0,a,11,0.4\n", "log.csv:6: field step: step 1 comes again or too late"},
         {HEADER "0,0,,10,0.5\n1,one,a,11,0.4\n", "log.csv:3: field epoch: \"one\" is no whole number"},
         {HEADER "0,0,,10,0.5\n1,4294967295,a,11,0.4\n", "log.csv:3: field epoch: \"4294967295\" is too large"},
+        {HEADER "1,3,a,11,0.4\n2,1000000002,a,11,0.4\n3,1000000003,a,11,0.4\n",
+         "log.csv:4: field epoch: \"1000000003\" is more than 10^9 epochs after the first"},
         {HEADER "0,0,,10,0.5\n1,1,a,11,0.4\n2,0,a,11,0.4\n", "log.csv:4: field epoch: \"0\" is smaller than in the row before"},
         {HEADER "0,0,,10,0.5\n1,3,a,11,0.4\n2,5,a,11,0.4\n3,4,a,11,0.4\n", "log.csv:5: field epoch: \"4\" is smaller"},
         {HEADER "0,0,,10,0.5\n1,0,,11,0.4\n", "log.csv:3: field photo: \"\" is missing"},

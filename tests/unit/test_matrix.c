@@ -260,7 +260,7 @@ static void judge(uint64_t seed, double noise_share, bool spoiled, struct vw_vie
             psnr[p * ODD_VIEWS + v] = worth + (spoiled && v == 2 ? 1 : noise_share) * noise(seed, p, v);
         }
     for (uint32_t v = 0; v < ODD_VIEWS; v++) end_psnr[v] = 20 + 4 * noise(seed, 1000, v) - (spoiled && v == 2 ? 14 : 0);
-    const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 100};
+    const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 5 * ODD_PHOTOS};
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
 }
 
@@ -300,11 +300,19 @@ static void a_constant_view_hides_no_odd_one(void **state) {
     double end_psnr[ODD_VIEWS] = {20, 21, 18, 22, 23, 20};
     for (uint32_t p = 0; p < ODD_PHOTOS; p++) // view 2 says the opposite of the others; view 5 is constant
         for (uint32_t v = 0; v < 5; v++) psnr[p * ODD_VIEWS + v] = (v == 2 ? -1.0 : 1.0) * p;
-    struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 100};
+    struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 5 * ODD_PHOTOS};
     struct vw_view_evidence views[ODD_VIEWS];
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     assert_true(isnan(views[5].agreement));
     for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_int_equal(views[v].disagrees, v == 2);
+    matrix.visit_count--; // fewer than five per photo
+    end_psnr[1] = 0;
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].disagrees || views[v].stays_low);
+    matrix.visit_count++;
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
+    assert_true(views[1].stays_low);
+    end_psnr[1] = 21;
     for (uint32_t p = 0; p < ODD_PHOTOS; p++) // of the other three nobody can say
         for (uint32_t v = 3; v < 5; v++) psnr[p * ODD_VIEWS + v] = 0;
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));

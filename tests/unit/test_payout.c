@@ -40,7 +40,7 @@ static void sums_are_of_the_photos(void **state) {
     check_group(&groups[2], "bob", "dv_psnr", 1, 1.3, 2);   // 0.5, 1.2
     check_group(&groups[3], "bob", "dv_loss", 0.02, 0.01, 1);
     check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1); // a photo's error is unknown
-    check_group(&groups[5], "alice", "same_state_psnr", 0.25, 0.5, 1);
+    check_group(&groups[5], "alice", "same_state_psnr", 0.25, 0.5, 1); // what probes say adds up
     assert_string_equal(groups[3].unit, "mean absolute error");
 
     struct vw_payout *payouts = NULL;
