@@ -31,6 +31,9 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
+    bool positive, significant;
+    const char *top, *drop;
+    const char *method;
     bool json, quiet, help;
 };
 
@@ -51,6 +54,7 @@ enum {
     VW_OPTIONS_BENCHMARK = 4096,
     VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
+    VW_OPTIONS_SELECT = 32768,
 };
 
 struct vw_command {

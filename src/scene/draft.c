@@ -63,9 +63,16 @@ static bool ends_with_name(const char *path, const char *name) {
 }
 
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name) {
+    static const char *const photo_folders[] = {"images/", "dense/images/"}; // which COLMAP's names leave out
     struct vw_view *found = vw_scene_find_view(scene, name);
-    if (found) return found;
     name = vw_view_name_of(name);
+    for (size_t i = 0; !found && i < VW_ARRAY_COUNT(photo_folders); i++)
+        for (uint32_t v = 0; !found && v < scene->view_count; v++) {
+            size_t length = strlen(photo_folders[i]);
+            const char *path = scene->views[v].name;
+            if (!strncmp(path, photo_folders[i], length) && !strcmp(path + length, name)) found = &scene->views[v];
+        }
+    if (found) return found;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         if (!ends_with_name(scene->views[v].name, name)) continue;
         if (found) return NULL;
