@@ -100,7 +100,9 @@ static enum vw_status add_frame(struct writer *writer, const json_t *frame, enum
 static enum vw_status count_unknown(struct writer *writer, const char *name) {
     if (writer->unknown_count++) return VW_OK;
     writer->first_unknown = vw_copy_text(name);
-    return writer->first_unknown ? VW_OK : VW_ERROR_MEMORY;
+    if (!writer->first_unknown) return VW_ERROR_MEMORY;
+    vw_text_make_line(writer->first_unknown); // for the warning; nothing has checked the name
+    return VW_OK;
 }
 
 static enum vw_status take_frame(struct writer *writer, const char *path, json_t *keys, const json_t *frame) {

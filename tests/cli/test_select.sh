@@ -196,9 +196,6 @@ mv "$folder/answer.json" "$folder/selected.json"
 check "the names come best first" file_says "$folder/selected.json" "json_extract(j, '\$.selected') = '$(query single.run "SELECT
     replace(json_group_array(name), '''', '''''') FROM (SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_loss'
     ORDER BY value DESC LIMIT 5)")'"
-"$program" select "$folder/single.run" --top 5 --to "$folder/above.json.json" >"$folder/stdout"
-check "a list above the scene's folder opens, too" trains single.above "$folder/above.json.json"
-check "it holds the same photos" kept single.run single.above single/
 mkdir "$folder/elsewhere"
 check "a list beside the scene's folder is for other trainers" prints '^train    with other trainers' \
     "$program" select "$folder/single.run" --drop 25% --to "$folder/elsewhere/list.json"
@@ -224,10 +221,6 @@ check "each file has its keys" file_says "$folder/transforms_test.json" "j ->> '
 check "three files are not written over" refuses 'transforms_train\.json: is there already' select "$folder/blender.run" --top 5 \
     --to "$folder"
 rm "$folder"/transforms_*.json
-check "a scene of three files becomes one" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 \
-    --to "$blender/best.json"
-check "it opens as a scene" trains blender.one "$blender/best.json"
-check "it holds them in their splits" kept blender.run blender.one
 sed -i 's/0\.8/0.9/' "$blender/transforms_test.json"
 check "files with other cameras do not become one" refuses 'name a folder' select "$folder/blender.run" --top 5 --to "$blender/other.json"
 check "they still become three" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 --to "$folder/three/"
@@ -256,11 +249,6 @@ check "no other row is there" test "$(wc -l <"$folder/picked.tsv")" = "$((1 + 5 
 check "it is a list for --train" trains tourism.again "$tourism" --train "$folder/picked.tsv"
 check "it holds the photos in their splits" kept tourism.run tourism.again
 check "a second TSV in the scene's folder is refused" refuses 'may hold one TSV' select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
-cp "$tourism/tiny.tsv" "$folder/original.tsv"
-cp "$folder/picked.tsv" "$tourism/tiny.tsv"
-check "in the place of the scene's TSV it is the scene" trains tourism.swapped "$tourism" --pool list
-check "with the same photos in the same splits" kept tourism.run tourism.swapped
-cp "$folder/original.tsv" "$tourism/tiny.tsv"
 
 # ---- Names, one a line ----------------------------------------------------------------------------------------------------
 

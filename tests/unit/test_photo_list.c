@@ -121,6 +121,9 @@ static void test_three_files_by_split(void **state) {
     check_written(write_list(&params, "nyynnnn", *state, "transforms", true));
     check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true},
                 "a/b/images/01.png:t a/b/images/02.png:t a/b/images/04.png:v a/b/images/05.png:v a/b/images/06.png:T");
+    check_written(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms", true)); // they fit into one, too
+    check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
+                "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
     check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: is there already");
     check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
     check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE, "another scene");
@@ -217,6 +220,10 @@ static void test_tsv_of_chosen_photos(void **state) {
                 "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
                 "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     check_refused(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "is there already");
+    assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
+    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
+                "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
+                "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     check_refused(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE, "may hold one TSV");
 }
 
