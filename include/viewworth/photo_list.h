@@ -29,10 +29,10 @@ struct vw_photo_list {
 // - phototourism: the NeRF-W TSV of the scene, rows and columns in its order, without the rows of train photos that are not chosen; chosen
 //   ones that the TSV does not list (--pool all) are added, and those without an id, which some trainers pass over, get COLMAP's.
 // - transforms: a `to` that ends with .json is one file with the frames of all splits, told apart by the keys train_filenames,
-// val_filenames
-//   and test_filenames, as nerfstudio reads them; any other is a folder of transforms_train.json, transforms_val.json and
-//   transforms_test.json. Frames and all other keys stay as they are, but for relative paths (keys that end with _path), which lead from
-//   where `to` is. It opens as a scene when that is the scene's folder or one above, since scenes read nothing outside their folder.
+//   val_filenames and test_filenames, as nerfstudio reads them; any other is a folder (its name without a dot, or with a slash behind) of
+//   transforms_train.json, transforms_val.json and transforms_test.json. Frames and all other keys stay as they are, but for relative paths
+//   (keys that end with _path), which lead from where `to` is. It opens as a scene when that is the scene's folder or one above, since
+//   scenes read nothing outside their folder.
 // - colmap: the chosen photos as COLMAP's image_list_path takes them: a name a line, as the model spells it.
 // - text, for recipes and where there is no scene: the chosen photos' names, one a line.
 // VW_ERROR_USAGE for a `to` that exists or would change what the scene's folder is read as; VW_ERROR_INPUT where the scene lacks a photo,

@@ -154,10 +154,19 @@ static bool ends_with(const char *text, const char *suffix) {
     return length >= suffix_length && strcmp(text + length - suffix_length, suffix) == 0;
 }
 
+static const char *last_part(const char *path) { return strrchr(path, '/') ? strrchr(path, '/') + 1 : path; }
+
+// Whoever names a file of another kind thinks of another scene.
+static enum vw_status make_folder(const char *to) {
+    if (vw_folder_exists(to) || !strchr(last_part(to), '.')) return vw_folder_create(to);
+    return vw_fail(VW_ERROR_USAGE, "--to %s: the scene is read from transforms.json; name a .json file, or a folder for one file per split",
+                   to);
+}
+
 // Names the files that may be made: none may be there, nor change what the scene's folder is read as.
 static enum vw_status name_targets(struct writer *writer) {
     const char *to = writer->list->to;
-    const char *base = strrchr(to, '/') ? strrchr(to, '/') + 1 : to;
+    const char *base = last_part(to);
     char *folder = writer->single ? vw_path_folder(to) : vw_copy_text(to);
     enum vw_status status = folder ? vw_photo_list_way(writer->list, folder, &writer->way) : VW_ERROR_MEMORY;
     free(folder);
@@ -218,7 +227,7 @@ enum vw_status vw_transforms_write_list(const struct vw_photo_list *list, bool *
     bool existed = vw_folder_exists(list->to), whole = writer.seen != NULL;
     for (size_t i = 0; i < VW_TRANSFORMS_FILES_MOST; i++) whole &= (writer.splits[i] = json_array()) != NULL;
     enum vw_status status = whole ? VW_OK : out_of_memory(&writer);
-    if (!status && !writer.single) status = vw_folder_create(list->to);
+    if (!status && !writer.single) status = make_folder(list->to);
     if (!status) status = name_targets(&writer);
     if (!status) status = take_scene(&writer);
     if (!status) status = write_targets(&writer);

@@ -128,7 +128,9 @@ static void test_three_files_by_split(void **state) {
     check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
     check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE, "another scene");
 
-    const char *beside = temporary_path(*state, "c");
+    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "c.tsv"), NULL, false), VW_ERROR_USAGE,
+                  "name a .json file, or a folder");
+    const char *beside = temporary_path(*state, "c.d/");
     const char *val = temporary_file(*state, "val.txt", "00.png\n");
     check_written(
         write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .val_list = val}, "nyynnnn", beside, NULL, false));
