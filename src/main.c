@@ -43,6 +43,15 @@ static const struct vw_command commands[] = {
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
      "the scene as the training did.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
+    {"select", "OUT", "List the photos worth training on, in the format that the scene came in",
+     "Takes one of --positive, --significant, --top and --drop; needs no GPU and none of the scene's images. Writes the scene's NeRF-W TSV "
+     "with the rows of the chosen photos, transforms.json with their frames (to PATH.json as one file that tells splits apart by "
+     "nerfstudio's train_filenames, val_filenames and test_filenames; to any other PATH as a folder of transforms_{train,val,test}.json), "
+     "COLMAP's image list, or plain names, one a line. Validation and test photos stay as they are. Paths in transforms.json lead from "
+     "PATH; viewworth opens it when PATH lies in the scene's folder or in one above. All other lists go to value --train. The scene must "
+     "still name all photos that were valued; whether photos or poses have changed since is not looked at (verify --replay does). Run it "
+     "from the same folder as value when paths were relative.",
+     VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {"import-steps", "LOG.csv", "Value photos by the per-step log of any other trainer",
      "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order and among others: the photo that a step trained on, and the "
      "validation after it. Step 0 is the untrained state. Leaves ledger.db and scores.csv in the --out folder.",

@@ -10,7 +10,8 @@
 #include "viewworth/status.h"
 
 // A file being read. Lines end with LF or CR LF, the last one also with the file; a byte order mark at the start and blank lines are
-// passed over. A field is plain, without any quote, or "quoted": then it may hold commas, line ends and doubled quotes.
+// passed over. A field is plain, without any quote, or "quoted": then it may hold commas, line ends and doubled quotes. The apostrophe that
+// vw_csv_write_text() puts before what a spreadsheet would calculate is taken away again.
 struct vw_csv {
     const char *path; // borrowed
     char *text;       // owned: the file; fields of all records point into it
@@ -31,7 +32,8 @@ enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *
 enum vw_status vw_csv_next(struct vw_csv *csv, bool *found);
 void vw_csv_close(struct vw_csv *csv);
 
-// A text field, quoted when it must be; nothing for NULL.
+// A text field, quoted when it must be; nothing for NULL. A text that begins, apostrophes aside, with = + - @, a tab or a line end is
+// written behind one more apostrophe, since spreadsheets would take it for a formula: names come from scenes that anybody may have made.
 void vw_csv_write_text(FILE *stream, const char *text);
 // The shortest decimal that reads back to the same double; an empty field for NaN.
 void vw_csv_write_real(FILE *stream, double value);

@@ -7,6 +7,12 @@
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
+// Whether a spreadsheet would calculate a text, or would once an apostrophe before it was taken away.
+static bool looks_like_formula(const char *text) {
+    text += strspn(text, "'");
+    return *text && strchr("=+-@\t\r\n", *text);
+}
+
 // ---- Reading ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv) {
@@ -70,6 +76,8 @@ static enum vw_status take_field(struct vw_csv *csv, bool *more) {
     csv->next += *more ? 1 : end_bytes;
     csv->next_line += end_bytes > 0;
     *end = 0;
+    char **field = &csv->fields[csv->field_count - 1];
+    if (**field == '\'' && looks_like_formula(*field)) ++*field;
     return VW_OK;
 }
 
@@ -87,11 +95,12 @@ enum vw_status vw_csv_next(struct vw_csv *csv, bool *found) {
 
 void vw_csv_write_text(FILE *stream, const char *text) {
     if (!text) return;
+    const char *guard = looks_like_formula(text) ? "'" : "";
     if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, stream);
+        fprintf(stream, "%s%s", guard, text);
         return;
     }
-    fputc('"', stream);
+    fprintf(stream, "\"%s", guard);
     for (const char *next = text; *next; next++) {
         if (*next == '"') fputc('"', stream);
         fputc(*next, stream);

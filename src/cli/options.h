@@ -31,6 +31,9 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
+    bool positive, significant;
+    const char *top, *drop;
+    const char *method;
     bool json, quiet, help;
 };
 
@@ -51,7 +54,8 @@ enum {
     VW_OPTIONS_BENCHMARK = 4096,
     VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
-    VW_OPTIONS_RUNS = 1048576,     // of commands that make several in one folder, and always go on with them
+    VW_OPTIONS_RUNS = 32768,       // of commands that make several in one folder, and always go on with them
+    VW_OPTIONS_SELECT = 65536,
 };
 
 struct vw_command {

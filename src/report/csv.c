@@ -45,9 +45,13 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     vw_csv_write_text(stream, row->image->name);
     fputc(',', stream);
     vw_csv_write_text(stream, row->image->provider);
-    fprintf(stream, ",%s,", row->score->method);
+    fputc(',', stream);
+    vw_csv_write_text(stream, row->score->method);
+    fputc(',', stream);
     vw_csv_write_real(stream, row->score->value);
-    fprintf(stream, ",%s,", row->score->unit);
+    fputc(',', stream);
+    vw_csv_write_text(stream, row->score->unit);
+    fputc(',', stream);
     vw_csv_write_real(stream, row->score->standard_error);
     fprintf(stream, ",%u,%u,", row->score->visits, rank);
     vw_csv_write_real(stream, row->score->sampling_error);

@@ -141,13 +141,16 @@ enum vw_status vw_colmap_add_views(struct vw_draft *draft, const struct vw_colma
 
 // ---- The loader -------------------------------------------------------------------------------------------------------
 
+const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder) {
+    return strstr(model_folder + strlen(scene_folder), "dense/") ? "dense/images" : "images";
+}
+
 static enum vw_status load_model(struct vw_draft *draft, const char *model_folder, struct vw_colmap_model *model, uint32_t **views) {
-    bool dense = strstr(model_folder + strlen(draft->folder), "dense/") != NULL;
     enum vw_status status = vw_colmap_read(model_folder, draft->folder, model);
     if (status) return status;
     *views = vw_allocate(model->image_count, sizeof **views);
     if (!*views) return VW_ERROR_MEMORY;
-    status = vw_colmap_add_views(draft, model, dense ? "dense/images" : "images", *views);
+    status = vw_colmap_add_views(draft, model, vw_colmap_photo_folder(draft->folder, model_folder), *views);
     if (!status) status = vw_colmap_take_points(model, *views, draft->scene);
     return status ? status : vw_bounds_choose(NULL, draft->scene);
 }

@@ -56,6 +56,9 @@ struct vw_colmap_model {
 // that holds cameras.bin or cameras.txt. NULL when there is none; no message is recorded for that.
 char *vw_colmap_find(const char *scene_folder);
 
+// Where the photos of a model lie that was found in a scene folder, relative to that: "images" or "dense/images".
+const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder);
+
 // Reads a model; binary files win over text. `scene_folder` is what nothing may lie outside of: model files that leave it through links
 // are refused, and so are image names that would. Whether photos exist is not looked at. Fails with VW_ERROR_INPUT and one line naming
 // file and field; `*model` is then untouched. The caller frees a model with vw_colmap_clear().

@@ -62,8 +62,22 @@ static bool ends_with_name(const char *path, const char *name) {
     return path_length > name_length && path[path_length - name_length - 1] == '/' && !strcmp(path + path_length - name_length, name);
 }
 
+// The view that a COLMAP model has by that name, in which the folder of all photos is left out.
+static struct vw_view *find_in_model(const struct vw_scene *scene, const char *name) {
+    static const char *const photo_folders[] = {"images/", "dense/images/"};
+    if (strcmp(scene->format, "colmap") != 0 && strcmp(scene->format, "phototourism") != 0) return NULL;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        for (size_t i = 0; i < VW_ARRAY_COUNT(photo_folders); i++) {
+            size_t length = strlen(photo_folders[i]);
+            const char *path = scene->views[v].name;
+            if (!strncmp(path, photo_folders[i], length) && !strcmp(path + length, name)) return &scene->views[v];
+        }
+    return NULL;
+}
+
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name) {
     struct vw_view *found = vw_scene_find_view(scene, name);
+    if (!found) found = find_in_model(scene, vw_view_name_of(name));
     if (found) return found;
     name = vw_view_name_of(name);
     for (uint32_t v = 0; v < scene->view_count; v++) {

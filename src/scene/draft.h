@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_DRAFT_H
 #define VIEWWORTH_DRAFT_H
 
+#include "viewworth/photo_list.h"
 #include "viewworth/scene.h"
 
 // The files of a view.
@@ -24,6 +25,7 @@ struct vw_scene_format {
     const char *name;                // as --format takes it
     bool (*probe)(const char *path); // whether the path looks like this format
     enum vw_status (*load)(struct vw_draft *draft);
+    enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see viewworth/photo_list.h
 };
 
 // Appends a view and returns it; name and image path are copied. NULL when memory is short.
@@ -34,7 +36,8 @@ enum vw_status vw_draft_set_mask(struct vw_draft *draft, const char *mask_path);
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
 // The view of that name; NULL when there is none. A leading "./" is ignored.
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name);
-// The same for a name in a list of the user's: a name without the folders before it will do where that is one view's alone.
+// The same for a name in a list of the user's: as a COLMAP model has it, without the folder of the photos, or without any folders before it
+// where that is one view's alone.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
 // `name` without leading "./".
 const char *vw_view_name_of(const char *name);

@@ -42,7 +42,7 @@ bool vw_phototourism_probe(const char *path) {
     return found;
 }
 
-static enum vw_status read_tsv(const char *folder, struct vw_tsv *tsv) {
+enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) {
     char *path = NULL;
     int count = 0;
     enum vw_status status = find_tsv(folder, &path, &count);
@@ -180,7 +180,7 @@ static enum vw_status load_dense(struct vw_draft *draft, const struct vw_tsv *ts
 
 enum vw_status vw_phototourism_load(struct vw_draft *draft) {
     struct vw_tsv tsv = {0};
-    enum vw_status status = read_tsv(draft->folder, &tsv);
+    enum vw_status status = vw_phototourism_read_tsv(draft->folder, &tsv);
     if (!status) status = load_dense(draft, &tsv);
     vw_tsv_clear(&tsv);
     return status;

@@ -6,6 +6,7 @@
 
 #include "scene/colmap.h"
 #include "scene/draft.h"
+#include "scene/photo_list.h"
 #include "scene/recipe.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
@@ -25,10 +26,10 @@ static enum vw_status load_recipe(struct vw_draft *draft) { return vw_recipe_loa
 
 static const struct vw_scene_format formats[] = {
     // in the order they are tried
-    {"recipe", probe_recipe, load_recipe},
-    {"transforms", vw_transforms_probe, vw_transforms_load},
-    {"phototourism", vw_phototourism_probe, vw_phototourism_load},
-    {"colmap", vw_colmap_probe, vw_colmap_load},
+    {"recipe", probe_recipe, load_recipe, vw_names_write_list},
+    {"transforms", vw_transforms_probe, vw_transforms_load, vw_transforms_write_list},
+    {"phototourism", vw_phototourism_probe, vw_phototourism_load, vw_phototourism_write_list},
+    {"colmap", vw_colmap_probe, vw_colmap_load, vw_colmap_write_list},
 };
 
 static bool lists_pool(const struct vw_scene_params *params) { return params->pool && !strcmp(params->pool, "list"); }
@@ -99,6 +100,17 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
     close_draft(&draft);
     if (status) vw_scene_close(&draft.scene);
     else *scene = draft.scene;
+    return status;
+}
+
+enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char **format, bool *opens) {
+    const struct vw_scene_format *found = NULL;
+    *opens = false;
+    enum vw_status status = VW_OK;
+    if (list->scene_path)
+        status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
+    if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
+    if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
     return status;
 }
 

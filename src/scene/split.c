@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "scene/draft.h"
+#include "scene/nerfw_tsv.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
 
@@ -54,6 +55,23 @@ static enum vw_status read_list(const struct vw_scene *scene, const char *path, 
     return status;
 }
 
+// The rows of a NeRF-W TSV that train, or (of validation and tests) those that test.
+static enum vw_status read_tsv(const struct vw_scene *scene, const char *path, enum vw_split split, uint8_t *claims) {
+    struct vw_tsv tsv = {0};
+    bool tests = split != VW_SPLIT_TRAIN, empty = true;
+    enum vw_status status = vw_tsv_read(path, &tsv);
+    for (size_t i = 0; !status && i < tsv.row_count; i++) {
+        if (tsv.rows[i].test != tests) continue;
+        status = claim(scene, path, tsv.rows[i].line, tsv.rows[i].name, split, claims);
+        empty = false;
+    }
+    vw_tsv_clear(&tsv);
+    if (!status && empty)
+        status = vw_fail(VW_ERROR_INPUT, "%s: has no row for --%s; give one that has, or leave --%s out", path, vw_split_name(split),
+                         vw_split_name(split));
+    return status;
+}
+
 static bool loader_has_opinion(const struct vw_scene *scene) {
     for (uint32_t v = 0; v < scene->view_count; v++)
         if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST) return true;
@@ -98,7 +116,9 @@ enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_
     if (!claims) return VW_ERROR_MEMORY;
     enum vw_status status = VW_OK;
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
-        if (lists[split]) status = read_list(scene, lists[split], split, claims);
+        if (lists[split])
+            status = vw_tsv_has_header(lists[split]) ? read_tsv(scene, lists[split], split, claims)
+                                                     : read_list(scene, lists[split], split, claims);
     if (!status) {
         if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
         apply_claims(scene, lists, claims);

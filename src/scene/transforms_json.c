@@ -14,19 +14,13 @@
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
-static const struct {
-    const char *name;
-    enum vw_split split;
-} split_files[] = {
-    // halve_test() relies on test being the last
-    {"transforms_train.json", VW_SPLIT_TRAIN},
-    {"transforms_val.json", VW_SPLIT_VAL},
-    {"transforms_test.json", VW_SPLIT_TEST},
-};
+static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_train.json", "transforms_val.json",
+                                                                  "transforms_test.json"}; // by enum vw_split
 
 struct reader {
     struct vw_draft *draft;
     struct vw_ngp_box box;   // of the first file that has one
+    json_t *splits;          // of the file being read, by its own keys; NULL without
     uint32_t missing_count;  // frames without an image
     char *missing_name;      // owned; of the first of them
     uint32_t rescaled_count; // frames whose intrinsics are for another image size
@@ -44,8 +38,20 @@ static bool has_file(const char *folder, const char *name) {
 bool vw_transforms_probe(const char *path) {
     if (!vw_folder_exists(path)) return vw_file_exists(path);
     for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
-        if (has_file(path, split_files[i].name)) return true;
+        if (has_file(path, split_files[i])) return true;
     return has_file(path, "transforms.json");
+}
+
+enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST], size_t *count) {
+    bool is_folder = vw_folder_exists(path), whole = true;
+    *count = 0;
+    for (enum vw_split split = 0; is_folder && split < VW_SPLIT_EXCLUDED; split++)
+        if (has_file(path, split_files[split]))
+            files[(*count)++] = (struct vw_transforms_file){vw_path_join(path, split_files[split]), split};
+    if (*count == 0)
+        files[(*count)++] = (struct vw_transforms_file){is_folder ? vw_path_join(path, "transforms.json") : vw_copy_text(path), 0};
+    for (size_t i = 0; i < *count; i++) whole &= files[i].path != NULL;
+    return whole ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Refuses what is there but may not be read: `field` names the path, which is relative to the scene folder, and `file` is where it leads.
@@ -133,6 +139,8 @@ static enum vw_status load_frame(struct reader *reader, const char *where, const
     if (!spelled || !*vw_view_name_of(spelled))
         return vw_fail(VW_ERROR_INPUT, "%s: field file_path is missing or not a text; name the frame's photo", where);
     const char *name = vw_view_name_of(spelled);
+    const json_t *own = json_object_get(reader->splits, name);
+    if (reader->splits) split = own ? (enum vw_split)json_integer_value(own) : VW_SPLIT_EXCLUDED;
     const struct vw_view *same = vw_scene_find_view(reader->draft->scene, name);
     if (same && same->split != split)
         return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name, vw_split_name(same->split),
@@ -174,9 +182,11 @@ static enum vw_status read_box(const char *path, const json_t *file, struct vw_n
     return status;
 }
 
-static enum vw_status parse(const char *path, json_t **file) {
+enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file) {
     void *text;
     size_t size_bytes;
+    if (folder && vw_file_exists(path) && !vw_path_lies_inside(folder, path))
+        return vw_fail(VW_ERROR_INPUT, "%s: this file leaves the scene folder through a link; copy it into the folder", path);
     enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     json_error_t error;
@@ -210,50 +220,41 @@ static const char *first_name(const json_t *file) {
     return name ? vw_view_name_of(name) : "unnamed";
 }
 
-static enum vw_status load_file(struct reader *reader, const char *folder, const char *name, enum vw_split split) {
-    char *path = folder ? vw_path_join(folder, name) : vw_copy_text(name);
-    if (!path) return VW_ERROR_MEMORY;
+static enum vw_status load_file(struct reader *reader, const char *path, enum vw_split split) {
     json_t *file = NULL;
     uint32_t view_count = reader->draft->scene->view_count, missing_count = reader->missing_count;
-    enum vw_status status = VW_OK;
-    if (folder && vw_file_exists(path) && !vw_path_lies_inside(folder, path))
-        status = vw_fail(VW_ERROR_INPUT, "%s: this file leaves the scene folder through a link; copy it into the folder", path);
-    if (!status) status = parse(path, &file);
+    const char *given = reader->draft->params->path;
+    enum vw_status status = vw_transforms_parse(vw_folder_exists(given) ? given : NULL, path, &file);
+    if (!status) status = vw_transforms_read_splits(path, file, &reader->splits);
     if (!status) status = load_frames(reader, path, file, split);
     if (!status && reader->draft->scene->view_count == view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
                          reader->missing_count - missing_count, first_name(file));
     json_decref(file);
-    free(path);
+    json_decref(reader->splits);
+    reader->splits = NULL;
     return status;
 }
 
 // Test rows stand in for missing validation rows: the first half, in file order.
-static void halve_test(struct vw_scene *scene, uint32_t first_test) {
-    uint32_t half = (scene->view_count - first_test + 1) / 2;
-    for (uint32_t v = first_test; v < first_test + half; v++) scene->views[v].split = VW_SPLIT_VAL;
-}
-
-static enum vw_status load_split_files(struct reader *reader, const char *folder) {
-    struct vw_scene *scene = reader->draft->scene;
-    uint32_t first[VW_ARRAY_COUNT(split_files) + 1] = {0};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++) {
-        if (has_file(folder, split_files[i].name)) {
-            enum vw_status status = load_file(reader, folder, split_files[i].name, split_files[i].split);
-            if (status) return status;
-        }
-        first[i + 1] = scene->view_count;
+static void halve_test(struct vw_scene *scene) {
+    uint32_t count = 0, test_count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (scene->views[v].split == VW_SPLIT_VAL) return;
+        test_count += scene->views[v].split == VW_SPLIT_TEST;
     }
-    bool train_and_test_only = first[1] > 0 && first[2] == first[1] && first[3] > first[2];
-    if (train_and_test_only) halve_test(scene, first[2]);
-    return VW_OK;
+    if (test_count == scene->view_count) return; // none trains
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TEST && count++ < (test_count + 1) / 2) scene->views[v].split = VW_SPLIT_VAL;
 }
 
 static enum vw_status load_all(struct reader *reader, const char *path) {
-    if (!vw_folder_exists(path)) return load_file(reader, NULL, path, VW_SPLIT_TRAIN);
-    enum vw_status status = load_split_files(reader, path);
-    uint32_t found = reader->draft->scene->view_count + reader->missing_count;
-    if (!status && !found) status = load_file(reader, path, "transforms.json", VW_SPLIT_TRAIN);
+    struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST] = {0};
+    size_t count = 0;
+    enum vw_status status = vw_transforms_find(path, files, &count);
+    for (size_t i = 0; !status && i < count; i++) status = load_file(reader, files[i].path, files[i].split);
+    for (size_t i = 0; i < count; i++) free(files[i].path);
+    if (!status) halve_test(reader->draft->scene);
     return status;
 }
 

@@ -61,6 +61,8 @@ static void test_records(void **state) {
         {" a , b\n", "1:[ a ][ b]"}, // spaces are part of a field
         {"a\rb\n", "1:[a\rb]"},
         {"a\n\"\"", "1:[a]2:[]"},
+        {"'=1,'a,'',-1,=2\n", "1:[=1]['a][''][-1][=2]"}, // the guard is taken away, and nothing else
+        {"\"'-a,b\",''+c,'\n", "1:[-a,b]['+c][']"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         char *records = all_of(temporary_file(*state, "a.csv", cases[i].text));
@@ -119,15 +121,15 @@ static void print_fields(FILE *stream, const void *context) {
 
 // Any text comes back, as one record of as many fields.
 static void test_written_reads_back(void **state) {
-    static const char letters[] = "a,\"\n\r x";
+    static const char letters[] = "a,\"\n\r x'=+-@\t";
     const uint64_t seed = 20261121;
     for (uint32_t round = 0; round < 50; round++) {
         struct fields fields = {.count = VW_ARRAY_COUNT(fields.texts)};
         for (uint32_t i = 0; i < fields.count; i++) {
             uint32_t words[4];
             vw_random_words(seed, VW_RANDOM_JITTER, round, i, 0, words);
-            fields.texts[i][0] = 'f'; // a record of one empty field would be a blank line
-            for (uint32_t c = 1; c < 1 + words[0] % 7; c++) fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
+            uint32_t length = words[0] % 7;
+            for (uint32_t c = 0; c < length; c++) fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
         }
         const char *path = temporary_path(*state, "a.csv");
         assert_int_equal(vw_csv_write_file(path, print_fields, &fields), VW_OK);
@@ -143,11 +145,45 @@ static void test_written_reads_back(void **state) {
     }
 }
 
+// A spreadsheet takes nothing for a formula, and everything else stays as it is.
+static void test_formulas_are_guarded(void **state) {
+    (void)state;
+    static const struct {
+        const char *text, *written;
+    } cases[] = {
+        {"=cmd|'/C calc'!A0", "'=cmd|'/C calc'!A0"},
+        {"+1", "'+1"},
+        {"-1+1", "'-1+1"},
+        {"@SUM(A1)", "'@SUM(A1)"},
+        {"\t=1", "'\t=1"},
+        {"\r=1", "\"'\r=1\""},
+        {"\n=1", "\"'\n=1\""},
+        {"=1,\"2\"", "\"'=1,\"\"2\"\"\""},
+        {"'=1", "''=1"},
+        {"'''@", "''''@"},
+        {"", ""},
+        {"'", "'"},
+        {"'a", "'a"},
+        {"a=1", "a=1"},
+        {" =1", " =1"},
+        {"1-2", "1-2"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char text[64] = "";
+        FILE *stream = fmemopen(text, sizeof text, "w");
+        assert_non_null(stream);
+        vw_csv_write_text(stream, cases[i].text);
+        fclose(stream);
+        assert_string_equal(text, cases[i].written);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_records, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_written_reads_back, make_folder, remove_folder),
+        cmocka_unit_test(test_formulas_are_guarded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,319 @@
+#!/usr/bin/env bash
+# select from outside: a tiny scene of every format is valued, its photos selected, and the list opened again; what other programs read in
+# it; names made to do harm; what is refused. Takes the program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+. "$root/tests/support/run_rows.sh"
+tiny=(--epochs 3 --rays 32 --samples 8 --val-rays 64 --levels 2 --log2-table 8 --width 16 --device llvmpipe --effects none --quiet)
+
+# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
+prints() {
+    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
+refuses() {
+    local code=0
+    "$program" "${@:2}" --quiet >"$folder/stdout" 2>"$folder/stderr" || code=$?
+    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
+answers() {
+    "${@:2}" >"$folder/answer.json" 2>"$folder/stderr" &&
+        [[ $(sqlite3 :memory: "WITH answer AS (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)
+            SELECT CASE WHEN json_valid(j) THEN ($1) END FROM answer") == 1 ]] && return
+    cat "$folder/answer.json" "$folder/stderr"
+    return 1
+}
+
+# file_says FILE SQL: the expression on a JSON file, called j, is true.
+file_says() { answers "$2" cat "$1" | head -c 1000; return "${PIPESTATUS[0]}"; }
+
+photo='iVBORw0KGgoAAAANSUhEUgAAAAgAAAAGCAIAAABxZ0isAAAAY0lEQVR4nA3JIQEAMQwEwYgIrpJTUhwRhSsguEpOyeOI+Q6dyCAX
+KXKTh7ykyY9QoIWENjroIqMXFdSiRG3qUJcy9aKDXrToTR/60qZfOPDCwhsffLHxiwlmMWI2c5jLmPn4AeieQjFag8aUAAAAAElFTkSuQmCC' # 8 x 6 pixels
+
+# write_photo FILE NUMBER: a photo unlike the others.
+write_photo() {
+    mkdir -p "$(dirname "$1")"
+    base64 -d <<<"$photo" >"$1"
+    printf '%s' "$2" >>"$1" # behind the image's end: only its hash differs
+}
+
+# ---- Scenes: 16 photos on a circle, of which 0 and 8 validate and 4 and 12 test, unless the files say otherwise ---------------
+
+# Names that would do harm in a spreadsheet, a shell, a query or a page.
+names=(p00.png '=cmd().png' '+1+1.png' "quote'; DROP TABLE image;--.png" 'p04.png' 'comma, "double".png' '-dash.png' '@at.png' 'p08.png'
+    'süß 写真.png' '$(touch x) `y`.png' '<b>&amp;.png' 'p12.png' '%s%n.png' 'sub/p14.png' 'p15.png')
+
+{
+    echo 'CREATE TABLE photo(i, name);'
+    for i in "${!names[@]}"; do echo "INSERT INTO photo VALUES ($i, '${names[i]//\'/\'\'}');"; done
+} | sqlite3 "$folder/photos.db"
+
+# frames PREFIX WHERE: an array of frames of transforms.json for these photos, with keys that viewworth does not read.
+frames() {
+    sqlite3 "$folder/photos.db" "SELECT json_group_array(json_object('file_path', '$1' || name, 'sharpness',
+        json(printf('%d.345678901234567', 12 + i)), 'depth_file_path', 'depth/' || i || '.png', 'colmap_im_id', 9007199254740993,
+        'transform_matrix', json_array(json_array(cos(a), 0, sin(a), 3 * sin(a)), json_array(0, 1, 0, json('0.10000000000000001')),
+            json_array(-sin(a), 0, cos(a), 3 * cos(a)), json_array(0, 0, 0, 1)))) FROM (SELECT *, i * 0.39269908169872414 AS a FROM photo)
+        WHERE $2"
+}
+
+write_photos() { # write_photos FOLDER
+    local i
+    for i in "${!names[@]}"; do write_photo "$1/${names[i]}" "$i"; done
+}
+
+# The model of the same cameras, in FOLDER.
+write_model() {
+    local i
+    mkdir -p "$1"
+    echo '1 PINHOLE 8 6 9.5 9.25 4.125 3.0625' >"$1/cameras.txt"
+    for i in "${!names[@]}"; do
+        awk -v i="$i" 'BEGIN { a = i * 0.39269908169872414; printf "%d 0 %.17g 0 %.17g 0 -0.1 3 1 ", 100 + i, cos(a / 2), -sin(a / 2) }'
+        printf '%s\n\n' "${names[i]}"
+    done >"$1/images.txt"
+    : >"$1/points3D.txt"
+}
+
+single=$folder/single
+write_photos "$single/images"
+printf '{"fl_x": 9.5, "fl_y": 9.25, "cx": 4.125, "cy": 3.0625, "w": 8, "h": 6, "k1": 0.1000000000000000055, "aabb_scale": 16,
+    "ply_file_path": "points.ply", "frames": %s, "applied_scale": 0.30000000000000004}\n' "$(frames images/ 1)" \
+    >"$single/transforms.json"
+
+blender=$folder/blender
+write_photos "$blender/pictures"
+write_blender() { printf '{"camera_angle_x": 0.8, "frames": %s}\n' "$(frames ./pictures/ "$2")" >"$blender/transforms_$1.json"; }
+write_blender train 'i % 4 IN (1, 2)'
+write_blender val 'i % 4 = 3'
+write_blender test 'i % 4 = 0'
+
+colmap=$folder/colmap
+write_photos "$colmap/images"
+write_model "$colmap/sparse/0"
+
+tourism=$folder/tourism
+write_photos "$tourism/dense/images"
+write_model "$tourism/dense/sparse"
+{
+    printf 'id\tsplit\tfilename\tdataset\n'
+    printf '%s\n' "107.0 train" " train" "103.0 test" "101.0 test" "109 train" "110 train" "104.0 test" "105.0 train" " test" | {
+        i=0
+        while IFS=' ' read -r id split; do
+            [[ -n $split ]] || { split=$id id=; }
+            printf '%s\t%s\t%s\ttiny\n' "$id" "$split" "${names[i++]}"
+        done
+    }
+    printf '7\ttrain\tnot registered.png\ttiny\n8\ttest\tnor this.png\ttiny\n'
+} >"$tourism/tiny.tsv"
+
+# ---- Values -------------------------------------------------------------------------------------------------------------
+
+for scene in single blender colmap tourism; do
+    check "$scene is valued" prints 'dB' "$program" value "$folder/$scene" --out "$folder/$scene.run" "${tiny[@]}"
+done
+check "a recipe is valued" prints 'dB' "$program" value "$root/scenes/clean.json" --out "$folder/recipe.run" "${tiny[@]}" --seed 1
+
+# kept RUN NAME...: the five best photos of the run's dv_psnr, and all that validate and test, are those that NAME's ledger holds in the
+# same splits; NAME may leave photos out, but no other trains.
+kept() {
+    sqlite3 "$folder/$1/ledger.db" "ATTACH '$folder/$2/ledger.db' AS again;
+        CREATE TEMP TABLE wanted AS SELECT name, split, sha256 FROM main.image WHERE split IN ('val', 'test') UNION ALL
+            SELECT * FROM (SELECT name, split, sha256 FROM main.image JOIN main.score USING (image_id) WHERE method = 'dv_psnr'
+                ORDER BY value DESC LIMIT 5);
+        CREATE TEMP TABLE had AS SELECT replace(name, '${3-}', '') AS name, split, sha256 FROM again.image WHERE split <> 'excluded';
+        SELECT count(*), (SELECT count(*) FROM wanted), (SELECT count(*) FROM (SELECT * FROM wanted EXCEPT SELECT * FROM had)) FROM had" |
+        awk -F"|" "{ ok = \$1 == \$2 && \$1 > 6 && \$3 == 0 } END { if (!ok) print; exit !ok }"
+}
+
+# same_cameras SCENE SCENE [OPTION]...: the second scene, opened with the options, has no camera that the first one has not.
+same_cameras() (
+    export VK_DRIVER_FILES=/dev/null # info says enough without a device
+    "$program" info "$1" --json --quiet >"$folder/first.json" && "$program" info "${@:2}" --json --quiet >"$folder/second.json" || return 1
+    [[ $(sqlite3 :memory: "WITH
+        f AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/first.json') AS TEXT), '\$.cameras')),
+        s AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/second.json') AS TEXT), '\$.cameras'))
+        SELECT count(*) > 0 AND NOT EXISTS (SELECT c FROM s EXCEPT SELECT c FROM f) FROM s") == 1 ]]
+)
+
+# leaves SQL FILE: the value of every key of what the expression on the file, called j, makes of it; numbers as they read.
+leaves() { sqlite3 :memory: "SELECT e.value ->> '\$.file_path', t.fullkey, t.type, quote(t.atom) FROM
+    (SELECT CAST(readfile('$2') AS TEXT) AS j), json_each($1) AS e, json_tree(e.value) AS t WHERE t.atom IS NOT NULL" | sort; }
+
+# same_frames SCENE LIST COUNT: the list has so many frames, all of them the scene's with every key.
+same_frames() {
+    leaves "json_extract(j, '\$.frames')" "$2" >"$folder/frames"
+    [[ $(cut -d '|' -f 1 "$folder/frames" | sort -u | wc -l) -eq $3 ]] &&
+        diff "$folder/frames" <(leaves "json_extract(j, '\$.frames')" "$1" | grep -F -f <(cut -d '|' -f 1 "$folder/frames" | sort -u))
+}
+
+# same_keys SCENE LIST: but for frames and splits.
+same_keys() {
+    local all="json_array(json_remove(j, '\$.frames', '\$.train_filenames', '\$.val_filenames', '\$.test_filenames'))"
+    leaves "$all" "$1" >"$folder/keys"
+    [[ -s $folder/keys ]] && diff "$folder/keys" <(leaves "$all" "$2")
+}
+
+# trains NAME SCENE [OPTION]...: trains on a list; NAME is the folder of the run.
+trains() {
+    "$program" train "${@:2}" --out "$folder/$1" "${tiny[@]}" --epochs 1 >"$folder/stdout" 2>&1 && return
+    cat "$folder/stdout"
+    return 1
+}
+
+# ---- transforms.json, one file --------------------------------------------------------------------------------------------
+
+best=$single/best.json
+check "the best photos of transforms.json are listed" prints '^kept     5 of 12 photos to train on, by dv_psnr: the best 5$' \
+    "$program" select "$folder/single.run" --top 5 --to "$best"
+check "the way to train on them is shown" grep -qx "train    viewworth value $best --out ANOTHER" "$folder/stdout"
+check "the list opens as a scene" trains single.again "$best"
+check "it holds them, and the others in their splits" kept single.run single.again
+check "its cameras are the same" same_cameras "$single" "$best"
+check "its frames are the scene's, with all their keys" same_frames "$single/transforms.json" "$best" 9
+check "the other keys are the scene's" same_keys "$single/transforms.json" "$best"
+check "numbers stay what they are" file_says "$best" "j ->> '\$.applied_scale' = 0.30000000000000004 AND
+    j ->> '\$.frames[0].colmap_im_id' = 9007199254740993 AND j ->> '\$.frames[0].transform_matrix[1][3]' = 0.1"
+check "its splits are told as nerfstudio reads them" file_says "$best" "json_array_length(j, '\$.train_filenames') = 5 AND
+    json_extract(j, '\$.val_filenames') = '[\"images/p00.png\",\"images/p08.png\"]' AND
+    json_extract(j, '\$.test_filenames') = '[\"images/p04.png\",\"images/p12.png\"]'"
+check "--json tells the list" answers "j ->> '\$.path' = '$folder/above.json' AND j ->> '\$.format' = 'transforms' AND
+    j ->> '\$.method' = 'dv_loss' AND json_array_length(j, '\$.selected') = 5 AND (SELECT count(*) = 4 FROM json_each(j))" \
+    "$program" select "$folder/single.run" --top 5 --to "$folder/above.json" --json --method dv_loss
+mv "$folder/answer.json" "$folder/selected.json"
+check "the names come best first" file_says "$folder/selected.json" "json_extract(j, '\$.selected') = '$(query single.run "SELECT
+    replace(json_group_array(name), '''', '''''') FROM (SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_loss'
+    ORDER BY value DESC LIMIT 5)")'"
+mkdir "$folder/elsewhere"
+check "a list beside the scene's folder is for other trainers" prints '^train    with other trainers' \
+    "$program" select "$folder/single.run" --drop 25% --to "$folder/elsewhere/list.json"
+check "its paths lead to the photos" test -f "$folder/elsewhere/$(sqlite3 :memory: \
+    "SELECT json_extract(CAST(readfile('$folder/elsewhere/list.json') AS TEXT), '\$.frames[0].file_path')")"
+check "other paths of it, too" file_says "$folder/elsewhere/list.json" "j ->> '\$.ply_file_path' = '../single/points.ply' AND
+    j ->> '\$.frames[0].depth_file_path' = '../single/depth/0.png'"
+check "the scene's own folder is refused" refuses 'read as another scene' select "$folder/single.run" --top 5 --to "$single"
+check "names by which it would be another scene are, too" refuses 'read as another scene' select "$folder/single.run" --top 5 \
+    --to "$single/transforms_val.json"
+check "what is there is not written over" refuses 'best\.json: is there already' select "$folder/single.run" --top 5 --to "$best"
+check "not even the scene" refuses 'is there already|another scene' select "$folder/single.run" --top 5 --to "$single/transforms.json"
+
+# ---- transforms_{train,val,test}.json -------------------------------------------------------------------------------------
+
+check "a scene of three files becomes three files" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 --to "$folder"
+check "they open above the scene's folder" trains blender.again "$folder"
+check "they hold the photos in their splits" kept blender.run blender.again blender/
+check "their cameras are the same" same_cameras "$blender" "$folder"
+check "each file has its keys" file_says "$folder/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.8 AND
+    json_array_length(j, '\$.frames') = 4 AND j ->> '\$.frames[0].file_path' = 'blender/pictures/p00.png' AND
+    j -> '\$.train_filenames' IS NULL"
+check "three files are not written over" refuses 'transforms_train\.json: is there already' select "$folder/blender.run" --top 5 \
+    --to "$folder"
+rm "$folder"/transforms_*.json
+sed -i 's/0\.8/0.9/' "$blender/transforms_test.json"
+check "files with other cameras do not become one" refuses 'name a folder' select "$folder/blender.run" --top 5 --to "$blender/other.json"
+check "they still become three" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 --to "$folder/three/"
+check "each with its own" file_says "$folder/three/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.9"
+
+# ---- COLMAP -------------------------------------------------------------------------------------------------------------
+
+check "COLMAP's image list is written" prints '\(colmap\)$' "$program" select "$folder/colmap.run" --top 5 --to "$folder/colmap.txt"
+check "it has names as the model spells them" test "$(sort "$folder/colmap.txt")" = "$(query colmap.run "SELECT substr(name, 8) FROM image
+    JOIN score USING (image_id) WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 5" | sort)"
+check "it is a list for --train" trains colmap.again "$folder/colmap" --train "$folder/colmap.txt"
+check "it holds the photos" kept colmap.run colmap.again
+check "the cameras are the same" same_cameras "$folder/colmap" "$folder/colmap" --train "$folder/colmap.txt"
+
+# ---- NeRF-W -------------------------------------------------------------------------------------------------------------
+
+check "a TSV is written" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --top 5 --to "$folder/picked.tsv"
+check "the way to train on it is shown" grep -qx "train    viewworth value $folder/tourism --train $folder/picked.tsv --out ANOTHER" \
+    "$folder/stdout"
+check "its columns are the scene's" test "$(head -n 1 "$folder/picked.tsv")" = "$(head -n 1 "$tourism/tiny.tsv")"
+check "test rows are untouched and in order" test "$(grep -P '\ttest\t' "$folder/picked.tsv")" = "$(grep -P '\ttest\t' "$tourism/tiny.tsv")"
+check "every chosen photo trains and has an id" test "$(awk -F'\t' 'NR > 1 && $2 == "train" && $1 != "" && $4 == "tiny" { print $3 }' \
+    "$folder/picked.tsv" | sort)" = "$(query tourism.run "SELECT substr(name, 14) FROM image JOIN score USING (image_id)
+    WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 5" | sort)"
+check "no other row is there" test "$(wc -l <"$folder/picked.tsv")" = "$((1 + 5 + $(grep -cP '\ttest\t' "$tourism/tiny.tsv")))"
+check "it is a list for --train" trains tourism.again "$tourism" --train "$folder/picked.tsv"
+check "it holds the photos in their splits" kept tourism.run tourism.again
+check "a second TSV in the scene's folder is refused" refuses 'may hold one TSV' select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
+
+# ---- Names, one a line ----------------------------------------------------------------------------------------------------
+
+check "a recipe's photos are a list" prints '\(text\)$' "$program" select "$folder/recipe.run" --top 5 --to "$folder/recipe.txt"
+check "it is a list for --train" trains recipe.again "$root/scenes/clean.json" --train "$folder/recipe.txt"
+check "it holds the photos" kept recipe.run recipe.again
+{
+    echo 'step,epoch,photo,psnr,l1'
+    echo '0,0,,10,0.5'
+    for ((i = 1; i <= 12; i++)); do echo "$i,$(((i - 1) / 3)),\"${names[i % 3]}\",$((10 + i % 3)),0.$((50 - i))"; done
+} >"$folder/log.csv"
+"$program" import-steps "$folder/log.csv" --out "$folder/imported" >"$folder/stdout"
+check "photos of an imported log are a list" prints '\(text\)$' "$program" select "$folder/imported" --positive --to "$folder/imported.txt"
+check "it has their names" test "$(sort "$folder/imported.txt")" = "$(query imported "SELECT name FROM image JOIN score USING (image_id)
+    WHERE method = 'dv_psnr' AND value > 0 ORDER BY name")"
+check "names for spreadsheets are guarded" grep -qE "^'(=cmd|\+1)" "$folder/imported/scores.csv"
+query imported "UPDATE image SET name = 'two
+lines.png' WHERE image_id = (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 1)"
+check "a name of two lines is refused" refuses 'is no line of a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+query imported "UPDATE image SET name = ' spaced.png' WHERE name LIKE 'two%'"
+check "a name that readers would trim, too" refuses 'is no line of a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+check "nothing was written of them" test ! -e "$folder/lines.txt"
+
+# ---- Rules and refusals -----------------------------------------------------------------------------------------------------
+
+for rule in '--positive:value > 0' '--significant:low > 0' '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
+        ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
+        LIMIT 9)'; do
+    rm -f "$folder/rule.txt"
+    query recipe.run "UPDATE score SET low = value - 0.01 * image_id" # so that the rules differ
+    # shellcheck disable=SC2086
+    "$program" select "$folder/recipe.run" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
+    check "${rule%%:*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
+        "$(query recipe.run "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*:} ORDER BY image_id")"
+done
+run=$folder/single.run
+list=$folder/none.json
+check "no rule is refused" refuses 'one of --positive, --significant, --top K\|P% and --drop K\|P%, not none' select "$run" --to "$list"
+check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
+check "--to is needed" refuses '--to is missing' select "$run" --positive
+check "an unknown method is refused with those there are" refuses 'no scores by method "nima"; use one of: dv_psnr, dv_loss' \
+    select "$run" --positive --method nima --to "$list"
+for amount in 0 -3 2.5 x 5x '' '5 %' 0% 101% nan; do
+    check "--top '$amount' is refused" refuses '--top takes|cannot select by' select "$run" --top "$amount" --to "$list"
+done
+check "dropping all is refused" refuses 'all 12 photos' select "$run" --drop 100% --to "$list"
+check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --positive --to "$list"
+check "a run without scores is refused" refuses 'no scores; value the photos first' select "$folder/single.again" --positive --to "$list"
+check "a place that is not there is refused" refuses 'no/such' select "$run" --top 3 --to "$folder/no/such/list.json"
+
+# ---- A scene that has changed since ---------------------------------------------------------------------------------------
+
+sed -i 's,images/p04,images/p05,' "$single/transforms.json"
+check "a scene that lacks a photo is refused" refuses 'no longer the scene that was valued: it lacks images/p04\.png' \
+    select "$run" --top 3 --to "$list"
+sed -i 's,images/p05,images/p04,; s,"frames": \[,&{"file_path": "images/new.png"}\,,' "$single/transforms.json"
+check "photos that came later are left out, and that is said" bash -c "'$program' select '$run' --top 3 --to '$list' 2>&1 >/dev/null |
+    grep -q '^warning: 1 frames .*(first: images/new.png) and are left out'"
+check "they are not listed" file_says "$list" "json_array_length(j, '\$.frames') = 7"
+mv "$single" "$folder/moved"
+check "a scene that is not there is refused" refuses 'no such scene' select "$run" --top 3 --to "$folder/gone.json"
+rm -r "$colmap/images" "$tourism/dense/images"
+check "images are not needed" prints '\(colmap\)$' "$program" select "$folder/colmap.run" --top 5 --to "$folder/without.txt"
+check "the list is the same" cmp "$folder/colmap.txt" "$folder/without.txt"
+check "nor are a PhotoTourism scene's" prints '\(phototourism\)$' "$program" select "$folder/tourism.run" --top 5 --to "$folder/without.tsv"
+check "that list is the same, too" cmp "$folder/picked.tsv" "$folder/without.tsv"
+check "refused lists left nothing" test -z "$(find "$folder" -name '*.part-*' -o -name gone.json)"
+conclude "$@"
