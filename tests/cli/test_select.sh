@@ -2,31 +2,11 @@
 # select from outside: a tiny scene of every format is valued, its photos selected, and the list opened again; what other programs read in
 # it; names made to do harm; what is refused. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-. "$root/tests/support/run_rows.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 tiny=(--epochs 3 --rays 32 --samples 8 --val-rays 64 --levels 2 --log2-table 8 --width 16 --device llvmpipe --effects none --quiet)
 
-# prints PATTERN COMMAND...: the command succeeds and its stdout has a line that matches.
-prints() {
-    "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && grep -qE -- "$1" "$folder/stdout" && return
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
-
 # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
-refuses() {
-    local code=0
-    "$program" "${@:2}" --quiet >"$folder/stdout" 2>"$folder/stderr" || code=$?
-    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
+refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; }
 
 # answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
 answers() {
