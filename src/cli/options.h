@@ -8,6 +8,17 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
+// An option that may be repeated, in the order given.
+enum { VW_TEXTS_MOST = 32 };
+struct vw_texts {
+    const char *texts[VW_TEXTS_MOST];
+    uint32_t count;
+};
+
+// What is made equal between lists of different lengths that are compared.
+enum vw_equal { VW_EQUAL_STEPS, VW_EQUAL_EPOCHS };
+const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
+
 // Everything a command line can say. Texts are borrowed from argv; NULL where nothing was said.
 struct vw_options {
     const char *operand; // SCENE or OUT, by command
@@ -31,6 +42,11 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
+    struct vw_texts lists;
+    enum vw_equal equal;
+    const char *scores; // a valued run
+    const char *method;
+    uint32_t views;
     bool json, quiet, help;
 };
 
@@ -51,6 +67,7 @@ enum {
     VW_OPTIONS_BENCHMARK = 4096,
     VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
+    VW_OPTIONS_COMPARE = 65536,
 };
 
 struct vw_command {
