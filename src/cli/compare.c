@@ -72,6 +72,8 @@ static enum vw_status plan(struct comparison *comparison) {
                                      .scene = comparison->laboratory.stage.scene,
                                      .lists = &comparison->lists,
                                      .scene_hash = comparison->laboratory.scene_hash};
+    if (!compared->scene->split_count[VW_SPLIT_VAL] && !compared->scene->split_count[VW_SPLIT_TEST])
+        return vw_fail(VW_ERROR_INPUT, "%s: no photo validates or tests; give some by --val or --test", options->operand);
     enum vw_status status = vw_compared_lists_make(options, compared->scene, &comparison->lists);
     if (status) return status;
     compared->outcomes = vw_allocate((size_t)comparison->lists.count * options->seeds, sizeof *compared->outcomes);

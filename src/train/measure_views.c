@@ -169,8 +169,9 @@ enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t vie
     struct evaluator evaluator = {0};
     struct seen_view seen;
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
-    enum vw_status status = allocate((size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX, &seen);
-    if (status == VW_OK) status = evaluator_create(&trainer->field, TILE_RAYS, &evaluator);
+    size_t most = (size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX;
+    enum vw_status status = allocate(most, &seen);
+    if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) {
         choose_all(trainer, view, &seen);
         status = see(trainer, &evaluator, view, &seen, &whole->error);
