@@ -151,5 +151,6 @@ enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path
     else status = read_names(&reading);
     for (uint32_t v = 0; v < scene->view_count; v++) any |= chosen[v];
     if (status || any) return status;
-    return vw_fail(VW_ERROR_INPUT, "%s: %s no photo to train on; give another list", path, least ? "scores so highly" : "names");
+    if (least) return vw_fail(VW_ERROR_INPUT, "%s: no photo to train on is scored %g or more; take a lower threshold", path, *least);
+    return vw_fail(VW_ERROR_INPUT, "%s: names no photo to train on; give another list", path);
 }
