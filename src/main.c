@@ -39,6 +39,12 @@ static const struct vw_command commands[] = {
      "was stopped.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK | VW_OPTIONS_JSON,
      vw_command_benchmark},
+    {"compare", "SCENE", "Say which set of photos makes the better reconstruction",
+     "Trains every --list with the same seeds and measures whole validation and test photos: PSNR, SSIM and L1, and whether lists differ "
+     "beyond noise. random draws as many photos as the list before it, anew for each seed. Leaves trials.db, compare.json, compare.csv, "
+     "pairs.csv, disagreements.csv and renders/ in the --out folder; the same command goes on where it was stopped.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE | VW_OPTIONS_JSON,
+     vw_command_compare},
     {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
      "the scene as the training did.",

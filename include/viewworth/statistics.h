@@ -30,4 +30,8 @@ enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, dou
 // Ranks from 1 for the smallest; equal values share the mean of their ranks. VW_ERROR_MEMORY.
 enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 
+// Student's t, 97.5 %, so that 95 % lie within +-t, for `degrees` >= 1 of freedom: exact for 1 and 2, else by the expansion of Cornish and
+// Fisher, good to 0.2 % from 3 on.
+double vw_student_quantile(double degrees);
+
 #endif

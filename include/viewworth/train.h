@@ -164,6 +164,17 @@ enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, floa
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count, uint32_t pixels_max,
                                         struct vw_view_error *errors);
 
+// The same for all pixels of one view, which are handed out: as the field shows them, with the gain and bias that validation fits, and as
+// the photo has them.
+struct vw_whole_view {
+    uint32_t width_px, height_px;
+    float *rendered, *photo; // owned; rgb floats, rows top to bottom; not clamped to [0,1]
+    uint8_t *counts;         // owned; by pixel: 1 for those that are usable and scored, else 0
+    struct vw_view_error error;
+};
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole);
+void vw_whole_view_free(struct vw_whole_view *whole);
+
 // What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they choose,
 // whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);

@@ -10,13 +10,16 @@
 struct vw_trial {
     const uint32_t *views; // borrowed; image_ids trained on, ascending
     uint32_t view_count;
-    uint64_t seed; // of order, pixels, jitter and initialisation
+    uint64_t seed;   // of order, pixels, jitter and initialisation
+    uint32_t epochs; // 0: as many as trials take that do not say
 };
 
 // What the trained field reaches on the photos it was not trained on, over their usable pixels. NaN where a split has no photo.
 struct vw_outcome {
     double val_psnr, test_psnr; // dB, mean over the split's views of the per-view PSNR
     double val_l1, test_l1;     // mean over the split's views of the mean absolute error over pixels and channels
+    double val_ssim, test_ssim; // mean over those of the split's views that have one (viewworth/ssim.h); NaN also where views are not
+                                // measured whole
     double seconds;             // CPU time that it took; for display only
 };
 

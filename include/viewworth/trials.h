@@ -1,7 +1,7 @@
-// The trials of a benchmark, in an SQLite file of their own (OUT/trials.db), so that a benchmark resumes, and reuses what another one has
-// found. Ordinary tables:
-// - trial(trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr, test_l1, seconds, row_hash): a training on
-//   some photos.
+// The trials of a benchmark or a comparison, in an SQLite file of their own (OUT/trials.db), so that either resumes, and reuses what
+// another one has found. Ordinary tables:
+// - trial(trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr, test_ssim, test_l1, seconds,
+//   row_hash): a training on some photos.
 //   trial_id: 64 hex digits, hash of all that decides its bits. views: image_ids, ascending, with spaces between. NULL: no value.
 //   row_hash: of the row's other columns, so that one that was edited is not taken for what was measured. It tells mistakes: whoever
 //   edits can hash anew.
@@ -35,9 +35,9 @@ void vw_trials_close(struct vw_trials **trials);
 
 // Whether a trial of that id has ended, and its outcome. VW_ERROR_MISMATCH when its row was edited.
 enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bool *found, struct vw_outcome *outcome);
-// Appends one that has ended. An id that is there already keeps its first outcome.
-enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, uint32_t epochs,
-                             const struct vw_trial *trial, const struct vw_outcome *outcome);
+// Appends one that has ended, whose epochs must be said. An id that is there already keeps its first outcome.
+enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, const struct vw_trial *trial,
+                             const struct vw_outcome *outcome);
 // Replaces the judgements of a scene and config.
 enum vw_status vw_trials_set_judgements(struct vw_trials *trials, const char *scene_hash, const char *config_hash,
                                         const struct vw_judgement *judgements, uint32_t count);

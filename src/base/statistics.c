@@ -92,3 +92,11 @@ enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, dou
     free(ranks);
     return status;
 }
+
+double vw_student_quantile(double degrees) {
+    const double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z, n = degrees;
+    if (n == 1) return 12.7062047361747; // tan(0.475 pi)
+    if (n == 2) return 4.30265272974946; // 0.95 / sqrt(2 * 0.975 * 0.025)
+    return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) + (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / 384 / (n * n * n) +
+           (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / 92160 / (n * n * n * n);
+}

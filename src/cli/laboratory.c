@@ -13,7 +13,7 @@
 #include "viewworth/psnr.h"
 
 // A view is measured on all its pixels where the views of its split have no more than so many in all, or on an even share of so many.
-enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10 };
+enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10, WHOLE_VIEWS = 0 };
 static const double PROGRESS_S = 20;
 
 static double cpu_seconds(void) {
@@ -31,9 +31,14 @@ static enum vw_status list_train_views(struct vw_laboratory *laboratory) {
     return VW_OK;
 }
 
-static enum vw_status create_trainer(struct vw_laboratory *laboratory, uint64_t seed, struct vw_trainer **trainer) {
+static uint32_t epochs_of(const struct vw_laboratory *laboratory, const struct vw_trial *trial) {
+    return trial->epochs ? trial->epochs : laboratory->options->config.epochs;
+}
+
+static enum vw_status create_trainer(struct vw_laboratory *laboratory, const struct vw_trial *trial, struct vw_trainer **trainer) {
     struct vw_config config = vw_config_without_probes(&laboratory->options->config); // they need validation, which trials go without
-    config.seed = seed;
+    config.seed = trial->seed;
+    config.epochs = epochs_of(laboratory, trial);
     config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
     const struct vw_trainer_params params = {.gpu = laboratory->stage.gpu,
@@ -48,7 +53,7 @@ static enum vw_status create_trainer(struct vw_laboratory *laboratory, uint64_t 
 static enum vw_status name_base(struct vw_laboratory *laboratory) {
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
-    enum vw_status status = create_trainer(laboratory, 0, &trainer);
+    enum vw_status status = create_trainer(laboratory, &(struct vw_trial){.seed = 0}, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
     vw_trainer_destroy(&trainer);
     if (status) return status;
@@ -65,7 +70,7 @@ static enum vw_status open_trials(struct vw_laboratory *laboratory) {
 }
 
 enum vw_status vw_laboratory_open(const struct vw_options *options, struct vw_laboratory *laboratory) {
-    *laboratory = (struct vw_laboratory){.options = options};
+    laboratory->options = options;
     enum vw_status status = vw_stage_open(options, &laboratory->stage);
     if (!status) status = vw_stage_decide_effects(options, &laboratory->stage);
     if (!status) status = list_train_views(laboratory);
@@ -81,14 +86,14 @@ void vw_laboratory_close(struct vw_laboratory *laboratory) {
 }
 
 // Photos are named, as in a run's subset_hash, so that an id does not depend on where they stand in the scene.
-static void name_trial(const struct vw_laboratory *laboratory, const struct vw_trial *trial, char id[VW_HASH_HEX_BYTES]) {
+void vw_laboratory_name(const struct vw_laboratory *laboratory, const struct vw_trial *trial, char id[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     uint8_t hash[VW_HASH_BYTES];
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, "viewworth trial 1");
     vw_hasher_add_text(&hasher, laboratory->base_id);
-    vw_hasher_add_integer(&hasher, laboratory->options->config.epochs);
-    vw_hasher_add_integer(&hasher, PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, epochs_of(laboratory, trial));
+    vw_hasher_add_integer(&hasher, laboratory->whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
     vw_hasher_add_integer(&hasher, (int64_t)trial->seed);
     for (uint32_t i = 0; i < trial->view_count; i++) vw_hasher_add_text(&hasher, laboratory->stage.scene->views[trial->views[i]].name);
     vw_hasher_end(&hasher, hash);
@@ -114,45 +119,77 @@ static enum vw_status train(struct vw_trainer *trainer) {
     return status;
 }
 
-// The means over the measured views of a split.
-static void conclude_split(const struct vw_scene *scene, enum vw_split split, const uint32_t *views, const struct vw_view_error *errors,
-                           uint32_t count, double *psnr_db, double *l1) {
-    uint32_t of_split = scene->split_count[split];
-    *psnr_db = *l1 = of_split ? 0 : NAN;
-    for (uint32_t i = 0; i < count; i++) {
-        if (scene->views[views[i]].split != split) continue;
-        *psnr_db += vw_psnr_db(errors[i].mse) / of_split;
-        *l1 += errors[i].l1 / of_split;
+// What was measured of views, one by one.
+struct measured_views {
+    uint32_t *views, count; // scene indices
+    struct vw_view_error *errors;
+    double *ssims; // NaN of a view that has none
+};
+
+static enum vw_status list_measured_views(const struct vw_scene *scene, struct measured_views *measured) {
+    *measured = (struct measured_views){.views = vw_allocate(scene->view_count, sizeof *measured->views),
+                                        .errors = vw_allocate(scene->view_count, sizeof *measured->errors),
+                                        .ssims = vw_allocate(scene->view_count, sizeof *measured->ssims)};
+    if (!measured->views || !measured->errors || !measured->ssims) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (scene->views[v].split != VW_SPLIT_VAL && scene->views[v].split != VW_SPLIT_TEST) continue;
+        measured->ssims[measured->count] = NAN;
+        measured->views[measured->count++] = v;
     }
+    return VW_OK;
 }
 
-// Both splits at once: most of the cost is that of setting up.
-static enum vw_status measure(struct vw_trainer *trainer, const struct vw_scene *scene, struct vw_outcome *outcome) {
-    uint32_t count = 0, larger = scene->split_count[VW_SPLIT_VAL];
+// The means over the measured views of a split.
+static void conclude_split(const struct vw_scene *scene, enum vw_split split, const struct measured_views *measured, double *psnr_db,
+                           double *ssim, double *l1) {
+    uint32_t of_split = scene->split_count[split], with_ssim = 0;
+    double ssim_sum = 0;
+    *psnr_db = *l1 = of_split ? 0 : NAN;
+    for (uint32_t i = 0; i < measured->count; i++) {
+        if (scene->views[measured->views[i]].split != split) continue;
+        *psnr_db += vw_psnr_db(measured->errors[i].mse) / of_split;
+        *l1 += measured->errors[i].l1 / of_split;
+        if (isnan(measured->ssims[i])) continue;
+        ssim_sum += measured->ssims[i];
+        with_ssim++;
+    }
+    *ssim = with_ssim ? ssim_sum / with_ssim : NAN;
+}
+
+static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw_scene *scene, struct measured_views *measured) {
+    uint32_t larger = scene->split_count[VW_SPLIT_VAL];
     if (larger < scene->split_count[VW_SPLIT_TEST]) larger = scene->split_count[VW_SPLIT_TEST];
     uint32_t pixels = PIXELS_OF_SPLIT / (larger ? larger : 1);
     if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
-    uint32_t *views = vw_allocate(scene->view_count, sizeof *views);
-    struct vw_view_error *errors = vw_allocate(scene->view_count, sizeof *errors);
-    enum vw_status status = views && errors ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t v = 0; !status && v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST) views[count++] = v;
-    if (!status) status = vw_trainer_measure_views(trainer, views, count, pixels, errors);
+    return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
+}
+
+// Both splits at once: most of the cost is that of setting up.
+static enum vw_status measure(const struct vw_laboratory *laboratory, struct vw_trainer *trainer, const char *id,
+                              struct vw_outcome *outcome) {
+    const struct vw_scene *scene = laboratory->stage.scene;
+    struct measured_views measured;
+    enum vw_status status = list_measured_views(scene, &measured);
+    if (!status && laboratory->whole_views)
+        status = vw_whole_views_measure(trainer, measured.views, measured.count, &laboratory->kept, id, measured.errors, measured.ssims);
+    else if (!status) status = measure_shares(trainer, scene, &measured);
     if (!status) {
-        conclude_split(scene, VW_SPLIT_VAL, views, errors, count, &outcome->val_psnr, &outcome->val_l1);
-        conclude_split(scene, VW_SPLIT_TEST, views, errors, count, &outcome->test_psnr, &outcome->test_l1);
+        conclude_split(scene, VW_SPLIT_VAL, &measured, &outcome->val_psnr, &outcome->val_ssim, &outcome->val_l1);
+        conclude_split(scene, VW_SPLIT_TEST, &measured, &outcome->test_psnr, &outcome->test_ssim, &outcome->test_l1);
     }
-    free(views);
-    free(errors);
+    free(measured.views);
+    free(measured.errors);
+    free(measured.ssims);
     return status;
 }
 
-static enum vw_status train_and_measure(struct vw_laboratory *laboratory, uint64_t seed, struct vw_outcome *outcome) {
+static enum vw_status train_and_measure(struct vw_laboratory *laboratory, const struct vw_trial *trial, const char *id,
+                                        struct vw_outcome *outcome) {
     struct vw_trainer *trainer = NULL;
     double started_s = cpu_seconds();
-    enum vw_status status = create_trainer(laboratory, seed, &trainer);
+    enum vw_status status = create_trainer(laboratory, trial, &trainer);
     if (!status) status = train(trainer);
-    if (!status) status = measure(trainer, laboratory->stage.scene, outcome);
+    if (!status) status = measure(laboratory, trainer, id, outcome);
     vw_trainer_destroy(&trainer);
     outcome->seconds = cpu_seconds() - started_s;
     return status;
@@ -163,9 +200,11 @@ static enum vw_status make(struct vw_laboratory *laboratory, const struct vw_tri
         return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the trials that ended; the same command goes on",
                        laboratory->options->out);
     choose_views(laboratory, trial);
-    enum vw_status status = train_and_measure(laboratory, trial->seed, outcome);
+    enum vw_status status = train_and_measure(laboratory, trial, id, outcome);
     choose_views(laboratory, NULL);
-    if (!status) status = vw_trials_add(laboratory->trials, id, laboratory->scene_hash, laboratory->options->config.epochs, trial, outcome);
+    struct vw_trial made = *trial;
+    made.epochs = epochs_of(laboratory, trial);
+    if (!status) status = vw_trials_add(laboratory->trials, id, laboratory->scene_hash, &made, outcome);
     if (status) return status;
     laboratory->made++;
     return VW_OK;
@@ -188,9 +227,10 @@ enum vw_status vw_laboratory_try(void *context, const struct vw_trial *trial, st
     struct vw_laboratory *laboratory = context;
     char id[VW_HASH_HEX_BYTES];
     bool found = false;
-    name_trial(laboratory, trial, id);
+    vw_laboratory_name(laboratory, trial, id);
     enum vw_status status = vw_trials_find(laboratory->trials, id, &found, outcome);
     if (status) return status;
+    found = found && vw_kept_views_exist(&laboratory->kept, id);
     if (!found) status = make(laboratory, trial, id, outcome);
     else laboratory->recalled++;
     if (!status && !found) say_progress(laboratory);

@@ -15,6 +15,7 @@
 enum kind {
     KIND_FLAG,   // bool
     KIND_TEXT,   // const char *
+    KIND_TEXTS,  // struct vw_texts
     KIND_COUNT,  // uint32_t
     KIND_SEED,   // uint64_t
     KIND_REAL,   // double
@@ -32,13 +33,17 @@ struct option_row {
     uint32_t choice_count;
 };
 
+const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
+
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
-                   sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t),
+                   sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
+                   sizeof(enum vw_equal) == sizeof(uint32_t),
                "KIND_CHOICE stores 32 bits");
 
 #define FIELD(field) .offset = offsetof(struct vw_options, field)
@@ -94,8 +99,8 @@ static const struct option_row rows[] = {
     {"until-stable", "R",
      "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, below 1; 0: never",
      VW_OPTIONS_ONE_VALUE, REAL, FIELD(until_stable)},
-    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth",
-     VW_OPTIONS_ONE_VALUE, TEXT, FIELD(payout)},
+    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth", VW_OPTIONS_ONE_VALUE,
+     TEXT, FIELD(payout)},
     {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
     {"out", "FOLDER", "where results go (needed); must not hold a run yet", VW_OPTIONS_IMPORT, TEXT, FIELD(out)},
     {"out", "FOLDER", "where results go (needed); what it holds of the same runs is gone on with", VW_OPTIONS_RUNS, TEXT, FIELD(out)},
@@ -116,7 +121,7 @@ static const struct option_row rows[] = {
     {"significant", NULL, "keep the photos whose 95 % interval lies above zero", VW_OPTIONS_SELECT, FLAG, FIELD(significant)},
     {"top", "K|P%", "keep the K best photos, or the best P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(top)},
     {"drop", "K|P%", "keep all but the K worst photos, or the worst P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(drop)},
-    {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT, TEXT, FIELD(method)},
+    {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE, TEXT, FIELD(method)},
     {"measure", NULL, "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR", VW_OPTIONS_INFO,
      FLAG, FIELD(measure)},
     {"subsets", "N", "random halves of the photos to train on, each twice", VW_OPTIONS_BENCHMARK, COUNT, FIELD(subsets), .least = 8,
@@ -125,6 +130,16 @@ static const struct option_row rows[] = {
      FIELD(leave_one_out)},
     {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,truth)", VW_OPTIONS_BENCHMARK, TEXT,
      FIELD(curves)},
+    {"list", "WHAT",
+     "photos to train on (needed, may be repeated): all, positive, significant, top:K, top:P%, drop:P%, random, a file of names, a NeRF-W "
+     "TSV, a transforms file, or SCORES.csv@LEAST",
+     VW_OPTIONS_COMPARE, FIELD(lists), .kind = KIND_TEXTS},
+    {"scores", "OUT", "the valued run that positive, significant, top and drop choose by", VW_OPTIONS_COMPARE, TEXT, FIELD(scores)},
+    {"seeds", "K", "trainings of each list, of the seeds from --seed on", VW_OPTIONS_COMPARE, COUNT, FIELD(seeds), .least = 1, .most = 50},
+    {"equal", "NAME", "what lists of different lengths train equally long: steps (epochs in proportion), or epochs, as the paper",
+     VW_OPTIONS_COMPARE, FIELD(equal), .kind = KIND_CHOICE, .choice_name = equal_choice, .choice_count = VW_EQUAL_EPOCHS + 1},
+    {"views", "N", "test photos (validation photos where there are none) to render side by side", VW_OPTIONS_COMPARE, COUNT, FIELD(views),
+     .least = 0, .most = 1000},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
     {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},
@@ -132,7 +147,7 @@ static const struct option_row rows[] = {
 
 enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
 
-static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200};
+static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200, .views = 2};
 
 // What a number may be, "" for what is none.
 static void describe_range(const struct option_row *row, char text[VW_CONFIG_RANGE_BYTES]) {
@@ -184,6 +199,13 @@ static enum vw_status parse_choice(const struct option_row *row, const char *tex
     return vw_fail(VW_ERROR_USAGE, "--%s: \"%s\" is not one of %s", row->name, text, list);
 }
 
+static enum vw_status add_text(const struct option_row *row, const char *text, struct vw_texts *texts) {
+    if (texts->count == VW_TEXTS_MOST)
+        return vw_fail(VW_ERROR_USAGE, "--%s: may be given %d times at most; leave some out", row->name, VW_TEXTS_MOST);
+    texts->texts[texts->count++] = text;
+    return VW_OK;
+}
+
 static enum vw_status store(const struct option_row *row, const char *text, struct vw_options *options) {
     void *field = (char *)options + row->offset;
     uint64_t number = 0;
@@ -191,6 +213,7 @@ static enum vw_status store(const struct option_row *row, const char *text, stru
     switch (row->kind) {
     case KIND_FLAG: *(bool *)field = true; break;
     case KIND_TEXT: *(const char **)field = text; break;
+    case KIND_TEXTS: status = add_text(row, text, field); break;
     case KIND_COUNT:
         status = parse_whole(row, text, &number);
         if (!status) *(uint32_t *)field = (uint32_t)number;
@@ -273,7 +296,8 @@ static void format_default(const struct option_row *row, const struct vw_options
     text[0] = 0;
     switch (row->kind) {
     case KIND_FLAG:
-    case KIND_TEXT: break;
+    case KIND_TEXT:
+    case KIND_TEXTS: break;
     case KIND_COUNT: snprintf(text, text_bytes, " (%" PRIu32 ")", *(const uint32_t *)field); break;
     case KIND_SEED: snprintf(text, text_bytes, " (%" PRIu64 ")", *(const uint64_t *)field); break;
     case KIND_REAL: snprintf(text, text_bytes, " (%g)", *(const double *)field); break;

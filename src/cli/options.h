@@ -8,6 +8,17 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
+// An option that may be repeated, in the order given.
+enum { VW_TEXTS_MOST = 32 };
+struct vw_texts {
+    const char *texts[VW_TEXTS_MOST];
+    uint32_t count;
+};
+
+// What is made equal between lists of different lengths that are compared.
+enum vw_equal { VW_EQUAL_STEPS, VW_EQUAL_EPOCHS };
+const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
+
 // Everything a command line can say. Texts are borrowed from argv; NULL where nothing was said.
 struct vw_options {
     const char *operand; // SCENE or OUT, by command
@@ -33,7 +44,11 @@ struct vw_options {
     const char *to;
     bool positive, significant;
     const char *top, *drop;
-    const char *method;
+    const char *method; // whose scores choose
+    struct vw_texts lists;
+    enum vw_equal equal;
+    const char *scores; // a valued run
+    uint32_t views;
     bool json, quiet, help;
 };
 
@@ -56,6 +71,7 @@ enum {
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
     VW_OPTIONS_RUNS = 32768,       // of commands that make several in one folder, and always go on with them
     VW_OPTIONS_SELECT = 65536,
+    VW_OPTIONS_COMPARE = 131072,
 };
 
 struct vw_command {

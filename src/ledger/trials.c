@@ -10,18 +10,18 @@
 #include "viewworth/memory.h"
 
 // Tells the file from a ledger, which counts its user_version from 1.
-enum { TRIALS_VERSION = 1002 };
+enum { TRIALS_VERSION = 1003 };
 
 static const char schema_sql[] =
     "CREATE TABLE trial ("
     " trial_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL, view_count INTEGER NOT NULL,"
-    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_l1 REAL, test_psnr REAL, test_l1 REAL, seconds REAL,"
-    " row_hash TEXT NOT NULL);"
+    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_ssim REAL, val_l1 REAL, test_psnr REAL, test_ssim REAL,"
+    " test_l1 REAL, seconds REAL, row_hash TEXT NOT NULL);"
     "CREATE TABLE judgement ("
     " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, judgement TEXT NOT NULL, method TEXT NOT NULL,"
     " value REAL, low REAL, high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, config_hash, place));"
-    "PRAGMA user_version = 1002;";
-_Static_assert(TRIALS_VERSION == 1002, "write it into schema_sql, too");
+    "PRAGMA user_version = 1003;";
+_Static_assert(TRIALS_VERSION == 1003, "write it into schema_sql, too");
 
 struct vw_trials {
     struct vw_database database;
@@ -46,7 +46,8 @@ static enum vw_status make_tables(struct vw_database *database) {
     if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
     if (!status && !version && !tables) status = vw_database_run(database, schema_sql);
     else if (!status && version != TRIALS_VERSION)
-        status = vw_fail(VW_ERROR_INPUT, "%s: not the trials of a benchmark, or of another version; move it away, or name another --out",
+        status = vw_fail(VW_ERROR_INPUT,
+                         "%s: not the trials of a benchmark or comparison, or of another version; move it away, or name another --out",
                          database->path);
     return vw_database_end(database, status);
 }
@@ -69,13 +70,14 @@ void vw_trials_close(struct vw_trials **trials) {
 }
 
 // In this order they are hashed.
-#define TRIAL_COLUMNS "trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_l1, test_psnr, test_l1, seconds"
-enum { VAL_PSNR = 6, ROW_HASH = 11 };
+#define TRIAL_COLUMNS                                                                                                                      \
+    "trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr, test_ssim, test_l1, seconds"
+enum { VAL_PSNR = 6, ROW_HASH = 13 };
 
 // What a row begins with, so that its hash is that of no other table.
 static void begin_hash(struct vw_hasher *hasher) {
     vw_hasher_begin(hasher);
-    vw_hasher_add_text(hasher, "viewworth trial row 1");
+    vw_hasher_add_text(hasher, "viewworth trial row 2");
 }
 
 static void end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
@@ -108,10 +110,12 @@ enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bo
     if (!status) *found = there;
     if (!status && there)
         *outcome = (struct vw_outcome){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
-                                       .val_l1 = vw_row_read_real(statement, VAL_PSNR + 1),
-                                       .test_psnr = vw_row_read_real(statement, VAL_PSNR + 2),
-                                       .test_l1 = vw_row_read_real(statement, VAL_PSNR + 3),
-                                       .seconds = vw_row_read_real(statement, VAL_PSNR + 4)};
+                                       .val_ssim = vw_row_read_real(statement, VAL_PSNR + 1),
+                                       .val_l1 = vw_row_read_real(statement, VAL_PSNR + 2),
+                                       .test_psnr = vw_row_read_real(statement, VAL_PSNR + 3),
+                                       .test_ssim = vw_row_read_real(statement, VAL_PSNR + 4),
+                                       .test_l1 = vw_row_read_real(statement, VAL_PSNR + 5),
+                                       .seconds = vw_row_read_real(statement, VAL_PSNR + 6)};
     sqlite3_finalize(statement);
     return status;
 }
@@ -129,8 +133,8 @@ static char *list_views(const struct vw_trial *trial) {
     return NULL;
 }
 
-enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, uint32_t epochs,
-                             const struct vw_trial *trial, const struct vw_outcome *outcome) {
+enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, const char *scene_hash, const struct vw_trial *trial,
+                             const struct vw_outcome *outcome) {
     struct vw_database *database = &trials->database;
     struct vw_hasher hasher;
     struct vw_row row = {.hasher = &hasher};
@@ -140,7 +144,7 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
     enum vw_status status = vw_database_begin(database);
     if (status) goto done;
     status = vw_database_prepare(database,
-                                 "INSERT INTO trial (" TRIAL_COLUMNS ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+                                 "INSERT INTO trial (" TRIAL_COLUMNS ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
                                  " ON CONFLICT DO NOTHING",
                                  &row.statement);
     begin_hash(&hasher);
@@ -149,10 +153,12 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
     vw_row_add_text(&row, views);
     vw_row_add_integer(&row, trial->view_count);
     vw_row_add_integer(&row, (int64_t)trial->seed);
-    vw_row_add_integer(&row, epochs);
+    vw_row_add_integer(&row, trial->epochs);
     vw_row_add_real(&row, outcome->val_psnr);
+    vw_row_add_real(&row, outcome->val_ssim);
     vw_row_add_real(&row, outcome->val_l1);
     vw_row_add_real(&row, outcome->test_psnr);
+    vw_row_add_real(&row, outcome->test_ssim);
     vw_row_add_real(&row, outcome->test_l1);
     vw_row_add_real(&row, outcome->seconds);
     end_hash(&hasher, hash);

@@ -1,27 +1,17 @@
 // Which view trains, validates or tests.
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "scene/draft.h"
+#include "scene/name_list.h"
 #include "scene/nerfw_tsv.h"
-#include "viewworth/file.h"
 #include "viewworth/memory.h"
 
-static const size_t LIST_LIMIT_BYTES = (size_t)1 << 28;
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 
 const char *vw_split_name(enum vw_split split) {
     static const char *const names[] = {"train", "val", "test", "excluded"};
     return names[split];
-}
-
-static char *trim(char *line) {
-    while (isspace((unsigned char)*line)) line++;
-    char *end = line + strlen(line);
-    while (end > line && isspace((unsigned char)end[-1])) end--;
-    *end = 0;
-    return line;
 }
 
 // Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
@@ -37,20 +27,23 @@ static enum vw_status claim(const struct vw_scene *scene, const char *path, int 
     return VW_OK;
 }
 
+struct list {
+    const struct vw_scene *scene;
+    const char *path;
+    enum vw_split split;
+    uint8_t *claims;
+};
+
+static enum vw_status take_name(void *context, int line, const char *name) {
+    const struct list *list = context;
+    return claim(list->scene, list->path, line, name, list->split, list->claims);
+}
+
 static enum vw_status read_list(const struct vw_scene *scene, const char *path, enum vw_split split, uint8_t *claims) {
-    void *text;
-    size_t size_bytes;
-    enum vw_status status = vw_file_read(path, LIST_LIMIT_BYTES, &text, &size_bytes);
-    if (status) return status;
-    char *rest = text;
-    bool empty = true;
-    for (int line = 1; !status && rest; line++) {
-        char *name = trim(strsep(&rest, "\n"));
-        if (*name) status = claim(scene, path, line, name, split, claims);
-        empty &= !*name;
-    }
-    free(text);
-    if (!status && empty)
+    struct list list = {scene, path, split, claims};
+    uint32_t count;
+    enum vw_status status = vw_names_read(path, take_name, &list, &count);
+    if (!status && !count)
         status = vw_fail(VW_ERROR_INPUT, "%s: names no view; write one name a line, or leave --%s out", path, vw_split_name(split));
     return status;
 }

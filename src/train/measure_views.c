@@ -1,5 +1,5 @@
-// How near the field comes to whole views: the passes of validation, on all their usable pixels, through an evaluator of its own. The
-// errors are summed in double on the host, in the order of the pixels.
+// How near the field comes to whole views: the passes of validation, on all their usable pixels or an even share of them, through an
+// evaluator of its own. The errors are summed in double on the host, in the order of the pixels.
 #include <math.h>
 #include <stdlib.h>
 
@@ -16,50 +16,70 @@ static const double FIT_RIDGE = 0.1; // as in shaders/appearance.glsl
 struct seen_view {
     struct vw_pixel *pixels;   // first those to fit the view's exposure on, if any
     vw_float4 *rendered;       // rgb, transmittance
-    struct vw_ray *rays;       // target_weight: what the photo shows, on the backdrop
+    vw_float4 *targets;        // what the photo shows there, on the backdrop, and the pixel's weight
+    struct vw_ray *tile;       // scratch
     uint32_t fit_count, count; // pixels to fit on; all
+    double gain[3], bias[3];   // by channel: the view is seen as (1 + gain) rendered + bias; 0 where validation fits nothing
 };
 
 static double channel_of(vw_float4 colour, int channel) { return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z; }
 
-static enum vw_status render(struct vw_trainer *trainer, struct evaluator *evaluator, struct seen_view *seen) {
+static enum vw_status allocate(size_t count, struct seen_view *seen) {
+    *seen = (struct seen_view){.pixels = vw_allocate(count, sizeof *seen->pixels),
+                               .rendered = vw_allocate(count, sizeof *seen->rendered),
+                               .targets = vw_allocate(count, sizeof *seen->targets),
+                               .tile = vw_allocate(TILE_RAYS, sizeof *seen->tile)};
+    return seen->pixels && seen->rendered && seen->targets && seen->tile ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static void release(struct seen_view *seen) {
+    free(seen->pixels);
+    free(seen->rendered);
+    free(seen->targets);
+    free(seen->tile);
+}
+
+static enum vw_status render(struct evaluator *evaluator, struct seen_view *seen) {
     enum vw_status status = VW_OK;
-    if (!trainer->masks) pixels_unmask(trainer->scene, seen->pixels, seen->count);
     for (uint32_t first = 0; status == VW_OK && first < seen->count; first += TILE_RAYS) {
         uint32_t count = seen->count - first < TILE_RAYS ? seen->count - first : TILE_RAYS;
         status = evaluator_render(evaluator, seen->pixels + first, count, seen->rendered + first);
-        if (status == VW_OK) status = vw_buffer_read(evaluator->rays, 0, seen->rays + first, count * sizeof *seen->rays);
+        if (status == VW_OK) status = vw_buffer_read(evaluator->rays, 0, seen->tile, count * sizeof *seen->tile);
+        for (uint32_t i = 0; status == VW_OK && i < count; i++) seen->targets[first + i] = seen->tile[i].target_weight;
     }
     return status;
 }
 
 // What shaders/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1 + gain) rendered + bias.
-static void fit_channel(const struct seen_view *seen, int channel, double *gain, double *bias) {
+// Nothing to fit on gives 0 and 0.
+static void fit_channel(struct seen_view *seen, int channel) {
     double rr = FIT_RIDGE, r = 0, n = FIT_RIDGE, rm = 0, m = 0;
     for (uint32_t i = 0; i < seen->fit_count; i++) {
-        if (seen->rays[i].target_weight.w == 0.0f) continue;
+        if (seen->targets[i].w == 0.0f) continue;
         double rendered = channel_of(seen->rendered[i], channel);
-        double missing = channel_of(seen->rays[i].target_weight, channel) - rendered;
+        double missing = channel_of(seen->targets[i], channel) - rendered;
         rr += rendered * rendered;
         r += rendered;
         n += 1;
         rm += rendered * missing;
         m += missing;
     }
-    *gain = (rm * n - r * m) / (rr * n - r * r);
-    *bias = (rr * m - r * rm) / (rr * n - r * r);
+    seen->gain[channel] = (rm * n - r * m) / (rr * n - r * r);
+    seen->bias[channel] = (rr * m - r * rm) / (rr * n - r * r);
+}
+
+static double seen_channel(const struct seen_view *seen, uint32_t pixel, int channel) {
+    return (1 + seen->gain[channel]) * channel_of(seen->rendered[pixel], channel) + seen->bias[channel];
 }
 
 // False when no pixel counts.
-static bool sum_errors(const struct seen_view *seen, bool fits, struct vw_view_error *error) {
+static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
     double squared = 0, absolute = 0, values = 0;
     for (int channel = 0; channel < 3; channel++) {
-        double gain = 0, bias = 0;
-        if (fits) fit_channel(seen, channel, &gain, &bias);
+        fit_channel(seen, channel);
         for (uint32_t i = seen->fit_count; i < seen->count; i++) {
-            if (seen->rays[i].target_weight.w == 0.0f) continue;
-            double rendered = (1 + gain) * channel_of(seen->rendered[i], channel) + bias;
-            double missing = rendered - channel_of(seen->rays[i].target_weight, channel);
+            if (seen->targets[i].w == 0.0f) continue;
+            double missing = seen_channel(seen, i, channel) - channel_of(seen->targets[i], channel);
             squared += missing * missing;
             absolute += fabs(missing);
             values++;
@@ -68,6 +88,18 @@ static bool sum_errors(const struct seen_view *seen, bool fits, struct vw_view_e
     *error = (struct vw_view_error){.mse = squared / values, .l1 = absolute / values};
     return values > 0;
 }
+
+// Renders and measures the pixels that were chosen, those that weigh nothing left out.
+static enum vw_status see(const struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view, struct seen_view *seen,
+                          struct vw_view_error *error) {
+    enum vw_status status = render(evaluator, seen);
+    if (status == VW_OK && !sum_errors(seen, error))
+        status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
+                         trainer->scene->views[view].name);
+    return status;
+}
+
+// ---- A share of every view --------------------------------------------------------------------------------------------------
 
 static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view, uint32_t pixels_max,
                                    struct seen_view *seen, struct vw_view_error *error) {
@@ -78,26 +110,82 @@ static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator 
     seen->fit_count = fits ? pixels_stratify(scene, view, left, fit_max, seen->pixels) : 0;
     seen->count = seen->fit_count +
                   pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), pixels_max, seen->pixels + seen->fit_count);
-    enum vw_status status = render(trainer, evaluator, seen);
-    if (status == VW_OK && !sum_errors(seen, fits, error))
-        status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list", scene->views[view].name);
-    return status;
+    if (!trainer->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    return see(trainer, evaluator, view, seen, error);
 }
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count, uint32_t pixels_max,
                                         struct vw_view_error *errors) {
     size_t most = (size_t)pixels_max + (appearance_fits_views(&trainer->model) ? VIEW_FIT_RAYS_MAX : 0);
     struct evaluator evaluator = {0};
-    struct seen_view seen = {.pixels = vw_allocate(most, sizeof *seen.pixels),
-                             .rendered = vw_allocate(most, sizeof *seen.rendered),
-                             .rays = vw_allocate(most, sizeof *seen.rays)};
-    enum vw_status status = seen.pixels && seen.rendered && seen.rays ? VW_OK : VW_ERROR_MEMORY;
+    struct seen_view seen;
+    enum vw_status status = allocate(most, &seen);
     if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
         status = measure_view(trainer, &evaluator, views[i], pixels_max, &seen, &errors[i]);
     evaluator_destroy(&evaluator);
-    free(seen.pixels);
-    free(seen.rendered);
-    free(seen.rays);
+    release(&seen);
     return status;
+}
+
+// ---- A whole view ------------------------------------------------------------------------------------------------------------
+
+// All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
+static void choose_all(const struct vw_trainer *trainer, uint32_t view, struct seen_view *seen) {
+    const struct vw_scene *scene = trainer->scene;
+    bool fits = appearance_fits_views(&trainer->model);
+    struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
+    const struct vw_image *image = &scene->views[view].image;
+    seen->fit_count = fits ? pixels_stratify(scene, view, left, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
+    seen->count = seen->fit_count + image->width_px * image->height_px;
+    for (uint32_t i = seen->fit_count; i < seen->count; i++) {
+        uint32_t pixel = i - seen->fit_count;
+        seen->pixels[i] = pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
+    }
+    if (!trainer->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    for (uint32_t i = seen->fit_count; fits && i < seen->count; i++)
+        if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
+}
+
+static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {
+    uint32_t count = seen->count - seen->fit_count;
+    whole->rendered = vw_allocate(count, 3 * sizeof *whole->rendered);
+    whole->photo = vw_allocate(count, 3 * sizeof *whole->photo);
+    whole->counts = vw_allocate(count, sizeof *whole->counts);
+    if (!whole->rendered || !whole->photo || !whole->counts) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) {
+        const vw_float4 *target = &seen->targets[seen->fit_count + i];
+        whole->counts[i] = target->w != 0.0f;
+        for (int channel = 0; channel < 3; channel++) {
+            whole->rendered[3 * (size_t)i + (size_t)channel] = (float)seen_channel(seen, seen->fit_count + i, channel);
+            whole->photo[3 * (size_t)i + (size_t)channel] = (float)channel_of(*target, channel);
+        }
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
+    const struct vw_image *image = &trainer->scene->views[view].image;
+    struct evaluator evaluator = {0};
+    struct seen_view seen;
+    *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
+    size_t most = (size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX;
+    enum vw_status status = allocate(most, &seen);
+    if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    if (status == VW_OK) {
+        choose_all(trainer, view, &seen);
+        status = see(trainer, &evaluator, view, &seen, &whole->error);
+    }
+    if (status == VW_OK) status = keep_pixels(&seen, whole);
+    evaluator_destroy(&evaluator);
+    release(&seen);
+    if (status != VW_OK) vw_whole_view_free(whole);
+    return status;
+}
+
+void vw_whole_view_free(struct vw_whole_view *whole) {
+    free(whole->rendered);
+    free(whole->photo);
+    free(whole->counts);
+    *whole = (struct vw_whole_view){0};
 }

@@ -177,19 +177,12 @@ static double median_variance(const struct photo *photos, uint32_t photo_count, 
     return vw_median(scratch, count);
 }
 
-// Student's t, 97.5 %: the expansion of Cornish and Fisher, good to 0.2 % from 3 degrees of freedom on.
-static double student_quantile(double degrees) {
-    const double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z, n = degrees;
-    return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) + (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / 384 / (n * n * n) +
-           (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / 92160 / (n * n * n * n);
-}
-
 // `usual` is the variance of a visit of the median photo, `ratio` that of long_run_ratio.
 static struct vw_interval interval_of(const struct photo *photo, uint32_t frequencies, double usual, double ratio) {
     if (isnan(photo->variance)) return (struct vw_interval){NAN, NAN, NAN};
     double degrees = frequencies + PRIOR_DEGREES;
     double variance = (frequencies * photo->variance + PRIOR_DEGREES * usual) / degrees;
-    double error = sqrt(photo->visits * variance * ratio * RUN_VARIANCE), half = student_quantile(degrees) * error;
+    double error = sqrt(photo->visits * variance * ratio * RUN_VARIANCE), half = vw_student_quantile(degrees) * error;
     return (struct vw_interval){error, photo->sum - half, photo->sum + half};
 }
 

@@ -94,11 +94,85 @@ static void hidden_pixels_do_not_count(void **state) {
     vw_scene_close(&scene);
 }
 
+// The errors of the arrays that a whole view hands out, over the pixels that count.
+static struct vw_view_error errors_of(const struct vw_whole_view *whole, uint32_t *count) {
+    struct vw_view_error sums = {0};
+    *count = 0;
+    for (uint32_t i = 0; i < whole->width_px * whole->height_px; i++) {
+        if (!whole->counts[i]) continue;
+        ++*count;
+        for (uint32_t c = 0; c < 3; c++) {
+            double missing = (double)whole->rendered[3 * i + c] - whole->photo[3 * i + c];
+            sums.mse += missing * missing;
+            sums.l1 += fabs(missing);
+        }
+    }
+    return (struct vw_view_error){.mse = sums.mse / (3.0 * *count), .l1 = sums.l1 / (3.0 * *count)};
+}
+
+// Whatever validation looks at: all pixels, the right half where it fits, and what masks leave.
+static void whole_views_have_the_errors_of_all_pixels(void **state) {
+    (void)state;
+    static const char *const effects[] = {"none", "appearance", "masks,appearance"};
+    for (int i = 0; i < 3; i++) {
+        struct vw_scene *scene = test_scene();
+        struct vw_view_error last[TEST_VALS], measured;
+        struct vw_whole_view whole;
+        uint32_t count;
+        struct vw_trainer *trainer = train(scene, effects[i], last);
+        uint32_t place = trainer->val_views[2];
+        struct vw_view *view = &scene->views[place];
+        uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
+        if (i == 2) view->mask = malloc(pixels);
+        for (uint32_t p = 0; i == 2 && p < pixels; p++) view->mask[p] = p % 3 ? VW_MASK_KEEP : VW_MASK_HIDE;
+        assert_ok(vw_trainer_measure_views(trainer, &place, 1, pixels, &measured));
+        assert_ok(vw_trainer_measure_whole(trainer, place, &whole));
+        assert_int_equal(whole.width_px, width_px);
+        assert_true(whole.error.mse == measured.mse && whole.error.l1 == measured.l1);
+        struct vw_view_error kept = errors_of(&whole, &count);
+        assert_near(kept.mse, measured.mse, 1e-6, effects[i]); // what is handed out is rounded to floats
+        assert_near(kept.l1, measured.l1, 1e-6, effects[i]);
+        for (uint32_t p = 0; p < pixels; p++) {
+            bool scored = i == 0 || p % width_px >= width_px - width_px / 2;
+            assert_int_equal(whole.counts[p], scored && (i < 2 || p % 3));
+        }
+        vw_whole_view_free(&whole);
+        vw_trainer_destroy(&trainer);
+        vw_scene_close(&scene);
+    }
+}
+
+// With nothing fitted it is the render, bit for bit, and beside it the photo.
+static void a_whole_view_is_the_render_beside_the_photo(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_view_error last[TEST_VALS];
+    struct vw_whole_view whole;
+    float *rgb = NULL;
+    struct vw_trainer *trainer = train(scene, "none", last);
+    uint32_t view = trainer->val_views[0];
+    const struct vw_image *image = &scene->views[view].image;
+    assert_ok(vw_trainer_measure_whole(trainer, view, &whole));
+    assert_ok(vw_trainer_render(trainer, view, &rgb));
+    for (uint32_t i = 0; i < image->width_px * image->height_px; i++) {
+        float rgba[4];
+        vw_image_pixel(image, i % image->width_px, i / image->width_px, rgba);
+        assert_memory_equal(whole.photo + 3 * i, rgba, 3 * sizeof *rgba);
+        assert_memory_equal(whole.rendered + 3 * i, rgb + 3 * i, 3 * sizeof *rgb);
+    }
+    free(rgb);
+    vw_whole_view_free(&whole);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_pixels_of_validation_give_its_errors),
         cmocka_unit_test(all_pixels_give_the_errors_of_a_render),
         cmocka_unit_test(hidden_pixels_do_not_count),
+        cmocka_unit_test(whole_views_have_the_errors_of_all_pixels),
+        cmocka_unit_test(a_whole_view_is_the_render_beside_the_photo),
     };
     return cmocka_run_group_tests_name("measure_views", tests, NULL, test_gpu_close);
 }

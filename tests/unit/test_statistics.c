@@ -56,11 +56,23 @@ static void correlations_and_ties(void **state) {
     assert_true(isnan(r));
 }
 
+// From tables of Student's distribution; the expansion is good to 0.2 %.
+static void students_quantiles(void **state) {
+    (void)state;
+    static const double tables[][2] = {{1, 12.7062}, {2, 4.30265}, {3, 3.18245}, {4, 2.77645}, {9, 2.26216}, {49, 2.00958}, {1e6, 1.95997}};
+    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
+        double quantile = vw_student_quantile(tables[i][0]), tolerance = tables[i][0] < 3 ? 1e-5 : 2e-3;
+        if (!(fabs(quantile - tables[i][1]) <= tolerance * tables[i][1]))
+            fail_msg("%g degrees: %.6f, not %.6f", tables[i][0], quantile, tables[i][1]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(medians_and_quantiles),
         cmocka_unit_test(a_far_value_moves_no_robust_spread),
         cmocka_unit_test(correlations_and_ties),
+        cmocka_unit_test(students_quantiles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

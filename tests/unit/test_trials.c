@@ -19,8 +19,9 @@ static void assert_count(const char *folder, const char *count) {
 }
 
 static const uint32_t views[] = {1, 3, 17};
-static const struct vw_trial trial = {.views = views, .view_count = 3, .seed = 5};
-static const struct vw_outcome outcome = {.val_psnr = 20.125, .val_l1 = 0.1, .test_psnr = NAN, .test_l1 = 1.0 / 3, .seconds = 2.5};
+static const struct vw_trial trial = {.views = views, .view_count = 3, .seed = 5, .epochs = 30};
+static const struct vw_outcome outcome = {
+    .val_psnr = 20.125, .val_ssim = 0.75, .val_l1 = 0.1, .test_psnr = NAN, .test_ssim = 0.625, .test_l1 = 1.0 / 3, .seconds = 2.5};
 
 static void trials_come_back(void **state) {
     struct vw_trials *trials = open_trials(*state);
@@ -28,7 +29,7 @@ static void trials_come_back(void **state) {
     bool found = true;
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
     assert_false(found);
-    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &outcome));
     vw_trials_close(&trials);
     assert_null(trials);
     trials = open_trials(*state);
@@ -36,6 +37,7 @@ static void trials_come_back(void **state) {
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
     assert_true(found);
     assert_true(found_outcome.val_psnr == outcome.val_psnr && found_outcome.val_l1 == outcome.val_l1);
+    assert_true(found_outcome.val_ssim == outcome.val_ssim && found_outcome.test_ssim == outcome.test_ssim);
     assert_true(isnan(found_outcome.test_psnr) && found_outcome.test_l1 == outcome.test_l1 && found_outcome.seconds == 2.5);
     ASSERT_OK(vw_trials_find(trials, HEX_B, &found, &found_outcome));
     assert_false(found);
@@ -47,8 +49,8 @@ static void the_first_outcome_of_a_trial_stays(void **state) {
     struct vw_outcome other = outcome, found_outcome = {0};
     bool found = false;
     other.val_psnr = 1;
-    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
-    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &other));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &outcome));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &other));
     assert_count(*state, "1");
     ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
     assert_true(found_outcome.val_psnr == outcome.val_psnr);
@@ -57,16 +59,16 @@ static void the_first_outcome_of_a_trial_stays(void **state) {
 
 static void an_edited_trial_is_not_recalled(void **state) {
     static const char *const edits[] = {
-        "UPDATE trial SET val_psnr = 20.25",  "UPDATE trial SET test_psnr = 0", "UPDATE trial SET views = '1 3 18'",
-        "UPDATE trial SET seed = 6",          "UPDATE trial SET epochs = 31",   "UPDATE trial SET seconds = NULL",
-        "UPDATE trial SET row_hash = 'none'",
+        "UPDATE trial SET val_psnr = 20.25", "UPDATE trial SET test_psnr = 0",    "UPDATE trial SET views = '1 3 18'",
+        "UPDATE trial SET val_ssim = 0.5",   "UPDATE trial SET test_ssim = NULL", "UPDATE trial SET seed = 6",
+        "UPDATE trial SET epochs = 31",      "UPDATE trial SET seconds = NULL",   "UPDATE trial SET row_hash = 'none'",
     };
     struct vw_trials *trials = open_trials(*state);
     char *path = vw_path_join(*state, "trials.db");
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         struct vw_outcome found_outcome;
         bool found = false;
-        ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+        ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &outcome));
         ASSERT_OK(vw_trials_find(trials, HEX_A, &found, &found_outcome));
         sql_change(path, edits[i]);
         if (vw_trials_find(trials, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH) fail_msg("%s went unnoticed", edits[i]);
@@ -82,7 +84,7 @@ static void rows_are_plain_tables(void **state) {
     struct vw_trials *trials = open_trials(*state);
     const struct vw_judgement judgements[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
                                               {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
-    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &outcome));
     ASSERT_OK(vw_trials_set_judgements(trials, HEX_B, HEX_A, judgements, 1));
     ASSERT_OK(vw_trials_set_judgements(trials, HEX_B, HEX_A, judgements, 2)); // replaces
     vw_trials_close(&trials);
@@ -114,7 +116,7 @@ static void what_is_no_file_of_trials_is_refused(void **state) {
     void *bytes = NULL;
     size_t size_bytes = 0;
     struct vw_trials *trials = open_trials(*state);
-    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, 30, &trial, &outcome));
+    ASSERT_OK(vw_trials_add(trials, HEX_A, HEX_B, &trial, &outcome));
     vw_trials_close(&trials);
     ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
     unsigned char *damaged = bytes;

@@ -1,0 +1,149 @@
+#!/usr/bin/env bash
+# `viewworth compare` on a tiny recipe: that its figures are those of train and render, that it goes on after an interrupt, and that it
+# trains nothing twice. Takes the program's path.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cat >"$folder/tiny.json" <<'RECIPE'
+{
+    "viewworth_recipe": 1, "seed": 3,
+    "image": {"width_px": 16, "height_px": 12},
+    "box": {"centre": [0, 0, 0], "half_extent": 1},
+    "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 0.6,
+                "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
+    "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 1, "start_deg": 30, "field_of_view_deg": 50, "split": "val"},
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 3, "count": 2, "start_deg": 7, "field_of_view_deg": 50, "split": "test"}],
+    "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
+}
+RECIPE
+tiny=(--rays 16 --samples 8 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
+cd "$folder" || exit 1
+
+compare() { # compare OUT [OPTION]...
+    "$program" compare tiny.json --out "$1" "${tiny[@]}" --epochs 3 --seeds 2 "${@:2}" >stdout 2>stderr && return
+    cat stderr
+    return 1
+}
+three=(--scores valued --list all --list top:3 --list random)
+trials() { sqlite3 "$1/trials.db" 'SELECT count(*) FROM trial' 2>/dev/null || echo 0; }
+column() { # column LIST SEED NUMBER: of compare.csv
+    awk -F, -v list="$1" -v seed="$2" -v number="$3" '$1 == list && $2 == seed { print $number }' whole/compare.csv
+}
+near() { awk -v a="$1" -v b="$2" 'BEGIN { d = a - b; exit !(a != "" && b != "" && d * d < 1e-8) }'; }
+
+# ---- What it leaves ----
+
+"$program" value tiny.json --out valued "${tiny[@]}" --epochs 3 --quiet >stdout || exit 1
+check "a comparison without interruption" compare whole "${three[@]}"
+check "the table has every list" test "$(grep -cE '^(all|top:3|random) +[36] +[36] ' stdout)" = 3
+difference='^  test PSNR +[-+][0-9.]+ \[ *[-+][0-9.]+, +[-+][0-9.]+\] dB  (within noise|better|worse)$'
+check "and differences with intervals" test "$(grep -cE "$difference" stdout)" = 3
+check "a row per list and seed" test "$(wc -l <whole/compare.csv)" = 7
+check "six measures of three pairs" test "$(tail -n +2 whole/pairs.csv | wc -l)" = 18
+check "every list against the first, others against random" test "$(cut -d, -f 1,2 whole/pairs.csv | tail -n +2 | uniq | tr '\n' ' ')" \
+    = 'top:3,all random,all top:3,random '
+check "three photos are in one list alone" test "$(grep -c '^view_00[0-5],all,top:3$' whole/disagreements.csv)" = 3
+check "a render of both test photos" test "$(cd whole/renders && echo *.png)" = "0.png 1.png"
+check "every training has an SSIM of both splits" test "$(tail -n +2 whole/compare.csv | grep -cE '^([^,]+,){9}[^,]+$')" = 6
+sides() { od -An -tu1 -j16 -N8 whole/renders/0.png | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
+check "the photo and three renders wide" test "$(sides)" = "64 12"
+
+# ---- The figures are those of train and render ----
+
+# independently LIST-FILE EPOCHS SEED: mean PSNR of the test photos, as train and render have it.
+independently() {
+    local view sum=0
+    "$program" train tiny.json --out trained --train "$1" --epochs "$2" --seed "$3" "${tiny[@]}" --quiet >stdout || return 1
+    for view in view_007 view_008; do
+        psnr=$("$program" render trained --view $view --device llvmpipe --json --quiet | sed -n 's/.*"psnr_db": \([0-9.]*\).*/\1/p')
+        sum=$(awk -v a="$sum" -v b="$psnr" 'BEGIN { printf "%.12f", a + b / 2 }')
+    done
+    rm -r trained
+    echo "$sum"
+}
+for name in view_000 view_001 view_002 view_003 view_004 view_005; do
+    grep -q "^$name,all,top:3" whole/disagreements.csv || echo $name
+done >kept.txt
+check "three photos are kept" test "$(wc -l <kept.txt)" = 3
+check "equal steps: half the photos, twice the epochs" test "$(column top:3 1 4)" = 6
+check "PSNR on test photos as render has it" near "$(independently kept.txt 6 1)" "$(column top:3 1 8)"
+
+# ---- Resuming and reusing ----
+
+before=$(trials whole)
+check "six trials" test "$before" = 6
+cp -r whole first
+check "a finished comparison is repeated" compare whole "${three[@]}" --json
+check "with the same bytes" diff -r --exclude=trials.db first whole
+json() { test "$(sqlite3 :memory: "WITH file AS (SELECT CAST(readfile('whole/compare.json') AS TEXT) AS j) SELECT $1 FROM file")" = "$2"; }
+check "JSON names the photos of lists" json "json_array_length(j, '\$.lists[1].photos')" 3
+check "but not of random ones" json "json_array_length(j, '\$.lists[2].photos') || (j ->> '\$.lists[2].outcomes[1].photo_count')" 03
+check "means are over seeds" json "abs((j ->> '\$.lists[1].mean.val_l1') * 2 - (j ->> '\$.lists[1].outcomes[0].val_l1')
+    - (j ->> '\$.lists[1].outcomes[1].val_l1')) < 1e-9" 1
+check "pairs are of the same seeds" json "(abs((j ->> '\$.pairs[3].difference') * 2 - (j ->> '\$.lists[1].outcomes[0].test_psnr')
+    - (j ->> '\$.lists[1].outcomes[1].test_psnr') + (j ->> '\$.lists[0].outcomes[0].test_psnr')
+    + (j ->> '\$.lists[0].outcomes[1].test_psnr')) < 1e-9) || (j ->> '\$.pairs[3].list') || (j ->> '\$.pairs[3].measure')" 1top:3test_psnr
+check "disagreements name the lists" json "(SELECT count(*) FROM json_each(j, '\$.disagreements') WHERE value ->> '\$.in[0]' = 'all'
+    AND value ->> '\$.not_in[0]' = 'top:3')" 3
+check "renders name their columns" json "(j ->> '\$.renders[0].columns') || (j ->> '\$.renders[0].view')" \
+    '["photo","all","top:3","random"]view_007'
+check "without a training" test "$(trials whole)" = "$before"
+check "prints what it leaves" cmp stdout whole/compare.json
+rm whole/renders/trials/*_7.png
+check "a lost picture is made again" compare whole "${three[@]}"
+check "to the same bytes" diff -r --exclude=trials.db first whole
+check "a list of names is the list it names" compare whole --list all --list kept.txt --views 0
+check "and was trained before" test "$(trials whole)" = "$before"
+check "with the same outcome" near "$(column kept 0 8)" "$(awk -F, '$1 == "top:3" && $2 == 0 { print $8 }' first/compare.csv)"
+
+interrupted() {
+    "$program" compare tiny.json --out stopped "${tiny[@]}" --epochs 3 --seeds 2 "${three[@]}" >stdout 2>stderr &
+    local process=$! code=0
+    until [[ $(trials stopped) -ge 2 || ! -d /proc/$process ]]; do sleep 0.05; done
+    kill -INT "$process" 2>/dev/null
+    wait "$process" 2>/dev/null || code=$?
+    [[ $code -eq 1 && $(trials stopped) -lt 6 ]] && grep -q 'the same command goes on' stderr
+}
+check "a comparison is interrupted" interrupted
+check "it goes on" compare stopped "${three[@]}"
+check "to the same bytes as without" diff -r --exclude=trials.db first stopped
+check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 --views 1
+check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
+check "and are another training" test "$(trials whole)" = 7
+check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,,false$' whole/pairs.csv
+
+# ---- Refusals ----
+
+fails() { # fails CODE PATTERN [OPTION]...: in one line
+    local code=0
+    "$program" compare tiny.json --out refused "${tiny[@]}" --quiet "${@:3}" >stdout 2>stderr || code=$?
+    [[ $code -eq $1 && $(wc -l <stderr) -eq 1 && ! -e refused ]] && grep -qE "^viewworth: .*($2)" stderr && return
+    echo "exit code $code:"
+    cat stdout stderr
+    return 1
+}
+echo view_002 >one.txt
+printf 'view_002\nview_099\n' >unknown.txt
+printf 'name,score\nview_000,2\nview_001,5\nview_002,3.5\n' >nima.csv
+sed 's/"count": 6/"count": 7/' tiny.json >other.json
+check "no list" fails 2 '--list is missing'
+check "a list that there is not" fails 2 'neither a file nor' --list all --list best
+check "an amount that is none" fails 2 'neither a file nor' --scores valued --list top:few
+check "scores are needed" fails 2 '--scores' --list positive
+check "of a run that is there" fails 2 'nowhere' --list positive --scores nowhere
+check "of a method that there is" fails 2 'dv_sharpness' --list top:2 --scores valued --method dv_sharpness
+check "a single photo" fails 2 'single photo' --list one.txt
+check "a name that is not in the scene" fails 2 'unknown.txt:2: view_099' --list all --list unknown.txt
+check "random stands behind a list" fails 2 'before it' --list random --list all
+check "that is not all photos" fails 2 'shorter' --list all --list random
+check "scores of other photos" fails 2 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
+check "imported scores that are too low" fails 2 'no photo' --list nima.csv@6
+check "no seeds left" fails 2 'lower' --list all --seed 9223372036854775806
+check "imported scores above a threshold" compare nima --list all --list nima.csv@3 --seeds 1 --views 0 --json
+check "by their name" grep -q '"name": "nima@3"' nima/compare.json
+conclude

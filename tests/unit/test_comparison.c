@@ -1,0 +1,100 @@
+// Lists held against one another: cases whose means, errors and intervals are known.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/assert_near.h"
+#include "value/comparison.h"
+
+#define ROUNDING 1e-12 // of a few sums of numbers near 20
+
+// Every measure its own field, and every field its own measure.
+static void measures_are_the_fields(void **state) {
+    (void)state;
+    const struct vw_outcome outcome = {
+        .val_psnr = 1, .val_ssim = 2, .val_l1 = 3, .test_psnr = 4, .test_ssim = 5, .test_l1 = 6, .seconds = 7};
+    static const char *const names[] = {"val_psnr", "val_ssim", "val_l1", "test_psnr", "test_ssim", "test_l1"};
+    for (int i = 0; i < VW_OUTCOME_MEASURES; i++) {
+        enum vw_outcome_measure measure = (enum vw_outcome_measure)i;
+        assert_string_equal(vw_outcome_measure_name(measure), names[i]);
+        assert_near(vw_outcome_of(&outcome, measure), i + 1, 0);
+        assert_int_equal(vw_outcome_more_is_better(measure), strstr(names[i], "_l1") == NULL);
+    }
+}
+
+// 20, 22, 24: mean 22, variance 4, standard error sqrt(4 / 3).
+static void means_over_seeds(void **state) {
+    (void)state;
+    const struct vw_outcome outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
+    struct vw_outcome_mean mean = vw_outcomes_mean(outcomes, 3, VW_OUTCOME_TEST_PSNR);
+    assert_near(mean.mean, 22, ROUNDING);
+    assert_near(mean.standard_error, sqrt(4.0 / 3), ROUNDING);
+    mean = vw_outcomes_mean(outcomes, 1, VW_OUTCOME_TEST_PSNR);
+    assert_near(mean.mean, 20, ROUNDING);
+    assert_true(isnan(mean.standard_error));
+    mean = vw_outcomes_mean(outcomes, 0, VW_OUTCOME_TEST_PSNR);
+    assert_true(isnan(mean.mean) && isnan(mean.standard_error));
+}
+
+// Seeds that differ by decibels, and lists by 1, 2 and 3: pairing leaves a mean of 2 with the standard error 1 / sqrt(3), and with
+// t(2) = 4.3027 an interval of 2 -+ 2.484. Unpaired, the luck of the seeds would hide it.
+static void luck_of_the_seed_cancels(void **state) {
+    (void)state;
+    const struct vw_outcome better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
+    const struct vw_outcome worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
+    struct vw_paired_difference paired = vw_outcomes_compare(better, worse, 3, VW_OUTCOME_VAL_PSNR);
+    assert_near(paired.difference, 2, ROUNDING);
+    assert_near(paired.standard_error, sqrt(1.0 / 3), ROUNDING);
+    assert_near(paired.low, 2 - 4.302652729749 * sqrt(1.0 / 3), 1e-9);
+    assert_near(paired.high, 2 + 4.302652729749 * sqrt(1.0 / 3), 1e-9);
+    assert_false(paired.beyond_noise); // three seeds do not tell 2 from 0 here
+    paired = vw_outcomes_compare(worse, better, 3, VW_OUTCOME_VAL_PSNR);
+    assert_near(paired.difference, -2, ROUNDING);
+}
+
+static void what_is_beyond_noise(void **state) {
+    (void)state;
+    const struct vw_outcome zero[4] = {{0}};
+    const struct vw_outcome alike[] = {{.test_l1 = 1}, {.test_l1 = 1.25}, {.test_l1 = 0.75}, {.test_l1 = 1}};
+    const struct vw_outcome less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
+    const struct vw_outcome apart[] = {{.test_l1 = 4}, {.test_l1 = -2}, {.test_l1 = 3}, {.test_l1 = -1}};
+    const struct vw_outcome same[] = {{.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}};
+    assert_true(vw_outcomes_compare(alike, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_true(vw_outcomes_compare(less, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_false(vw_outcomes_compare(apart, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_true(vw_outcomes_compare(same, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise); // an interval without width
+    assert_false(vw_outcomes_compare(zero, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+}
+
+static void one_seed_has_no_interval(void **state) {
+    (void)state;
+    const struct vw_outcome a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
+    struct vw_paired_difference paired = vw_outcomes_compare(&a, &b, 1, VW_OUTCOME_VAL_SSIM);
+    assert_near(paired.difference, 0.25, 0);
+    assert_true(isnan(paired.standard_error) && isnan(paired.low) && isnan(paired.high));
+    assert_false(paired.beyond_noise);
+}
+
+// A split without photos has no values.
+static void no_value_makes_no_difference(void **state) {
+    (void)state;
+    const struct vw_outcome a[] = {{.test_psnr = 20}, {.test_psnr = NAN}}, b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
+    struct vw_paired_difference paired = vw_outcomes_compare(a, b, 2, VW_OUTCOME_TEST_PSNR);
+    assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.low) && isnan(paired.high));
+    assert_false(paired.beyond_noise);
+    assert_true(isnan(vw_outcomes_mean(a, 2, VW_OUTCOME_TEST_PSNR).mean));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(measures_are_the_fields),  cmocka_unit_test(means_over_seeds),
+        cmocka_unit_test(luck_of_the_seed_cancels), cmocka_unit_test(what_is_beyond_noise),
+        cmocka_unit_test(one_seed_has_no_interval), cmocka_unit_test(no_value_makes_no_difference),
+    };
+    return cmocka_run_group_tests_name("comparison", tests, NULL, NULL);
+}
