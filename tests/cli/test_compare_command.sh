@@ -2,12 +2,8 @@
 # `viewworth compare` on a tiny recipe: that its figures are those of train and render, that it goes on after an interrupt, and that it
 # trains nothing twice. Takes the program's path.
 set -uo pipefail
-program=$(realpath "$1")
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
+. "$(dirname "$0")/../support/program_test.sh"
 
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 cat >"$folder/tiny.json" <<'RECIPE'
 {
     "viewworth_recipe": 1, "seed": 3,
@@ -119,31 +115,25 @@ check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,
 
 # ---- Refusals ----
 
-fails() { # fails CODE PATTERN [OPTION]...: in one line
-    local code=0
-    "$program" compare tiny.json --out refused "${tiny[@]}" --quiet "${@:3}" >stdout 2>stderr || code=$?
-    [[ $code -eq $1 && $(wc -l <stderr) -eq 1 && ! -e refused ]] && grep -qE "^viewworth: .*($2)" stderr && return
-    echo "exit code $code:"
-    cat stdout stderr
-    return 1
-}
+# refuses PATTERN [OPTION]...: in one line, and leaves nothing.
+refuses() { fails 2 "$1" "$program" compare tiny.json --out refused "${tiny[@]}" --quiet "${@:2}" && [[ ! -e refused ]]; }
 echo view_002 >one.txt
 printf 'view_002\nview_099\n' >unknown.txt
 printf 'name,score\nview_000,2\nview_001,5\nview_002,3.5\n' >nima.csv
 sed 's/"count": 6/"count": 7/' tiny.json >other.json
-check "no list" fails 2 '--list is missing'
-check "a list that there is not" fails 2 'neither a file nor' --list all --list best
-check "an amount that is none" fails 2 'neither a file nor' --scores valued --list top:few
-check "scores are needed" fails 2 '--scores' --list positive
-check "of a run that is there" fails 2 'nowhere' --list positive --scores nowhere
-check "of a method that there is" fails 2 'dv_sharpness' --list top:2 --scores valued --method dv_sharpness
-check "a single photo" fails 2 'single photo' --list one.txt
-check "a name that is not in the scene" fails 2 'unknown.txt:2: view_099' --list all --list unknown.txt
-check "random stands behind a list" fails 2 'before it' --list random --list all
-check "that is not all photos" fails 2 'shorter' --list all --list random
-check "scores of other photos" fails 2 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
-check "imported scores that are too low" fails 2 'no photo' --list nima.csv@6
-check "no seeds left" fails 2 'lower' --list all --seed 9223372036854775806
+check "no list" refuses '--list is missing'
+check "a list that there is not" refuses 'neither a file nor' --list all --list best
+check "an amount that is none" refuses 'neither a file nor' --scores valued --list top:few
+check "scores are needed" refuses '--scores' --list positive
+check "of a run that is there" refuses 'nowhere' --list positive --scores nowhere
+check "of a method that there is" refuses 'dv_sharpness' --list top:2 --scores valued --method dv_sharpness
+check "a single photo" refuses 'single photo' --list one.txt
+check "a name that is not in the scene" refuses 'unknown.txt:2: view_099' --list all --list unknown.txt
+check "random stands behind a list" refuses 'before it' --list random --list all
+check "that is not all photos" refuses 'shorter' --list all --list random
+check "scores of other photos" refuses 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
+check "imported scores that are too low" refuses 'no photo' --list nima.csv@6
+check "no seeds left" refuses 'lower' --list all --seed 9223372036854775806
 check "imported scores above a threshold" compare nima --list all --list nima.csv@3 --seeds 1 --views 0 --json
 check "by their name" grep -q '"name": "nima@3"' nima/compare.json
 conclude
