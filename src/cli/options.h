@@ -10,7 +10,9 @@
 
 // Everything a command line can say. Texts are borrowed from argv; NULL where nothing was said.
 struct vw_options {
-    const char *operand; // SCENE or OUT, by command
+    const char *operand;         // SCENE or OUT, by command; the first where there may be several
+    const char *const *operands; // all of them
+    uint32_t operand_count;
     const char *device;
     const char *format;
     const char *pool;
@@ -31,6 +33,7 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
+    bool no_thumbnails;
     bool json, quiet, help;
 };
 
@@ -51,11 +54,13 @@ enum {
     VW_OPTIONS_BENCHMARK = 4096,
     VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384,  // and value it
+    VW_OPTIONS_REPORT = 131072,
+    VW_OPTIONS_THUMBNAILS = 262144, // of commands that write a report
 };
 
 struct vw_command {
     const char *name;
-    const char *operand; // the one operand it needs, as help spells it; NULL for none
+    const char *operand; // the one operand it needs, as help spells it, or with "..." at its end at least one; NULL for none
     const char *summary; // one line
     const char *details; // what it leaves behind and what to know, for its own help
     unsigned options;    // VW_OPTIONS_* it takes
