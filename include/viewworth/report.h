@@ -46,9 +46,9 @@ struct vw_report_run {
 // - "table", of a CSV file: {"header": [text, ...], "rows": [[text, ...], ...]}, and its file's name says which ("providers.csv", ...)
 // - "compare": compare.json, with the PNG files that its renders name
 struct vw_report_document {
-    const char *kind, *label, *file, *json;     // label: the folder, as that of its run where there is one
-    const char *const *picture_files;           // as the JSON text names them
-    const struct vw_report_picture *pictures;   // PNG
+    const char *kind, *label, *file, *json;   // label: the folder, as that of its run where there is one
+    const char *const *picture_files;         // as the JSON text names them
+    const struct vw_report_picture *pictures; // PNG
     uint32_t picture_count;
 };
 

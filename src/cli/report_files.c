@@ -101,9 +101,9 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
     if (status) return status;
     document->json = text;
     json_t *compare = json_loadb(text, size_bytes, 0, &error);
-    status = json_is_object(compare) ? add_pictures(out, compare, document)
-                                     : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, compare ? 1 : error.line,
-                                               compare ? "is no JSON object" : error.text);
+    status = json_is_object(compare)
+                 ? add_pictures(out, compare, document)
+                 : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, compare ? 1 : error.line, compare ? "is no JSON object" : error.text);
     json_decref(compare);
     return status;
 }

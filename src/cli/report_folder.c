@@ -75,8 +75,7 @@ static enum vw_status add_run(struct gathering *gathering, const char *folder) {
     bool held = vw_file_exists(ledger_path);
     free(ledger_path);
     if (!held) return VW_OK;
-    enum vw_status status =
-        vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
+    enum vw_status status = vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
     if (status) return status;
     struct held_run *run = &gathering->runs[gathering->run_count++];
     run->folder = vw_copy_text(folder);

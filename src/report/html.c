@@ -50,8 +50,7 @@ static bool write_piece(FILE *stream, const char *name, const json_t *data) {
     else if (strcmp(name, "script") == 0) fputs(vw_html_script, stream);
     else if (strcmp(name, "tables") == 0) fputs(vw_html_tables, stream);
     else if (strcmp(name, "data") == 0)
-        return json_dump_callback(data, write_escaped, stream,
-                                  JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
+        return json_dump_callback(data, write_escaped, stream, JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
     return true;
 }
 

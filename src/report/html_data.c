@@ -11,7 +11,7 @@
 
 enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
 
-// jansson takes NULL, which is what it gives when memory is short, for a failure as well: adding to an object or array is all to be checked.
+// jansson gives NULL when memory is short and takes it for a failure: whether all could be added is all there is to check.
 static enum vw_status out_of_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report"); }
 
 static int put(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value); }
@@ -214,10 +214,18 @@ static int put_row(const struct vw_report_run *run, json_t *object) {
     const struct {
         const char *key, *text;
     } texts[] = {
-        {"run_id", row->run_id},           {"scene", row->scene_path},          {"scene_hash", row->scene_hash},
-        {"subset_hash", row->subset_hash}, {"device", row->device},             {"driver", row->driver},
-        {"shader_hash", row->shader_hash}, {"version", row->version},           {"started_utc", row->started_utc},
-        {"status", row->status},           {"finished_utc", row->finished_utc}, {"head", run->head},
+        {"run_id", row->run_id},
+        {"scene", row->scene_path},
+        {"scene_hash", row->scene_hash},
+        {"subset_hash", row->subset_hash},
+        {"device", row->device},
+        {"driver", row->driver},
+        {"shader_hash", row->shader_hash},
+        {"version", row->version},
+        {"started_utc", row->started_utc},
+        {"status", row->status},
+        {"finished_utc", row->finished_utc},
+        {"head", run->head},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) failed |= put_text(fields, texts[i].key, texts[i].text);
     return failed | put(fields, "seed", json_integer(row->seed));

@@ -127,8 +127,8 @@ function fillControls() {
   if (runs.length > 1)
     boxes.push(selectBox('choose-run', 'Run', runs.map((one, i) => [i, nameOfRun(one)]), chosen.run, value => chooseRun(Number(value))));
   if (method) {
-    boxes.push(selectBox('choose-method', 'Method', methodsOf(run()).map(one => [one.name, one.name + ' (' + one.unit + ')']), chosen.method,
-      value => { chosen.method = value; fillScored(); }));
+    const entries = methodsOf(run()).map(one => [one.name, one.name + ' (' + one.unit + ')']);
+    boxes.push(selectBox('choose-method', 'Method', entries, chosen.method, value => { chosen.method = value; fillScored(); }));
     boxes.push(element('p', {class: 'formula quiet', id: 'formula'}, chosen.method + ': ' + method.formula +
       (/\bd\b/.test(method.formula) ? ', where d is what a step on the photo changed' : '')));
   }
@@ -136,10 +136,11 @@ function fillControls() {
   byId('controls').hidden = !boxes.length;
 }
 
+// The method stays, where the run has scores by it.
 function chooseRun(place) {
-  chosen.run = place;
-  chosen.provider = '*';
-  if (!scoresOf(run())) chosen.method = (methodsOf(run())[0] || {name: ''}).name;
+  const methods = methodsOf(runs[place]).map(method => method.name);
+  Object.assign(chosen, {run: place, provider: '*', text: ''});
+  if (!methods.includes(chosen.method)) chosen.method = methods.includes(data.default_method) ? data.default_method : methods[0] || '';
   fillRun();
 }
 
@@ -155,7 +156,8 @@ function rankingColumns(rows) {
   const columns = [
     {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = most valuable'},
     {title: 'Photo', key: row => row.name, class: 'long',
-      cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider, row.truth && (row.truth === 'clean' ? 'clean' : 'spoiled on purpose: ' + row.truth)])},
+      cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider,
+        row.truth && (row.truth === 'clean' ? 'clean' : 'spoiled on purpose: ' + row.truth)])},
     {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true, hint: 'positive helps (' + unit + ')',
       cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, signed(row.value, decimals))},
     {title: '95 % interval', key: row => row.low, descending: true, hint: 'of the score over seeds; sorts by its lower end',
@@ -178,21 +180,20 @@ function rankingColumns(rows) {
 function fillRankingFilters() {
   const {split, provider} = run().images, count = (list, value) => list.filter(one => one === value).length;
   const splits = ['train', 'val', 'test', 'excluded'].filter(name => count(split, name));
-  const names = [...new Set(provider)].sort((a, b) => a.localeCompare(b));
-  const boxes = [selectBox('choose-split', 'Split', [['*', 'all (' + split.length + ')'],
-    ...splits.map(name => [name, name + ' (' + count(split, name) + ')'])], chosen.split, value => { chosen.split = value; filterRanking(); })];
-  if (names.some(Boolean))
-    boxes.push(selectBox('choose-provider', 'Provider', [['*', 'all'], ...names.map(name => ['=' + name,
-      (name || 'without provider') + ' (' + count(provider, name) + ')'])], chosen.provider, value => { chosen.provider = value; filterRanking(); }));
-  boxes.push(searchBox('choose-name', 'Name, provider or defect', value => { chosen.text = value.toLowerCase(); filterRanking(); }));
+  const names = [...new Set(provider)].sort(collator.compare);
+  const choose = what => value => { chosen[what] = value; filterRanking(); };
+  const ofSplit = [['*', 'all (' + split.length + ')'], ...splits.map(name => [name, name + ' (' + count(split, name) + ')'])];
+  const ofProvider = [['*', 'all'], ...names.map(name => ['=' + name, (name || 'without provider') + ' (' + count(provider, name) + ')'])];
+  const boxes = [selectBox('choose-split', 'Split', ofSplit, chosen.split, choose('split'))];
+  if (names.some(Boolean)) boxes.push(selectBox('choose-provider', 'Provider', ofProvider, chosen.provider, choose('provider')));
+  boxes.push(searchBox('choose-name', 'Name, provider or defect', choose('text')));
   byId('ranking-filters').replaceChildren(...boxes);
-  chosen.text = '';
 }
 
 function passes(row) {
   const text = [row.name, row.provider, row.truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
-    text.includes(chosen.text);
+    text.includes(chosen.text.toLowerCase());
 }
 
 function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }
@@ -249,8 +250,8 @@ function fillDistribution() {
   const median = (ordered[Math.ceil(middle) - 1] + ordered[Math.floor(middle)]) / 2;
   drawChart('distribution-chart', {
     label: 'Histogram of scores',
-    caption: plural(values.length, 'photo') + ': median ' + signed(median, decimals) + ', mean ' + signed(mean(values), decimals) + ', from ' +
-      signed(ordered[0], decimals) + ' to ' + signed(ordered[ordered.length - 1], decimals) + ' ' + unit,
+    caption: plural(values.length, 'photo') + ': median ' + signed(median, decimals) + ', mean ' + signed(mean(values), decimals) +
+      ', from ' + signed(ordered[0], decimals) + ' to ' + signed(ordered[ordered.length - 1], decimals) + ' ' + unit,
     behind: tableBehind('Table of the bins', ['score, ' + unit, 'photos'], () => bins.map(bin => [range(bin), bin.count]), [1]),
     config: () => ({type: 'bar', data: {labels: bins.map(bin => signed(bin.from, digits)), datasets: [
       {label: 'harms', data: counts(true), backgroundColor: hatched('harms'), borderColor: colour('harms'), borderWidth: 1},
@@ -276,7 +277,8 @@ function fillTraining() {
   drawChart('training-chart', {
     label: 'Validation PSNR over steps',
     caption: stride > 1 ? 'Every ' + stride + 'th step is shown; the ledger has all.' : 'Every step is shown.',
-    behind: tableBehind('Table of the steps shown', ['run', 'step', 'epoch', 'validation PSNR, dB', 'mean absolute error'], rows, [1, 2, 3, 4]),
+    behind: tableBehind('Table of the steps shown', ['run', 'step', 'epoch', 'validation PSNR, dB', 'mean absolute error'], rows,
+      [1, 2, 3, 4]),
     config: () => ({type: 'line', data: {datasets: shown.map((one, i) => ({label: nameOfRun(one), data: points(one), borderWidth: 1.8,
       borderColor: PALETTE[i % PALETTE.length], borderDash: DASHES[i % DASHES.length],
       pointRadius: 0, pointHitRadius: 6}))},
@@ -323,8 +325,8 @@ function drawScatter([a, b]) {
         pointStyle: 'line'}]},
     options: {scales: {x: axis(nameOfRun(a) + ', ' + unitOf(a), {grace: '6%'}), y: axis(nameOfRun(b) + ', ' + unitOf(b), {grace: '6%'})},
       plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {
-        filter: item => item.dataset.type !== 'line', callbacks: {label: item => item.raw.name + ': ' + signed(item.raw.x, decimals) + ', ' +
-          signed(item.raw.y, decimals)}}}}}),
+        filter: item => item.dataset.type !== 'line',
+        callbacks: {label: ({raw}) => raw.name + ': ' + signed(raw.x, decimals) + ', ' + signed(raw.y, decimals)}}}}}),
   });
 }
 
@@ -334,8 +336,9 @@ function fillAgreement() {
   if (!pairs.length) return;
   const nameOfPair = ([a, b]) => nameOfRun(a) + ' and ' + nameOfRun(b);
   chosen.pair = Math.min(chosen.pair, pairs.length - 1);
-  byId('agreement-filters').replaceChildren(...pairs.length > 1 ? [selectBox('choose-pair', 'Runs',
-    pairs.map((pair, i) => [i, nameOfPair(pair)]), chosen.pair, value => { chosen.pair = Number(value); drawScatter(pairs[chosen.pair]); })] : []);
+  const choose = value => { chosen.pair = Number(value); drawScatter(pairs[chosen.pair]); };
+  const entries = pairs.map((pair, i) => [i, nameOfPair(pair)]);
+  byId('agreement-filters').replaceChildren(...pairs.length > 1 ? [selectBox('choose-pair', 'Runs', entries, chosen.pair, choose)] : []);
   drawScatter(pairs[chosen.pair]);
   const all = pairs.map(pair => agreementOf(pointsOf(pair)));
   const rows = pairs.map((pair, i) => [nameOfPair(pair), fixed(all[i].r, 3), fixed(all[i].rho, 3)]);
@@ -364,12 +367,11 @@ function fillRun() {
 }
 
 function fill() {
-  chosen.method = runs.length ? (methodsOf(run()).find(one => one.name === data.default_method) || methodsOf(run())[0] || {name: ''}).name : '';
   fillTitle();
   if (runs.length) {
     show('overview');
     show('reading');
-    fillRun();
+    chooseRun(0);
     fillTraining();
     fillRuns();
   }

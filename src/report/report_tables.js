@@ -17,6 +17,8 @@ function tablesNamed(file) { return data.documents.filter(one => one.kind === 't
 
 // ---- Providers ----------------------------------------------------------------------------------------------------------
 
+let providersTable = null;
+
 function fillProviders() {
   const table = tablesNamed('providers.csv').find(one => one.label === run().label);
   const payouts = tablesNamed('payout.csv').find(one => one.label === run().label);
@@ -26,17 +28,24 @@ function fillProviders() {
     error: number(row.stderr), photos: number(row.photos), rank: number(row.rank)}));
   for (const row of rows) Object.assign(row, {low: row.value - 1.96 * row.error, high: row.value + 1.96 * row.error});
   const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
-  const payoutOf = row => paid.find(one => one.provider === row.provider);
-  byId('providers-note').textContent = (rows.length ? 'Sums of their photos’ scores by ' + chosen.method + ' ± standard error; bars ± 1.96 of it.'
-    : chosen.method + ' does not add up over photos: choose another method.') + (paid.length ? ' The payout is by ' + paid[0].method +
-    ': in proportion to sums, nothing for a sum that is not positive.' : '');
-  const header = ['provider', 'photos', 'sum, ' + shortUnit(unitOf(run())), '', '± standard error'];
-  byId('providers-table').replaceChildren(rows.length ? plainTable(paid.length ? [...header, 'payout', 'share'] : header, rows.map(row => {
-    const payout = payoutOf(row), sum = signed(row.value, decimals);
-    const cells = [element('td', {class: 'long'}, row.provider || 'without provider'), row.photos,
-      element('td', {class: row.value < 0 ? 'number harms' : 'number'}, sum), intervalBar(row, scale, sum), fixed(row.error, decimals)];
-    return paid.length ? [...cells, payout ? payout.amount : '–', payout ? (100 * number(payout.share)).toFixed(1) + ' %' : '–'] : cells;
-  }), [1, 2, 4, 5, 6]) : '');
+  const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
+  byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
+    (paid.length ? ' The payout is by ' + paid[0].method + ': in proportion to sums, nothing for a sum that is not positive.' : '');
+  const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
+  const columns = [
+    {title: 'Provider', key: row => row.provider, cell: row => row.provider || 'without provider', class: 'long'},
+    {title: 'Photos', key: row => row.photos, cell: row => row.photos, number: true},
+    {title: 'Sum, ' + shortUnit(unitOf(run())), key: row => row.value, descending: true, number: true,
+      cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, sum(row))},
+    {title: 'Interval', cell: row => intervalBar(row, scale, sum(row)), class: 'wide'},
+    {title: '± standard error', cell: row => fixed(row.error, decimals), number: true, class: 'wide'},
+  ];
+  if (paid.length)
+    columns.push({title: 'Payout', number: true, cell: row => payout(row) ? payout(row).amount : '–'},
+      {title: 'Share', number: true, cell: row => payout(row) ? (100 * number(payout(row).share)).toFixed(1) + ' %' : '–'});
+  if (providersTable) printable.splice(printable.indexOf(providersTable), 1);
+  providersTable = new SortedTable(byId('providers-table'), columns, {sort: null});
+  providersTable.setRows(rows);
 }
 
 // ---- Near-duplicates ----------------------------------------------------------------------------------------------------
@@ -54,7 +63,8 @@ function fillDuplicates() {
     {title: 'Provider', key: row => row.provider, cell: row => row.provider || '–', class: 'long'},
     {title: 'Split', key: row => row.split, cell: row => row.split},
     {title: 'Similarity', key: row => number(row.similarity), cell: row => fixed(number(row.similarity), 4), number: true, class: 'wide'},
-    {title: 'Score', key: row => number(row.value), cell: row => signed(number(row.value), decimals), number: true, hint: rows[0] && rows[0].method},
+    {title: 'Score', key: row => number(row.value), cell: row => signed(number(row.value), decimals), number: true,
+      hint: rows[0] && rows[0].method},
     {title: 'Group’s score', cell: row => signed(number(row.group_value), decimals), number: true, class: 'wide'},
   ]);
   table.setRows(rows);
@@ -105,8 +115,9 @@ function fillMatrix() {
   const unit = chosen.measure === 'psnr' ? 'dB' : 'mean absolute error removed';
   byId('matrix-note').textContent = 'A row per photo, a column per validation photo: what the photo’s steps changed there, in ' + unit +
     '. Blue and positive helps, orange and negative harms; full colour from ±' + short(fullColour(matrix[chosen.measure])) + ' on.';
-  byId('matrix-filters').replaceChildren(selectBox('choose-measure', 'Measure', [['psnr', 'PSNR, dB'], ['l1', 'mean absolute error removed']],
-    chosen.measure, value => { chosen.measure = value; fillMatrix(); }));
+  const measures = [['psnr', 'PSNR, dB'], ['l1', 'mean absolute error removed']];
+  byId('matrix-filters').replaceChildren(selectBox('choose-measure', 'Measure', measures, chosen.measure,
+    value => { chosen.measure = value; fillMatrix(); }));
   const rows = matrix.photo.map((_, row) => row);
   const heat = new SortedTable(byId('matrix-table'), matrixColumns(one, rows, unit), {sort: 1, descending: true, heat: true});
   heat.setRows(rows);
@@ -115,7 +126,8 @@ function fillMatrix() {
 
 function viewsTable(one) {
   const {matrix, images} = one;
-  const verdict = i => [matrix.disagrees[i] && 'ranks as no other does', matrix.stays_low[i] && 'stays far below the others'].filter(Boolean);
+  const verdict = i => [matrix.disagrees[i] && 'ranks as no other does', matrix.stays_low[i] && 'stays far below the others']
+    .filter(Boolean);
   const table = new SortedTable(byId('views-table'), [
     {title: 'Validation photo', key: i => images.name[matrix.view[i]], class: 'long', cell: i => photoCell(one, matrix.view[i])},
     {title: 'PSNR at the end, dB', key: i => matrix.end_psnr[i], cell: i => fixed(matrix.end_psnr[i], 2), number: true},
@@ -135,9 +147,10 @@ function fillEffects() {
   const effects = Array.isArray(run().effects) ? run().effects : [];
   byId('effects').hidden = !effects.length;
   const word = flag => flag ? 'yes' : 'no';
-  byId('effects-table').replaceChildren(plainTable(['effect', 'simulated', 'called for', 'evidence', 'threshold', 'which is'], effects.map(one =>
-    [one.name, word(one.on), word(one.called_for), short(one.evidence), short(one.threshold),
-      element('td', {class: 'long'}, one.meaning || '')]), [3, 4]));
+  const rows = effects.map(one => [one.name, word(one.on), word(one.called_for), short(one.evidence), short(one.threshold),
+    element('td', {class: 'long'}, one.meaning || '')]);
+  const header = ['effect', 'simulated', 'called for', 'evidence', 'threshold', 'which is'];
+  byId('effects-table').replaceChildren(plainTable(header, rows, [3, 4]));
 }
 
 function textOf(value) { return value !== null && typeof value === 'object' ? JSON.stringify(value) : String(value ?? '–'); }
@@ -174,16 +187,18 @@ const measureDigits = name => (MEASURES.find(one => one[0] === name.split('_')[1
 
 function listsTable(compare) {
   const names = ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure));
-  const cell = (list, name) => fixed((list.mean || {})[name], measureDigits(name)) + ' ± ' + fixed((list.stderr || {})[name], measureDigits(name));
+  const value = (list, kind, name) => fixed((list[kind] || {})[name], measureDigits(name));
+  const cell = (list, name) => value(list, 'mean', name) + ' ± ' + value(list, 'stderr', name);
   const counts = list => [...new Set((list.outcomes || []).map(one => one.photo_count))].join(' / ');
-  return plainTable(['list', 'photos', ...names.map(measureName)], compare.lists.map(list =>
-    [element('td', {class: 'long'}, list.name), counts(list), ...names.map(name => cell(list, name))]), names.map((_, i) => i + 1).concat(names.length + 1));
+  const rows = compare.lists.map(list => [element('td', {class: 'long'}, list.name), counts(list), ...names.map(name => cell(list, name))]);
+  return plainTable(['list', 'photos', ...names.map(measureName)], rows, [1, ...names.map((_, i) => i + 2)]);
 }
 
 // Seeds as points, their mean as a bar.
 function drawLists(id, compare, name) {
   const lists = compare.lists.filter(list => known((list.mean || {})[name])), digits = measureDigits(name);
-  const seeds = lists.flatMap(list => list.outcomes.filter(one => known(one[name])).map(one => ({x: list.name, y: one[name], seed: one.seed})));
+  const pointsOfList = list => list.outcomes.filter(one => known(one[name])).map(one => ({x: list.name, y: one[name], seed: one.seed}));
+  const seeds = lists.flatMap(pointsOfList);
   const ends = seeds.map(point => point.y), margin = (Math.max(...ends) - Math.min(...ends)) / 4 || .1;
   if (!lists.length) return;
   drawChart(id, {
@@ -211,7 +226,8 @@ function pairsTable(compare) {
     {title: 'List', key: pair => pair.list, cell: pair => pair.list, class: 'long'},
     {title: 'against', key: pair => pair.against, cell: pair => pair.against, class: 'long'},
     {title: 'Measure', key: pair => pair.measure, cell: pair => measureName(pair.measure)},
-    {title: 'Difference', key: pair => pair.difference, descending: true, number: true, cell: pair => signed(pair.difference, digits(pair))},
+    {title: 'Difference', key: pair => pair.difference, descending: true, number: true,
+      cell: pair => signed(pair.difference, digits(pair))},
     {title: '95 % interval', cell: bar, class: 'wide'},
     {title: 'from, to', number: true, cell: pair => signed(pair.low, digits(pair)) + ' to ' + signed(pair.high, digits(pair))},
     {title: 'Beyond noise', key: pair => Number(pair.beyond_noise), descending: true, cell: pair => pair.beyond_noise ? 'yes' : 'no'},
@@ -268,12 +284,13 @@ function benchmarkTable(records, group) {
     cells.set(row.method + '/' + name, row);
   }
   const interval = row => row.low !== '' ? ' (' + signed(number(row.low), 2) + ' to ' + signed(number(row.high), 2) + ')' : '';
-  const place = element('div');
+  const place = element('div'), value = cell => cell ? number(cell.value) : NaN;
+  const cellOf = name => method => cells.get(method + '/' + name), text = cell => cell ? short(value(cell)) + interval(cell) : '–';
   new SortedTable(place, [
-    {title: 'Method', key: row => row, cell: row => row, class: 'long'},
-    ...names.map(name => ({title: name || group, number: true, descending: true, key: row => number((cells.get(row + '/' + name) || {}).value),
-      cell: row => cells.has(row + '/' + name) ? short(number(cells.get(row + '/' + name).value)) + interval(cells.get(row + '/' + name)) : '–'})),
-  ]).setRows(methods);
+    {title: 'Method', key: method => method, cell: method => method, class: 'long'},
+    ...names.map(name => ({title: name || group, number: true, descending: true, key: method => value(cellOf(name)(method)),
+      cell: method => text(cellOf(name)(method))})),
+  ], {sort: null}).setRows(methods);
   return place;
 }
 
@@ -283,9 +300,9 @@ function fillBenchmarks() {
     if (!groups.length) return;
     show('benchmarks');
     const target = element('div'), draw = group => target.replaceChildren(benchmarkTable(records, group));
-    const first = groups.includes('lds') ? 'lds' : groups[0];
+    const first = groups.includes('lds') ? 'lds' : groups[0], entries = groups.map(name => [name, name]);
     byId('benchmarks').append(element('p', {class: 'quiet'}, table.label + ': judgements of benchmark.csv; intervals are 95 %.'),
-      element('div', {class: 'filters'}, selectBox('choose-judgement-' + place, 'Judgement', groups.map(name => [name, name]), first, draw)), target);
+      element('div', {class: 'filters'}, selectBox('choose-judgement-' + place, 'Judgement', entries, first, draw)), target);
     draw(first);
   });
 }

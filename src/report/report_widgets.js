@@ -8,7 +8,7 @@
 function element(tag, attributes, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes || {})) if (value !== undefined && value !== false) node.setAttribute(name, value);
-  node.append(...children.filter(child => child !== null && child !== undefined).map(child => child instanceof Node ? child : String(child)));
+  for (const child of children) if (child !== null && child !== undefined) node.append(child instanceof Node ? child : String(child));
   return node;
 }
 
@@ -102,14 +102,17 @@ function spearman(a, b) {
 const printable = []; // tables that show more rows on paper than in a page of the screen
 const PAGE_ROWS = 50, PRINTED_ROWS = 200;
 
+const collator = new Intl.Collator(undefined, {numeric: true}); // photo_2 before photo_10
+
 function compareKeys(a, b) {
   const lastA = a === null || a === undefined || Number.isNaN(a), lastB = b === null || b === undefined || Number.isNaN(b);
   if (lastA || lastB) return lastA && lastB ? 0 : lastA ? Infinity : -Infinity; // unknown at the end, whichever way
-  return typeof a === 'string' ? a.localeCompare(b) : a - b;
+  return typeof a === 'string' ? collator.compare(a, b) : a - b;
 }
 
-// A table that is sorted by clicking its headers, shown page by page. A column is {title, key: row -> number or text to sort by, cell: row ->
-// text or node, or a td of its own; number: true to align right, class, hint, descending: true where the first click has the largest first}. `sort` is the column to begin with, null: the order given.
+// A table that is sorted by clicking its headers, shown page by page. A column is {title, key: row -> number or text to sort by, cell:
+// row -> text or node, or a td of its own, number: true to align right, class, hint, descending: true where the first click puts the
+// largest first}. `sort` is the column to begin with; null: the order given.
 class SortedTable {
   constructor(place, columns, {sort = 0, descending = false, pageRows = PAGE_ROWS, heat = false} = {}) {
     Object.assign(this, {columns, sort, descending, pageRows, heat, page: 0, rows: []});
