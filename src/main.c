@@ -26,7 +26,8 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
     {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
      "Leaves a run per seed in OUT/seed_<seed>, as value does, report.html, reproduce.csv (every measure of agreement, pair, method and "
-     "number of epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
+     "number of epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished "
+     "ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_REPRODUCE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},

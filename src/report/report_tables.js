@@ -186,9 +186,10 @@ const measureName = name => {
 const measureDigits = name => (MEASURES.find(one => one[0] === name.split('_')[1]) || [0, 0, 4])[2];
 
 function listsTable(compare) {
-  const names = ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure));
+  const names = ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure))
+    .filter(name => compare.lists.some(list => known((list.mean || {})[name])));
   const value = (list, kind, name) => fixed((list[kind] || {})[name], measureDigits(name));
-  const cell = (list, name) => value(list, 'mean', name) + ' ± ' + value(list, 'stderr', name);
+  const cell = (list, name) => known((list.mean || {})[name]) ? value(list, 'mean', name) + ' ± ' + value(list, 'stderr', name) : '–';
   const counts = list => [...new Set((list.outcomes || []).map(one => one.photo_count))].join(' / ');
   const rows = compare.lists.map(list => [element('td', {class: 'long'}, list.name), counts(list), ...names.map(name => cell(list, name))]);
   return plainTable(['list', 'photos', ...names.map(measureName)], rows, [1, ...names.map((_, i) => i + 2)]);
@@ -211,7 +212,7 @@ function drawLists(id, compare, name) {
         borderColor: colour('page')},
       {label: 'mean', data: lists.map(list => list.mean[name]), backgroundColor: colour('helps') + 'aa', borderColor: colour('helps'),
         borderWidth: 1, maxBarThickness: 70}]},
-    options: {scales: {x: axis('list', {type: 'category'}), y: axis(measureName(name), {min: Math.min(...ends) - margin})},
+    options: {scales: {x: axis('list', {type: 'category'}), y: axis(measureName(name), {min: Math.min(...ends) - margin, grace: '5%'})},
       plugins: {tooltip: {callbacks: {label: item => (item.raw.seed === undefined ? 'mean' : 'seed ' + item.raw.seed) + ': ' +
         fixed(item.parsed.y, digits)}}}}}),
   });

@@ -60,8 +60,8 @@ class Page:
 
     def ranking(self, column=1):
         cell = f'#ranking-table tbody tr td:nth-child({column + 1})'
-        script = f"return [...document.querySelectorAll('{cell}')].map(one => (one.querySelector('.photo div') || one).firstChild.textContent)"
-        return self.run(script)
+        return self.run(f"""return [...document.querySelectorAll('{cell}')]
+            .map(one => (one.querySelector('.photo div') || one).firstChild.textContent)""")
 
     def choose(self, box, value):
         self.run("const box = document.getElementById(arguments[0]); box.value = arguments[1]; box.dispatchEvent(new Event('change'))",

@@ -38,7 +38,8 @@ check "value writes a report" value run --payout 10
 check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
 check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"
-check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" && cmp "$folder/run/report.html" "$folder/first.html"'
+check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&
+    cmp "$folder/run/report.html" "$folder/first.html"'
 check "with thumbnails" grep -q 'data:image/webp;base64,UklGR' "$folder/first.html"
 check "without, when asked" eval '! grep -q "data:image/webp" "$folder/other/report.html"'
 check "--to writes elsewhere" report "$folder/run" --to "$folder/bare.html" --no-thumbnails
@@ -88,14 +89,16 @@ check "a comparison's render from elsewhere is refused" refuses 'compare.json: r
 echo '{"lists": [' >"$folder/compare/compare.json"
 check "a comparison that is no JSON" refuses 'compare/compare.json: line [0-9]+: ' "$folder/compare"
 compare_json 'renders/0.png' >"$folder/compare/compare.json"
-check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" --to "$folder/all.html"
+check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" \
+    --to "$folder/all.html"
 check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
     "$folder/run/report.html" "$folder/hostile/report.html"'
 
 # ---- In a browser -------------------------------------------------------------------------------------------------------
 
 python=${PYTHON:-/usr/bin/python3}
-if ! [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] || ! "$python" -c 'import selenium' 2>/dev/null; then
+if ! [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] ||
+    ! "$python" -c 'import selenium' 2>/dev/null; then
     echo "SKIPPED: the report was not seen in a browser: install chromium, chromium-driver and python3-selenium"
     [[ $failed -gt 0 ]] || exit 77
     conclude "$@"
