@@ -15,20 +15,21 @@ static const struct vw_command commands[] = {
      "(.json).",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
     {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
-     "Leaves ledger.db (every step and score), scores.csv, matrix.csv (photo by validation photo), field.vwf and checkpoints in the --out "
-     "folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos show the same. Positive scores "
-     "help. With --resume on a finished run all tables but scores.csv are made again.",
+     "Leaves ledger.db (every step and score), report.html, scores.csv, matrix.csv (photo by validation photo), field.vwf and checkpoints "
+     "in the --out folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos show the same. "
+     "Positive scores help. With --resume on a finished run all tables but scores.csv are made again.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN | VW_OPTIONS_ONE_VALUE |
-         VW_OPTIONS_OUT | VW_OPTIONS_JSON,
+         VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
     {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
      "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON, vw_command_train},
     {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
-     "Leaves a run per seed in OUT/seed_<seed>, as value does, reproduce.csv (every measure of agreement, pair, method and number of "
-     "epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished ones.",
+     "Leaves a run per seed in OUT/seed_<seed>, as value does, report.html, reproduce.csv (every measure of agreement, pair, method and "
+     "number of epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, and reuses finished "
+     "ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS | VW_OPTIONS_REPRODUCE |
-         VW_OPTIONS_JSON,
+         VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},
     {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
      "Opens the scene as the training did: run it from the same folder when paths were relative.",
@@ -42,9 +43,14 @@ static const struct vw_command commands[] = {
     {"compare", "SCENE", "Say which set of photos makes the better reconstruction",
      "Trains every --list with the same seeds and measures whole validation and test photos: PSNR, SSIM and L1, and whether lists differ "
      "beyond noise. random draws as many photos as the list before it, anew for each seed. Leaves trials.db, compare.json, compare.csv, "
-     "pairs.csv, disagreements.csv and renders/ in the --out folder; the same command goes on where it was stopped.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE | VW_OPTIONS_JSON,
+     "pairs.csv, disagreements.csv, renders/ and report.html in the --out folder; the same command goes on where it was stopped.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE | VW_OPTIONS_THUMBNAILS |
+         VW_OPTIONS_JSON,
      vw_command_compare},
+    {"report", "OUT...", "Write the report of what OUT holds, or one of several, anew",
+     "Takes what value, reproduce, benchmark and compare leave. Shows the photos where the scene can be opened as the training did: run it "
+     "from the same folder when paths were relative.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
     {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",
      "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by --replay, which opens "
      "the scene as the training did.",

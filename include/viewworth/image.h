@@ -3,6 +3,7 @@
 #define VIEWWORTH_IMAGE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "viewworth/status.h"
@@ -33,6 +34,10 @@ enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_ima
 // Writes 3- or 4-channel float pixels in [0,1] as the extension of `path` says (PNG: 8 bit, EXR: half or float), through a temporary
 // file that is renamed, so no half-written output is left.
 enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, const float *pixels);
+// A small picture of the image as the bytes of a WebP file, for pages and lists: at most `height_px` high and four times as wide, before
+// `background` where it is transparent. `*data` is owned by the caller (free). VW_ERROR_MEMORY, VW_ERROR_IO.
+enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t height_px, const float background[3], void **data,
+                                       size_t *size_bytes);
 void vw_image_clear(struct vw_image *image); // frees the pixels and zeroes the struct
 
 // One pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.

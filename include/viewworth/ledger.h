@@ -38,6 +38,7 @@ struct vw_ledger_run {
     const char *scene_options_json; // the options the scene was opened with, "{}" without any, or the hash of an imported log (appended)
     const char *effects_json;       // the verdict on every effect, with its evidence (appended column; decision 7)
     const char *status;             // "running", "finished", "interrupted", "failed"; ignored by vw_ledger_create: "running"
+    const char *finished_utc;       // when it had last ended when the ledger was opened, NULL: not yet; ignored by vw_ledger_create
 };
 
 struct vw_ledger_image {

@@ -7,6 +7,7 @@
 #include "cli/compared.h"
 #include "cli/interrupt.h"
 #include "cli/laboratory.h"
+#include "cli/report_folder.h"
 #include "cli/out_folder.h"
 #include "cli/side_by_side.h"
 #include "viewworth/file.h"
@@ -134,8 +135,13 @@ static enum vw_status conclude(struct comparison *comparison) {
     for (uint32_t i = 0; !status && i < compared->shown_count; i++) status = write_render(comparison, i);
     if (!status) status = vw_compared_write_csv(compared);
     if (!status) status = vw_compared_write_json(compared, json);
-    if (!status && !json) vw_compared_print(compared);
-    return status;
+    if (status) return status;
+    const struct vw_report_options report = {compared->scene, comparison->options->device, comparison->options->no_thumbnails};
+    char *report_path = vw_report_folder_conclude(comparison->options->out, &report);
+    if (!json) vw_compared_print(compared);
+    if (!json && report_path) printf("report      %s\n", report_path);
+    free(report_path);
+    return VW_OK;
 }
 
 // -------------------------------------------------------------------------------------------------------------------------

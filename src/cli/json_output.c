@@ -1,6 +1,5 @@
 #include "cli/json_output.h"
 
-#include <math.h>
 #include <stdio.h>
 
 enum vw_status vw_json_print(json_t *root) {
@@ -10,5 +9,3 @@ enum vw_status vw_json_print(json_t *root) {
     if (failed || putchar('\n') == EOF) return vw_fail(VW_ERROR_IO, "stdout: cannot write the JSON output; check where it goes");
     return VW_OK;
 }
-
-json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }

@@ -4,11 +4,10 @@
 
 #include <jansson.h>
 
+#include "viewworth/json.h"
 #include "viewworth/status.h"
 
 // Prints `root` and a line end, and drops the reference. NULL, what jansson gives when memory is short, is VW_ERROR_MEMORY.
 enum vw_status vw_json_print(json_t *root);
-// A number, or null for what JSON cannot say (NaN, infinity).
-json_t *vw_json_real(double value);
 
 #endif

@@ -122,6 +122,9 @@ static const struct option_row rows[] = {
     {"top", "K|P%", "keep the K best photos, or the best P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(top)},
     {"drop", "K|P%", "keep all but the K worst photos, or the worst P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(drop)},
     {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE, TEXT, FIELD(method)},
+    {"to", "FILE", "where to write the report (default: report.html in the first OUT)", VW_OPTIONS_REPORT, TEXT, FIELD(to)},
+    {"no-thumbnails", NULL, "leave the photos out of the report, where they may not be passed on", VW_OPTIONS_THUMBNAILS, FLAG,
+     FIELD(no_thumbnails)},
     {"measure", NULL, "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR", VW_OPTIONS_INFO,
      FLAG, FIELD(measure)},
     {"subsets", "N", "random halves of the photos to train on, each twice", VW_OPTIONS_BENCHMARK, COUNT, FIELD(subsets), .least = 8,
@@ -261,12 +264,15 @@ static bool needs_out(const struct vw_command *command) {
 
 static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands, struct vw_options *options) {
     int wanted = command->operand ? 1 : 0;
+    bool several = command->operand && strstr(command->operand, "...");
     if (count < wanted)
         return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see viewworth %s --help", command->name, command->operand, command->name);
-    if (count > wanted)
+    if (count > wanted && !several)
         return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
                        command->name);
     if (wanted) options->operand = operands[0];
+    options->operands = (const char *const *)operands;
+    options->operand_count = (uint32_t)count;
     if (needs_out(command) && (!options->out || !*options->out))
         return vw_fail(VW_ERROR_USAGE, "%s: --out is missing; name the folder for the results", command->name);
     return VW_OK;

@@ -21,7 +21,9 @@ const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
 
 // Everything a command line can say. Texts are borrowed from argv; NULL where nothing was said.
 struct vw_options {
-    const char *operand; // SCENE or OUT, by command
+    const char *operand;         // SCENE or OUT, by command; the first where there may be several
+    const char *const *operands; // all of them
+    uint32_t operand_count;
     const char *device;
     const char *format;
     const char *pool;
@@ -49,6 +51,7 @@ struct vw_options {
     enum vw_equal equal;
     const char *scores; // a valued run
     uint32_t views;
+    bool no_thumbnails;
     bool json, quiet, help;
 };
 
@@ -67,16 +70,18 @@ enum {
     VW_OPTIONS_REPRODUCE = 1024,
     VW_OPTIONS_IMPORT = 2048, // --out, which must be given, and what of the training bears on scores
     VW_OPTIONS_BENCHMARK = 4096,
-    VW_OPTIONS_ONE_RUN = 8192,     // of commands that make a single run
-    VW_OPTIONS_ONE_VALUE = 16384,  // and value it
-    VW_OPTIONS_RUNS = 32768,       // of commands that make several in one folder, and always go on with them
+    VW_OPTIONS_ONE_RUN = 8192,    // of commands that make a single run
+    VW_OPTIONS_ONE_VALUE = 16384, // and value it
+    VW_OPTIONS_RUNS = 32768,      // of commands that make several in one folder, and always go on with them
     VW_OPTIONS_SELECT = 65536,
     VW_OPTIONS_COMPARE = 131072,
+    VW_OPTIONS_REPORT = 262144,
+    VW_OPTIONS_THUMBNAILS = 524288, // of commands that write a report
 };
 
 struct vw_command {
     const char *name;
-    const char *operand; // the one operand it needs, as help spells it; NULL for none
+    const char *operand; // the one operand it needs, as help spells it, or with "..." at its end at least one; NULL for none
     const char *summary; // one line
     const char *details; // what it leaves behind and what to know, for its own help
     unsigned options;    // VW_OPTIONS_* it takes

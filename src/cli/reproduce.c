@@ -1,6 +1,7 @@
 #include <stdlib.h>
 
 #include "cli/commands.h"
+#include "cli/report_folder.h"
 #include "cli/reproduction.h"
 #include "cli/seed_runs.h"
 #include "viewworth/file.h"
@@ -16,16 +17,20 @@ static enum vw_status check(const struct vw_options *options) {
 
 static enum vw_status conclude(const struct vw_options *options) {
     struct vw_reproduction reproduction;
+    const struct vw_report_options report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
+    char *report_path = NULL;
     char *agreement_path = vw_path_join(options->out, "reproduce.csv"), *scatter_path = vw_path_join(options->out, "scatter.csv");
     enum vw_status status = vw_reproduction_make(options, &reproduction);
     if (!status && (!agreement_path || !scatter_path)) status = VW_ERROR_MEMORY;
     if (!status) status = vw_reproduction_write_agreement(&reproduction, agreement_path);
     if (!status) status = vw_reproduction_write_scatter(&reproduction, scatter_path);
-    if (!status && options->json) status = vw_reproduction_print_json(&reproduction, agreement_path, scatter_path);
-    else if (!status) vw_reproduction_print_text(&reproduction, agreement_path, scatter_path);
+    if (!status) report_path = vw_report_folder_conclude(options->out, &report);
+    if (!status && options->json) status = vw_reproduction_print_json(&reproduction, agreement_path, scatter_path, report_path);
+    else if (!status) vw_reproduction_print_text(&reproduction, agreement_path, scatter_path, report_path);
     vw_reproduction_free(&reproduction);
     free(agreement_path);
     free(scatter_path);
+    free(report_path);
     return status;
 }
 

@@ -43,8 +43,10 @@ enum vw_status vw_reproduction_write_agreement(const struct vw_reproduction *rep
 // OUT/scatter.csv: header name,method,seed_a,seed_b,value_a,value_b,spoiled; a row per method, pair and train photo after all epochs;
 // `spoiled` is 1 or 0, empty where truth is unknown.
 enum vw_status vw_reproduction_write_scatter(const struct vw_reproduction *reproduction, const char *path);
-// On stdout; the JSON has all methods by epochs, the last entry after all.
-void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path);
-enum vw_status vw_reproduction_print_json(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path);
+// On stdout; the JSON has all methods by epochs, the last entry after all. `report_path` is NULL where there is no report.
+void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path,
+                                const char *report_path);
+enum vw_status vw_reproduction_print_json(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path,
+                                          const char *report_path);
 
 #endif

@@ -73,7 +73,8 @@ static void print_by_epochs(const struct vw_reproduction *reproduction) {
     }
 }
 
-void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path) {
+void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path, const char *scatter_path,
+                                const char *report_path) {
     const struct vw_reproduction_stop *stop = last_stop(reproduction);
     printf(
         "agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
@@ -88,6 +89,7 @@ void vw_reproduction_print_text(const struct vw_reproduction *reproduction, cons
     }
     print_by_epochs(reproduction);
     printf("\nagreement  %s\nscatter    %s\n", agreement_path, scatter_path);
+    if (report_path) printf("report     %s\n", report_path);
 }
 
 // ---- JSON -------------------------------------------------------------------------------------------------------------
@@ -132,9 +134,10 @@ static json_t *seeds_to_json(const struct vw_reproduction *reproduction) {
 }
 
 enum vw_status vw_reproduction_print_json(const struct vw_reproduction *reproduction, const char *agreement_path,
-                                          const char *scatter_path) {
-    return vw_json_print(json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s}", "scene", reproduction->options->operand, "seeds",
+                                          const char *scatter_path, const char *report_path) {
+    return vw_json_print(json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s, s:s*}", "scene", reproduction->options->operand, "seeds",
                                    seeds_to_json(reproduction), "vary", vw_vary_name(reproduction->options->config.vary), "photos",
                                    (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops_to_json(reproduction),
-                                   "agreement", agreement_path, "scatter", scatter_path));
+                                   "agreement", agreement_path, "scatter", scatter_path,
+                                   "report", report_path));
 }

@@ -269,7 +269,7 @@ static void say_oddities(const struct vw_tally *tally) {
 
 // The tables of what the run was before these steps. Who wants them again makes them afterwards.
 static enum vw_status remove_outdated(const char *out) {
-    static const char *const names[] = {"matrix.csv", "providers.csv", "payout.csv", "duplicates.csv"};
+    static const char *const names[] = {"report.html", "matrix.csv", "providers.csv", "payout.csv", "duplicates.csv"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         char *path = vw_path_join(out, names[i]);
         if (!path) return VW_ERROR_MEMORY;

@@ -9,6 +9,7 @@
 #include "cli/commands.h"
 #include "cli/json_output.h"
 #include "cli/probe_costs.h"
+#include "cli/report_folder.h"
 #include "cli/scoring.h"
 #include "cli/sharing.h"
 #include "cli/training_run.h"
@@ -31,6 +32,7 @@ struct findings {
     struct vw_probe_costs probe_costs;
     struct vw_sharing sharing;
     struct vw_validation_report validation;
+    char *report_path; // owned; NULL: none was written
 };
 
 static int compare_scores(const void *left, const void *right) {
@@ -100,6 +102,7 @@ static void print_text(const struct vw_training_run *run, const struct ranking *
            run->tally.last_val_psnr_db, run->tally.steps);
     vw_validation_report_print(&findings->validation);
     printf("ledger   %s\nscores   %s\nfield    %s\n", run->ledger_path, run->scores_path, run->field_path);
+    if (findings->report_path) printf("report   %s\n", findings->report_path);
     print_head(run->ledger);
     vw_profile_print(&run->profile);
 }
@@ -135,7 +138,8 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
 static enum vw_status print_json(const struct vw_training_run *run, const struct ranking *ranking, const struct findings *findings) {
     const struct vw_probe_costs *costs = &findings->probe_costs;
     json_t *root = vw_training_to_json(run);
-    json_t *values = json_pack("{s:s, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "val_psnr_start_db",
+    json_t *values = json_pack("{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "report",
+                               findings->report_path, "val_psnr_start_db",
                                vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
                                "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL,
                                "stability", vw_until_stable_to_json(run), "same_state", vw_probe_costs_same_state_to_json(costs),
@@ -149,6 +153,11 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
     return vw_json_print(NULL);
 }
 
+static char *write_report(const struct vw_training_run *run) {
+    return vw_report_folder_conclude(
+        run->options->out, &(struct vw_report_options){.scene = run->scene, .no_thumbnails = run->options->no_thumbnails});
+}
+
 // Keeps the scores, and writes and prints the outputs.
 static enum vw_status conclude(struct vw_training_run *run) {
     struct vw_scoring scoring;
@@ -159,8 +168,10 @@ static enum vw_status conclude(struct vw_training_run *run) {
     if (!status) status = rank(scoring.scores, scoring.score_count, &ranking);
     if (!status) status = vw_sharing_make(run, &scoring, vw_value_default_method, &findings.sharing);
     if (!status) status = vw_validation_report_make(run, &scoring, &findings.validation);
+    if (!status) findings.report_path = write_report(run);
     if (!status && run->options->json) status = print_json(run, &ranking, &findings);
     else if (!status) print_text(run, &ranking, &findings);
+    free(findings.report_path);
     vw_validation_report_free(&findings.validation);
     vw_sharing_free(&findings.sharing);
     free(ranking.scores);

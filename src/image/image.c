@@ -140,7 +140,7 @@ enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t heigh
         converted = to_linear((size_t)width_px * height_px, channels, pixels);
         if (!converted) return VW_ERROR_MEMORY;
     }
-    struct vw_oiio_result file = vw_oiio_encode(path, width_px, height_px, channels, !linear, linear ? converted : pixels);
+    struct vw_oiio_result file = vw_oiio_encode(path, width_px, height_px, channels, !linear, NULL, linear ? converted : pixels);
     enum vw_status status = file.status ? vw_fail(file.status, "%s: cannot write the image: %s", path, file.message)
                                         : vw_file_write(path, file.data, file.size_bytes);
     free(file.data);

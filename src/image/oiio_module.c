@@ -68,6 +68,6 @@ struct vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint3
 }
 
 struct vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, bool eight_bit,
-                                     const float *pixels) {
-    return is_open() ? module.encode(path, width_px, height_px, channels, eight_bit, pixels) : module.missing;
+                                     const char *compression, const float *pixels) {
+    return is_open() ? module.encode(path, width_px, height_px, channels, eight_bit, compression, pixels) : module.missing;
 }

@@ -160,7 +160,7 @@ extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, u
 }
 
 extern "C" vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, bool eight_bit,
-                                         const float *pixels) {
+                                         const char *compression, const float *pixels) {
     return guard([&](vw_oiio_result &result) {
         std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path);
         if (!output) throw failure{VW_ERROR_USAGE, or_else(OIIO::geterror(), "unknown image format")};
@@ -171,6 +171,7 @@ extern "C" vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, ui
                              eight_bit ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
         spec["oiio:ColorSpace"] = eight_bit ? "sRGB" : "Linear";
         if (channels == 4 && eight_bit) spec["oiio:UnassociatedAlpha"] = 1;
+        if (compression) spec["Compression"] = compression;
         if (!output->open(path, spec) || !output->write_image(OIIO::TypeDesc::FLOAT, pixels) || !output->close())
             throw failure{VW_ERROR_IO, or_else(output->geterror(), "encoding failed")};
         result.size_bytes = memory.buffer().size();

@@ -32,9 +32,9 @@ struct vw_oiio_result vw_oiio_read(const char *path);
 struct vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint32_t height_px, uint32_t new_width_px,
                                      uint32_t new_height_px);
 // The bytes of an image file of the kind that `path`'s extension names: 8 bit where `eight_bit`, else float. Alpha is straight
-// where `eight_bit`, premultiplied otherwise.
+// where `eight_bit`, premultiplied otherwise. `compression` is OpenImageIO's, such as "webp:70"; NULL leaves it to the format.
 struct vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, bool eight_bit,
-                                     const float *pixels);
+                                     const char *compression, const float *pixels);
 
 #ifdef __cplusplus
 }

@@ -50,7 +50,7 @@ unique_test_names() {
     [[ -z $twice ]] || { echo "$twice"; return 1; }
 }
 
-check "base includes base alone" includes_only src/base 'viewworth/(status|memory|file|csv|hash|log|psnr|random|statistics)\.h"'
+check "base includes base alone" includes_only src/base 'viewworth/(status|memory|file|csv|hash|json|log|psnr|random|statistics)\.h"'
 check "only gpu sees Vulkan" nowhere_but src/gpu/ '^#include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
 check "only the shim sees OpenImageIO" nowhere_but src/image/oiio_shim.cpp '^#include.*OpenImageIO' "${c_code[@]}" src include tests
 check "only the shim is C++" test "$(find src include tests -name '*.cc' -o -name '*.cpp' -o -name '*.cxx')" = src/image/oiio_shim.cpp

@@ -1,0 +1,42 @@
+#include "viewworth/json.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+// The bytes of the UTF-8 character at `text`; 0 when there is none. jansson knows what is one.
+static size_t character_bytes(const char *text) {
+    for (size_t count = 1; count <= 4 && text[count - 1]; count++) {
+        json_t *character = json_stringn(text, count);
+        json_decref(character);
+        if (character) return count;
+    }
+    return 0;
+}
+
+static char *repair(const char *text) {
+    static const char replacement[] = "\xef\xbf\xbd";
+    char *repaired = vw_allocate(3 * strlen(text) + 1, 1), *end = repaired;
+    while (repaired && *text) {
+        size_t count = character_bytes(text);
+        memcpy(end, count ? text : replacement, count ? count : 3);
+        end += count ? count : 3;
+        text += count ? count : 1;
+    }
+    return repaired;
+}
+
+json_t *vw_json_string(const char *text) {
+    if (!text) return json_null();
+    json_t *string = json_string(text);
+    if (string) return string;
+    char *repaired = repair(text);
+    string = repaired ? json_string(repaired) : NULL;
+    free(repaired);
+    return string;
+}

@@ -1,0 +1,21 @@
+// The files beside a folder's ledgers that its report shows.
+#ifndef VIEWWORTH_CLI_REPORT_FILES_H
+#define VIEWWORTH_CLI_REPORT_FILES_H
+
+#include <stddef.h>
+
+#include "viewworth/report.h"
+#include "viewworth/status.h"
+
+// All zero before the first is added.
+struct vw_report_files {
+    struct vw_report_document *documents; // owned, and what they point to
+    size_t count, capacity;
+};
+
+// Adds providers.csv, payout.csv, duplicates.csv, benchmark.csv and compare.json of a folder, those that are there. VW_ERROR_INPUT when one
+// is not what it should be. Free it also after a failure.
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out);
+void vw_report_files_free(struct vw_report_files *files);
+
+#endif

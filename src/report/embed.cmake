@@ -1,0 +1,11 @@
+# Makes the texts of the page a C file: cmake -DOUTPUT=FILE -DTEXTS=symbol=file,symbol=file,... -P embed.cmake
+file(WRITE ${OUTPUT}.new "// Made by src/report/embed.cmake.\n#include \"report/html_parts.h\"\n")
+string(REPLACE "," ";" texts "${TEXTS}")
+foreach(text ${texts})
+  string(REGEX MATCH "^([a-z_]+)=(.*)$" pair "${text}")
+  file(READ "${CMAKE_MATCH_2}" bytes HEX)
+  set(symbol ${CMAKE_MATCH_1})
+  string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+  file(APPEND ${OUTPUT}.new "const char ${symbol}[] = {${bytes}0};\n")
+endforeach()
+file(RENAME ${OUTPUT}.new ${OUTPUT})

@@ -1,0 +1,276 @@
+#include "report/html_data.h"
+
+#include <math.h>
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ledger/find_image.h"
+#include "viewworth/json.h"
+#include "viewworth/memory.h"
+
+enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
+
+// jansson gives NULL when memory is short and takes it for a failure: whether all could be added is all there is to check.
+static enum vw_status out_of_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report"); }
+
+static int put(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value); }
+
+static int put_text(json_t *object, const char *key, const char *text) { return put(object, key, vw_json_string(text)); }
+
+static int put_count(json_t *object, const char *key, uint64_t count) { return put(object, key, json_integer((json_int_t)count)); }
+
+// ---- Pictures -----------------------------------------------------------------------------------------------------------
+
+// A data URI, or null for no picture.
+static json_t *picture_to_json(const struct vw_report_picture *picture, const char *media_type) {
+    if (!picture->data) return json_null();
+    size_t prefix_bytes = strlen("data:;base64,") + strlen(media_type);
+    size_t base64_bytes = sodium_base64_encoded_len(picture->size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    char *text = vw_allocate(prefix_bytes + base64_bytes, 1);
+    if (!text) return NULL;
+    snprintf(text, prefix_bytes + 1, "data:%s;base64,", media_type);
+    sodium_bin2base64(text + prefix_bytes, base64_bytes, picture->data, picture->size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    json_t *uri = json_string_nocheck(text);
+    free(text);
+    return uri;
+}
+
+static json_t *thumbnails_to_json(const struct vw_report_run *run) {
+    json_t *array = json_array();
+    int failed = 0;
+    for (uint32_t i = 0; i < run->image_count; i++)
+        failed |= json_array_append_new(array, picture_to_json(&run->thumbnails[i], "image/webp"));
+    if (!failed) return array;
+    json_decref(array);
+    return NULL;
+}
+
+// The set's place among the page's; -1 when no run before has it.
+static int find_set(const struct vw_report_page *page, uint32_t run) {
+    for (uint32_t i = 0, set = 0; i < run; i++) {
+        if (page->runs[i].thumbnails == page->runs[run].thumbnails) return (int)set;
+        bool first = page->runs[i].thumbnails != NULL;
+        for (uint32_t before = 0; before < i; before++) first = first && page->runs[before].thumbnails != page->runs[i].thumbnails;
+        set += first;
+    }
+    return -1;
+}
+
+static int put_thumbnails(const struct vw_report_page *page, uint32_t place, json_t *sets, json_t *object) {
+    if (!page->runs[place].thumbnails) return put(object, "thumbnails", json_null());
+    int set = find_set(page, place);
+    if (set >= 0) return put_count(object, "thumbnails", (uint64_t)set);
+    return put_count(object, "thumbnails", json_array_size(sets)) | json_array_append_new(sets, thumbnails_to_json(&page->runs[place]));
+}
+
+// ---- Rows in columns ------------------------------------------------------------------------------------------------------
+
+// Adds a value to the column `key`, which is made when it is missing.
+static int add(json_t *columns, const char *key, json_t *value) {
+    json_t *column = json_object_get(columns, key);
+    if (!column && put(columns, key, json_array()) == 0) column = json_object_get(columns, key);
+    return json_array_append_new(column, value);
+}
+
+static json_t *rank_to_json(uint32_t rank) { return rank ? json_integer(rank) : json_null(); }
+
+static int put_images(const struct vw_report_run *run, json_t *object) {
+    json_t *columns = json_object();
+    int failed = 0;
+    for (uint32_t i = 0; i < run->image_count; i++) {
+        const struct vw_ledger_image *image = &run->images[i];
+        failed |= add(columns, "name", vw_json_string(image->name));
+        failed |= add(columns, "split", vw_json_string(image->split));
+        failed |= add(columns, "provider", vw_json_string(image->provider ? image->provider : ""));
+        failed |= add(columns, "truth", vw_json_string(image->truth));
+    }
+    return failed | put(object, "images", columns);
+}
+
+static int add_score(const struct vw_ledger_score *score, uint32_t image, json_t *scores) {
+    json_t *columns = json_object_get(scores, score->method);
+    int failed = 0;
+    if (!columns) {
+        failed |= put(scores, score->method, json_object());
+        columns = json_object_get(scores, score->method);
+        failed |= put_text(columns, "unit", score->unit);
+    }
+    failed |= add(columns, "image", json_integer(image));
+    failed |= add(columns, "value", vw_json_real(score->value));
+    failed |= add(columns, "low", vw_json_real(score->low));
+    failed |= add(columns, "high", vw_json_real(score->high));
+    failed |= add(columns, "visits", json_integer(score->visits));
+    failed |= add(columns, "rank_low", rank_to_json(score->rank_low));
+    failed |= add(columns, "rank_high", rank_to_json(score->rank_high));
+    return failed;
+}
+
+static enum vw_status put_scores(const struct vw_report_run *run, json_t *object) {
+    json_t *scores = json_object();
+    int failed = put(object, "scores", scores);
+    for (uint32_t i = 0; !failed && i < run->score_count; i++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
+        if (!image)
+            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger", run->label,
+                           run->scores[i].image_id);
+        failed = add_score(&run->scores[i], (uint32_t)(image - run->images), scores);
+    }
+    return failed ? out_of_memory() : VW_OK;
+}
+
+// ---- Steps ----------------------------------------------------------------------------------------------------------------
+
+struct totals {
+    uint64_t nonfinite, clamped, floored, epochs;
+    double first_db, last_db;
+};
+
+static struct totals count(const struct vw_report_run *run) {
+    struct totals totals = {.first_db = NAN, .last_db = NAN};
+    for (uint64_t i = 0; i < run->record_count; i++) {
+        const struct vw_step_record *record = &run->records[i];
+        totals.nonfinite += record->nonfinite;
+        totals.clamped += record->clamped_count > 0;
+        totals.floored += record->floored_views > 0;
+        totals.epochs = record->view == VW_RECORD_UNTRAINED ? totals.epochs : record->epoch + UINT64_C(1);
+        if (!isfinite(record->val_psnr)) continue;
+        if (isnan(totals.first_db)) totals.first_db = record->val_psnr;
+        totals.last_db = record->val_psnr;
+    }
+    return totals;
+}
+
+// Every so many-th step and the last.
+static int put_steps(const struct vw_report_run *run, json_t *object) {
+    struct totals totals = count(run);
+    json_t *steps = json_object();
+    uint64_t stride = run->record_count / STEPS_SHOWN + 1;
+    int failed = put(object, "steps", steps);
+    for (uint64_t i = 0; i < run->record_count; i++) {
+        const struct vw_step_record *record = &run->records[i];
+        if (i % stride != 0 && i + 1 != run->record_count) continue;
+        failed |= add(steps, "step", json_integer((json_int_t)record->step));
+        failed |= add(steps, "epoch", json_integer(record->epoch));
+        failed |= add(steps, "psnr", vw_json_real(record->val_psnr));
+        failed |= add(steps, "l1", vw_json_real(record->val_l1));
+    }
+    failed |= put_count(steps, "stride", stride);
+    failed |= put_count(steps, "count", run->record_count ? run->records[run->record_count - 1].step : 0);
+    failed |= put_count(steps, "nonfinite", totals.nonfinite) | put_count(steps, "clamped", totals.clamped);
+    failed |= put_count(steps, "floored", totals.floored) | put_count(steps, "epochs", totals.epochs);
+    failed |= put(steps, "first_psnr", vw_json_real(totals.first_db)) | put(steps, "last_psnr", vw_json_real(totals.last_db));
+    return failed;
+}
+
+// ---- The matrix -----------------------------------------------------------------------------------------------------------
+
+// By its place in `images`; null for one that they lack.
+static json_t *image_place(const struct vw_report_run *run, uint32_t image_id) {
+    const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, image_id);
+    return image ? json_integer(image - run->images) : json_null();
+}
+
+static int put_rows(const struct vw_matrix *matrix, const double *values, const char *key, json_t *object) {
+    json_t *rows = json_array();
+    int failed = put(object, key, rows);
+    for (uint32_t photo = 0; photo < matrix->photo_count; photo++) {
+        json_t *row = json_array();
+        failed |= json_array_append_new(rows, row);
+        for (uint32_t view = 0; view < matrix->view_count; view++)
+            failed |= json_array_append_new(row, vw_json_real(values[(size_t)photo * matrix->view_count + view]));
+    }
+    return failed;
+}
+
+static int put_matrix(const struct vw_report_run *run, json_t *object) {
+    const struct vw_matrix *matrix = run->matrix;
+    if (!matrix || !matrix->view_count || !matrix->visit_count) return put(object, "matrix", json_null());
+    json_t *columns = json_object();
+    int failed = put(object, "matrix", columns);
+    failed |= put_rows(matrix, matrix->psnr, "psnr", columns) | put_rows(matrix, matrix->l1, "l1", columns);
+    for (uint32_t i = 0; i < matrix->photo_count; i++) {
+        failed |= add(columns, "photo", image_place(run, matrix->photos[i]));
+        failed |= add(columns, "stderr", vw_json_real(run->standard_errors[i]));
+    }
+    for (uint32_t i = 0; i < matrix->view_count; i++) {
+        const struct vw_view_evidence *view = &run->views[i];
+        failed |= add(columns, "view", image_place(run, matrix->views[i]));
+        failed |= add(columns, "end_psnr", vw_json_real(view->end_psnr));
+        failed |= add(columns, "agreement", vw_json_real(view->agreement));
+        failed |= add(columns, "without", vw_json_real(view->without));
+        failed |= add(columns, "disagrees", json_boolean(view->disagrees));
+        failed |= add(columns, "stays_low", json_boolean(view->stays_low));
+    }
+    return failed;
+}
+
+// ---- The page -------------------------------------------------------------------------------------------------------------
+
+static int put_row(const struct vw_report_run *run, json_t *object) {
+    const struct vw_ledger_run *row = run->row;
+    json_t *fields = json_object();
+    int failed = put(object, "run", fields) | put_text(object, "label", run->label);
+    const struct {
+        const char *key, *text;
+    } texts[] = {
+        {"run_id", row->run_id},
+        {"scene", row->scene_path},
+        {"scene_hash", row->scene_hash},
+        {"subset_hash", row->subset_hash},
+        {"device", row->device},
+        {"driver", row->driver},
+        {"shader_hash", row->shader_hash},
+        {"version", row->version},
+        {"started_utc", row->started_utc},
+        {"status", row->status},
+        {"finished_utc", row->finished_utc},
+        {"head", run->head},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) failed |= put_text(fields, texts[i].key, texts[i].text);
+    return failed | put(fields, "seed", json_integer(row->seed));
+}
+
+static enum vw_status put_parsed(const char *text, const char *label, const char *what, json_t *object, const char *key) {
+    json_error_t error;
+    json_t *value = json_loads(text ? text : "null", JSON_DECODE_ANY, &error);
+    if (!value) return vw_fail(VW_ERROR_INPUT, "%s: %s: line %d: %s", label, what, error.line, error.text);
+    return put(object, key, value) ? out_of_memory() : VW_OK;
+}
+
+static enum vw_status add_run(const struct vw_report_page *page, uint32_t place, json_t *sets, json_t *runs) {
+    const struct vw_report_run *run = &page->runs[place];
+    json_t *object = json_object();
+    if (json_array_append_new(runs, object)) return out_of_memory();
+    int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
+    failed |= put_steps(run, object) | put_matrix(run, object);
+    enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
+    if (!status) status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
+    if (!status) status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
+    if (!status)
+        status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object, "scene_options");
+    return status;
+}
+
+static enum vw_status add_document(const struct vw_report_document *document, json_t *documents) {
+    json_t *object = json_object(), *pictures = json_object();
+    int failed = json_array_append_new(documents, object) | put(object, "pictures", pictures);
+    failed |= put_text(object, "kind", document->kind) | put_text(object, "label", document->label);
+    failed |= put_text(object, "file", document->file);
+    for (uint32_t i = 0; i < document->picture_count; i++)
+        failed |= put(pictures, document->picture_files[i], picture_to_json(&document->pictures[i], "image/png"));
+    if (failed) return out_of_memory();
+    return put_parsed(document->json, document->label, document->file, object, "content");
+}
+
+enum vw_status vw_html_data_make(const struct vw_report_page *page, json_t **data) {
+    json_t *root = json_object(), *sets = json_array(), *runs = json_array(), *documents = json_array();
+    int failed = put(root, "thumbnail_sets", sets) | put(root, "runs", runs) | put(root, "documents", documents);
+    failed |= put_text(root, "version", page->version) | put_text(root, "default_method", page->default_method);
+    enum vw_status status = failed ? out_of_memory() : put_parsed(page->methods_json, "report", "the methods", root, "methods");
+    for (uint32_t i = 0; !status && i < page->run_count; i++) status = add_run(page, i, sets, runs);
+    for (uint32_t i = 0; !status && i < page->document_count; i++) status = add_document(&page->documents[i], documents);
+    if (status) json_decref(root);
+    else *data = root;
+    return status;
+}

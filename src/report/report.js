@@ -1,0 +1,382 @@
+'use strict';
+// The report: its data, what is chosen on the page, and its sections, from top to bottom.
+
+const data = JSON.parse(byId('data').textContent);
+const runs = data.runs;
+const chosen = {run: 0, method: '', split: 'train', provider: '*', text: '', pair: 0, measure: 'psnr'};
+
+const run = () => runs[chosen.run];
+const scoresOf = one => one.scores[chosen.method];
+const unitOf = one => (scoresOf(one) || {unit: ''}).unit;
+const shortUnit = unit => unit === 'mean absolute error' ? 'MAE' : unit;
+
+// Runs of one scene show the same photos, so that their scores can stand side by side.
+const siblings = () => runs.filter(other => other.run.scene_hash === run().run.scene_hash);
+
+function nameOfRun(one) {
+  const alike = runs.filter(other => other.run.seed === one.run.seed).length > 1;
+  return alike ? one.label : 'seed ' + one.run.seed;
+}
+
+function nameOfScene(path) { return path.replace(/\/+$/, '').split('/').pop() || path; }
+
+function thumbnailOf(one, image) {
+  const uri = one.thumbnails === null ? null : data.thumbnail_sets[one.thumbnails][image];
+  return uri ? element('img', {src: uri, alt: '', loading: 'lazy', decoding: 'async'}) : null;
+}
+
+// A photo with its name and what is known of it, for a cell.
+function photoCell(one, image, more = []) {
+  const {name} = one.images;
+  const lines = more.filter(Boolean).map(text => element('small', {}, text));
+  return element('div', {class: 'photo'}, thumbnailOf(one, image), element('div', {}, name[image], ...lines));
+}
+
+// ---- Rows of photos -----------------------------------------------------------------------------------------------------
+
+// Every photo of the run with its score by the chosen method, most valuable first. Rank 1 is the most valuable; ties go by name.
+function photoRows(one) {
+  const {name, split, provider, truth} = one.images, scores = scoresOf(one);
+  const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image], truth: truth[image],
+    value: NaN, low: NaN, high: NaN, rank: NaN}));
+  if (!scores) return rows;
+  scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], low: scores.low[i], high: scores.high[i],
+    visits: scores.visits[i], rankLow: scores.rank_low[i], rankHigh: scores.rank_high[i]}));
+  const ranked = rows.filter(row => known(row.value)).sort((a, b) => b.value - a.value || (a.name < b.name ? -1 : 1));
+  ranked.forEach((row, i) => { row.rank = i + 1; });
+  return ranked.concat(rows.filter(row => !known(row.value)));
+}
+
+function valuesByName(one) {
+  const scores = scoresOf(one), values = new Map();
+  if (scores) scores.image.forEach((image, i) => values.set(one.images.name[image], scores.value[i]));
+  return values;
+}
+
+// ---- Overview -----------------------------------------------------------------------------------------------------------
+
+function duration(started, finished) {
+  const seconds = Math.round((Date.parse(finished) - Date.parse(started)) / 1000);
+  if (!Number.isFinite(seconds) || seconds < 0) return '–';
+  const parts = [[Math.floor(seconds / 3600), 'h'], [Math.floor(seconds / 60) % 60, 'min'], [seconds % 60, 's']];
+  const first = parts.findIndex(([count]) => count > 0);
+  return first < 0 ? 'under 1 s' : parts.slice(first, first + 2).filter(([count]) => count > 0).map(part => part.join(' ')).join(' ');
+}
+
+function moment(utc) { return utc ? utc.replace('T', ' ').replace('Z', ' UTC') : '–'; }
+
+function fillTitle() {
+  const comparison = data.documents.find(one => one.kind === 'compare');
+  const scenes = [...new Set(runs.map(one => nameOfScene(one.run.scene)).concat(comparison ? nameOfScene(comparison.content.scene) : []))];
+  const title = scenes.length ? scenes.join(', ') : 'viewworth report';
+  document.title = title + ' – viewworth';
+  byId('title').textContent = title;
+  byId('version').textContent = data.version;
+  if (!runs.length) return;
+  const counts = ['train', 'val', 'test'].map(split => run().images.split.filter(one => one === split).length);
+  byId('subtitle').textContent = counts[0] + ' photos to train on, ' + counts[1] + ' to validate, ' + counts[2] + ' kept for tests · ' +
+    (runs.length > 1 ? plural(runs.length, 'run') + ' · ' : '') + run().run.device + ' · ' + moment(run().run.finished_utc);
+}
+
+function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }
+
+function fillTiles() {
+  const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
+  const bounded = scored.some(row => known(row.low));
+  const surely = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them surely' : text;
+  const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
+  if (scored.length) {
+    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), surely('photos help', row => row.low > 0)),
+      tile(String(scored.filter(row => row.value < 0).length), surely('photos harm', row => row.high < 0)));
+  }
+  tiles.push(tile(grouped(steps.count), 'steps in ' + plural(steps.epochs, 'epoch')),
+    tile(duration(one.run.started_utc, one.run.finished_utc), 'from the first step to the end'));
+  byId('tiles').replaceChildren(...tiles);
+}
+
+function warningsOf(one) {
+  const {steps, matrix, images} = one, warnings = [], at = runs.length > 1 ? nameOfRun(one) + ': ' : '';
+  const warn = text => warnings.push(at + text);
+  if (one.run.status !== 'finished') warn('the run is ' + one.run.status + ': its scores are of the steps so far.');
+  if (!Object.keys(one.scores).length) warn('there are no scores: no step counts after burn-in, or nothing was validated.');
+  if (steps.nonfinite) warn(plural(steps.nonfinite, 'step') + ' of ' + grouped(steps.count) + ' were not finite and carry no value.');
+  if (steps.clamped) warn(plural(steps.clamped, 'step') + ' had gradients beyond the fixed-point range, which were clamped.');
+  if (steps.floored) warn('in ' + plural(steps.floored, 'step') + ' a validation photo was matched beyond 100 dB, where PSNR is cut.');
+  (matrix ? matrix.view : []).forEach((image, i) => {
+    if (matrix.disagrees[i]) warn('validation photo ' + images.name[image] + ' looks spoiled: it ranks the photos as no other does.');
+    if (matrix.stays_low[i]) warn('validation photo ' + images.name[image] + ' looks spoiled: its PSNR stays far below the others’.');
+  });
+  return warnings;
+}
+
+function fillWarnings() {
+  const warnings = runs.flatMap(warningsOf);
+  if (data.documents.some(one => one.file === 'duplicates.csv'))
+    warnings.push('some photos show nearly the same: see near-duplicates before paying for them.');
+  byId('warnings').replaceChildren(...warnings.map(text => element('li', {}, text)));
+  byId('warnings').hidden = !warnings.length;
+}
+
+// ---- Run and method -----------------------------------------------------------------------------------------------------
+
+function methodsOf(one) { return data.methods.filter(method => one.scores[method.name]); }
+
+function fillControls() {
+  const method = data.methods.find(one => one.name === chosen.method);
+  const boxes = [];
+  if (runs.length > 1)
+    boxes.push(selectBox('choose-run', 'Run', runs.map((one, i) => [i, nameOfRun(one)]), chosen.run, value => chooseRun(Number(value))));
+  if (method) {
+    const entries = methodsOf(run()).map(one => [one.name, one.name + ' (' + one.unit + ')']);
+    boxes.push(selectBox('choose-method', 'Method', entries, chosen.method, value => { chosen.method = value; fillScored(); }));
+    boxes.push(element('p', {class: 'formula quiet', id: 'formula'}, chosen.method + ': ' + method.formula +
+      (/\bd\b/.test(method.formula) ? ', where d is what a step on the photo changed' : '')));
+  }
+  byId('controls').replaceChildren(...boxes);
+  byId('controls').hidden = !boxes.length;
+}
+
+// The method stays, where the run has scores by it.
+function chooseRun(place) {
+  const methods = methodsOf(runs[place]).map(method => method.name);
+  Object.assign(chosen, {run: place, provider: '*', text: ''});
+  if (!methods.includes(chosen.method)) chosen.method = methods.includes(data.default_method) ? data.default_method : methods[0] || '';
+  fillRun();
+}
+
+// ---- Ranking ------------------------------------------------------------------------------------------------------------
+
+let ranking = null;
+
+function rankingColumns(rows) {
+  const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
+  const others = siblings().filter(one => one !== run() && scoresOf(one)).slice(0, 4);
+  const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
+  const interval = row => known(row.low) ? signed(row.low, decimals) + ' to ' + signed(row.high, decimals) : '–';
+  const columns = [
+    {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = most valuable'},
+    {title: 'Photo', key: row => row.name, class: 'long',
+      cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider,
+        row.truth && (row.truth === 'clean' ? 'clean' : 'spoiled on purpose: ' + row.truth)])},
+    {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true, hint: 'positive helps (' + unit + ')',
+      cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, signed(row.value, decimals))},
+    {title: '95 % interval', key: row => row.low, descending: true, hint: 'of the score over seeds; sorts by its lower end',
+      cell: bar, class: 'wide'},
+    {title: 'from, to', cell: interval, number: true, class: others.length > 2 ? 'wide screen' : 'wide'},
+    {title: 'Rank interval', key: row => row.rankLow, number: true, hint: '95 % interval of the rank', class: 'wide',
+      cell: row => row.rankLow ? row.rankLow + '–' + row.rankHigh : '–'},
+    {title: 'Visits', key: row => row.visits, number: true, hint: 'steps that count into the score', class: 'wide screen',
+      cell: row => row.visits ?? '–'},
+    {title: 'Split', key: row => row.split, cell: row => row.split, class: 'wide screen'},
+  ];
+  for (const other of others) {
+    const values = valuesByName(other);
+    columns.splice(columns.length - 2, 0, {title: nameOfRun(other), number: true, class: 'wide', descending: true,
+      hint: 'score in ' + other.label, key: row => values.get(row.name) ?? NaN, cell: row => signed(values.get(row.name), decimals)});
+  }
+  return columns;
+}
+
+function fillRankingFilters() {
+  const {split, provider} = run().images, count = (list, value) => list.filter(one => one === value).length;
+  const splits = ['train', 'val', 'test', 'excluded'].filter(name => count(split, name));
+  const names = [...new Set(provider)].sort(collator.compare);
+  const choose = what => value => { chosen[what] = value; filterRanking(); };
+  const ofSplit = [['*', 'all (' + split.length + ')'], ...splits.map(name => [name, name + ' (' + count(split, name) + ')'])];
+  const ofProvider = [['*', 'all'], ...names.map(name => ['=' + name, (name || 'without provider') + ' (' + count(provider, name) + ')'])];
+  const boxes = [selectBox('choose-split', 'Split', ofSplit, chosen.split, choose('split'))];
+  if (names.some(Boolean)) boxes.push(selectBox('choose-provider', 'Provider', ofProvider, chosen.provider, choose('provider')));
+  boxes.push(searchBox('choose-name', 'Name, provider or defect', choose('text')));
+  byId('ranking-filters').replaceChildren(...boxes);
+}
+
+function passes(row) {
+  const text = [row.name, row.provider, row.truth].join(' ').toLowerCase();
+  return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
+    text.includes(chosen.text.toLowerCase());
+}
+
+function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }
+
+function fillRanking() {
+  const rows = photoRows(run()), columns = rankingColumns(rows);
+  if (ranking) printable.splice(printable.indexOf(ranking.table), 1);
+  ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
+  const sampled = rows.some(row => known(row.low)) ? ' Bars are 95 % intervals over seeds; dots help, squares harm.' : '';
+  byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '. Positive helps.' + sampled : '';
+  filterRanking();
+  show('ranking');
+}
+
+// ---- Distribution -------------------------------------------------------------------------------------------------------
+
+// The least of 1, 2 and 5 times a power of ten that is not below.
+function roundUp(width) {
+  const power = 10 ** Math.floor(Math.log10(width));
+  return power * [1, 2, 5, 10].find(factor => factor * power >= width * (1 - 1e-9));
+}
+
+// Bins of equal width, one of which begins at zero.
+function binsOf(values) {
+  const low = Math.min(...values, 0), high = Math.max(...values, 0);
+  const wanted = Math.min(40, Math.max(10, Math.ceil(2 * Math.sqrt(values.length))));
+  const width = high > low ? roundUp((high - low) / wanted) : 1, first = Math.floor(low / width), bins = [];
+  for (let place = first; place <= Math.floor(high / width); place++) bins.push({from: place * width, to: (place + 1) * width, count: 0});
+  for (const value of values) bins[Math.min(bins.length - 1, Math.floor(value / width) - first)].count++;
+  return {bins, decimals: Math.max(0, -Math.floor(Math.log10(width) + 1e-9))};
+}
+
+// Harm is hatched, so that it is told apart in grey as well.
+function hatched(name) {
+  const tile = document.createElement('canvas'), pen = tile.getContext('2d');
+  tile.width = tile.height = 8;
+  pen.fillStyle = colour(name);
+  pen.fillRect(0, 0, 8, 8);
+  pen.strokeStyle = colour('page');
+  pen.lineWidth = 1.6;
+  for (const shift of [-8, 0, 8]) { pen.moveTo(shift, 8); pen.lineTo(shift + 8, 0); }
+  pen.stroke();
+  return pen.createPattern(tile, 'repeat');
+}
+
+function fillDistribution() {
+  const scores = scoresOf(run()), values = scores ? scores.value.filter(known) : [];
+  byId('distribution').hidden = !values.length;
+  if (!values.length) return;
+  const {bins, decimals: digits} = binsOf(values), decimals = decimalsFor(values), unit = unitOf(run());
+  const range = bin => signed(bin.from, digits) + ' to ' + signed(bin.to, digits);
+  const counts = harm => bins.map(bin => bin.from < 0 === harm ? bin.count : null);
+  const ordered = [...values].sort((a, b) => a - b), middle = ordered.length / 2;
+  const median = (ordered[Math.ceil(middle) - 1] + ordered[Math.floor(middle)]) / 2;
+  drawChart('distribution-chart', {
+    label: 'Histogram of scores',
+    caption: plural(values.length, 'photo') + ': median ' + signed(median, decimals) + ', mean ' + signed(mean(values), decimals) +
+      ', from ' + signed(ordered[0], decimals) + ' to ' + signed(ordered[ordered.length - 1], decimals) + ' ' + unit,
+    behind: tableBehind('Table of the bins', ['score, ' + unit, 'photos'], () => bins.map(bin => [range(bin), bin.count]), [1]),
+    config: () => ({type: 'bar', data: {labels: bins.map(bin => signed(bin.from, digits)), datasets: [
+      {label: 'harms', data: counts(true), backgroundColor: hatched('harms'), borderColor: colour('harms'), borderWidth: 1},
+      {label: 'helps', data: counts(false), backgroundColor: colour('helps'), borderColor: colour('helps'), borderWidth: 1}]},
+    options: {datasets: {bar: {barPercentage: 1, categoryPercentage: .96, grouped: false}},
+      scales: {x: axis(chosen.method + ', ' + unit + ' (lower end of the bin)'), y: axis('photos', {beginAtZero: true,
+        ticks: {precision: 0, color: colour('quiet')}})},
+      plugins: {tooltip: {callbacks: {title: items => range(bins[items[0].dataIndex]) + ' ' + unit,
+        label: item => plural(item.raw, 'photo')}}}}}),
+  });
+}
+
+// ---- Training -----------------------------------------------------------------------------------------------------------
+
+function fillTraining() {
+  const shown = runs.filter(one => one.steps.psnr && one.steps.psnr.some(known));
+  if (!shown.length) return;
+  show('training');
+  const points = one => one.steps.step.map((step, i) => ({x: step, y: one.steps.psnr[i]})).filter(point => known(point.y));
+  const rows = () => shown.flatMap(one => one.steps.step.map((step, i) => [nameOfRun(one), grouped(step), one.steps.epoch[i] + 1,
+    fixed(one.steps.psnr[i], 3), fixed(one.steps.l1[i], 5)]));
+  const stride = Math.max(...shown.map(one => one.steps.stride)), last = Math.max(...shown.map(one => one.steps.count));
+  drawChart('training-chart', {
+    label: 'Validation PSNR over steps',
+    caption: stride > 1 ? 'Every ' + stride + 'th step is shown; the ledger has all.' : 'Every step is shown.',
+    behind: tableBehind('Table of the steps shown', ['run', 'step', 'epoch', 'validation PSNR, dB', 'mean absolute error'], rows,
+      [1, 2, 3, 4]),
+    config: () => ({type: 'line', data: {datasets: shown.map((one, i) => ({label: nameOfRun(one), data: points(one), borderWidth: 1.8,
+      borderColor: PALETTE[i % PALETTE.length], borderDash: DASHES[i % DASHES.length],
+      pointRadius: 0, pointHitRadius: 6}))},
+    options: {parsing: false, interaction: {mode: 'nearest', axis: 'x', intersect: false},
+      scales: {x: axis('step', {type: 'linear', min: 0, max: last}), y: axis('validation PSNR, dB')},
+      plugins: {legend: {display: shown.length > 1, labels: legendLabels({usePointStyle: false, boxWidth: 30, boxHeight: 0})},
+        tooltip: {callbacks: {title: items => 'step ' + grouped(items[0].parsed.x),
+        label: item => item.dataset.label + ': ' + fixed(item.parsed.y, 3) + ' dB'}}}}}),
+  });
+}
+
+// ---- Agreement of runs --------------------------------------------------------------------------------------------------
+
+function pairsOf(list) { return list.flatMap((a, i) => list.slice(i + 1).map(b => [a, b])); }
+
+// The photos that both runs have scored by the chosen method.
+function pointsOf([a, b]) {
+  const inB = valuesByName(b), truths = new Map(a.images.name.map((name, i) => [name, a.images.truth[i]]));
+  return [...valuesByName(a)].filter(([name]) => inB.has(name))
+    .map(([name, value]) => ({x: value, y: inB.get(name), name, spoiled: Boolean(truths.get(name)) && truths.get(name) !== 'clean'}));
+}
+
+function agreementOf(points) {
+  const a = points.map(point => point.x), b = points.map(point => point.y);
+  return {r: pearson(a, b), rho: spearman(a, b)};
+}
+
+function drawScatter([a, b]) {
+  const points = pointsOf([a, b]), {r, rho} = agreementOf(points), ends = points.flatMap(point => [point.x, point.y]).filter(known);
+  const line = [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end})), decimals = decimalsFor(ends);
+  const kinds = [['photos', false, 'circle', 'helps'], ['spoiled on purpose', true, 'crossRot', 'harms']];
+  drawChart('agreement-chart', {
+    square: true,
+    label: 'Scores of one run against those of another',
+    caption: 'r = ' + fixed(r, 3) + ' (Pearson), rho = ' + fixed(rho, 3) + ' (Spearman), ' + plural(points.length, 'photo') + ', by ' +
+      chosen.method,
+    behind: tableBehind('Table of the points', ['photo', nameOfRun(a), nameOfRun(b)],
+      () => points.map(point => [point.name, signed(point.x, decimals), signed(point.y, decimals)]), [1, 2]),
+    config: () => ({type: 'scatter', data: {datasets: [
+      ...kinds.map(([label, spoiled, pointStyle, name]) => ({label, data: points.filter(point => point.spoiled === spoiled), pointStyle,
+        radius: 4.5, borderWidth: spoiled ? 2 : 1, borderColor: colour(name), backgroundColor: colour(name) + '99'}))
+        .filter(set => set.data.length),
+      {label: 'equal scores', type: 'line', data: line, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1, pointRadius: 0,
+        pointStyle: 'line'}]},
+    options: {scales: {x: axis(nameOfRun(a) + ', ' + unitOf(a), {grace: '6%'}), y: axis(nameOfRun(b) + ', ' + unitOf(b), {grace: '6%'})},
+      plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {
+        filter: item => item.dataset.type !== 'line',
+        callbacks: {label: ({raw}) => raw.name + ': ' + signed(raw.x, decimals) + ', ' + signed(raw.y, decimals)}}}}}),
+  });
+}
+
+function fillAgreement() {
+  const pairs = pairsOf(siblings().filter(scoresOf));
+  byId('agreement').hidden = !pairs.length;
+  if (!pairs.length) return;
+  const nameOfPair = ([a, b]) => nameOfRun(a) + ' and ' + nameOfRun(b);
+  chosen.pair = Math.min(chosen.pair, pairs.length - 1);
+  const choose = value => { chosen.pair = Number(value); drawScatter(pairs[chosen.pair]); };
+  const entries = pairs.map((pair, i) => [i, nameOfPair(pair)]);
+  byId('agreement-filters').replaceChildren(...pairs.length > 1 ? [selectBox('choose-pair', 'Runs', entries, chosen.pair, choose)] : []);
+  drawScatter(pairs[chosen.pair]);
+  const all = pairs.map(pair => agreementOf(pointsOf(pair)));
+  const rows = pairs.map((pair, i) => [nameOfPair(pair), fixed(all[i].r, 3), fixed(all[i].rho, 3)]);
+  if (pairs.length > 1) rows.push(['mean', fixed(mean(all.map(one => one.r)), 3), fixed(mean(all.map(one => one.rho)), 3)]);
+  byId('agreement-table').replaceChildren(plainTable(['runs', 'Pearson r', 'Spearman rho'], rows, [1, 2]));
+}
+
+// ---- All of it ----------------------------------------------------------------------------------------------------------
+
+// What hangs on the method, on the run, and on neither.
+function fillScored() {
+  fillControls();
+  fillTiles();
+  fillRanking();
+  fillDistribution();
+  fillAgreement();
+  fillProviders();
+}
+
+function fillRun() {
+  fillTitle();
+  fillRankingFilters();
+  fillScored();
+  fillMatrix();
+  fillEffects();
+}
+
+function fill() {
+  fillTitle();
+  if (runs.length) {
+    show('overview');
+    show('reading');
+    chooseRun(0);
+    fillTraining();
+    fillRuns();
+  }
+  fillWarnings();
+  fillDuplicates();
+  fillComparisons();
+  fillBenchmarks();
+}

@@ -1,0 +1,311 @@
+'use strict';
+// The sections of the report that are tables: providers, near-duplicates, the matrix, effects, runs, comparisons and benchmarks.
+
+// ---- CSV files of the folder --------------------------------------------------------------------------------------------
+
+// Tables write a text that a spreadsheet would take for a formula behind an apostrophe.
+function plain(text) { return /^'[=+\-@\t\r]/.test(text) ? text.slice(1) : text; }
+
+const number = text => text === '' || text === undefined ? NaN : Number(text);
+
+// The rows of a CSV file as objects by its header.
+function recordsOf({content: {header, rows}}) {
+  return rows.map(row => Object.fromEntries(header.map((name, i) => [name, plain(row[i] ?? '')])));
+}
+
+function tablesNamed(file) { return data.documents.filter(one => one.kind === 'table' && one.file === file); }
+
+// ---- Providers ----------------------------------------------------------------------------------------------------------
+
+let providersTable = null;
+
+function fillProviders() {
+  const table = tablesNamed('providers.csv').find(one => one.label === run().label);
+  const payouts = tablesNamed('payout.csv').find(one => one.label === run().label);
+  byId('providers').hidden = !table;
+  if (!table) return;
+  const rows = recordsOf(table).filter(row => row.method === chosen.method).map(row => ({...row, value: number(row.value),
+    error: number(row.stderr), photos: number(row.photos), rank: number(row.rank)}));
+  for (const row of rows) Object.assign(row, {low: row.value - 1.96 * row.error, high: row.value + 1.96 * row.error});
+  const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
+  const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
+  byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
+    (paid.length ? ' The payout is by ' + paid[0].method + ': in proportion to sums, nothing for a sum that is not positive.' : '');
+  const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
+  const columns = [
+    {title: 'Provider', key: row => row.provider, cell: row => row.provider || 'without provider', class: 'long'},
+    {title: 'Photos', key: row => row.photos, cell: row => row.photos, number: true},
+    {title: 'Sum, ' + shortUnit(unitOf(run())), key: row => row.value, descending: true, number: true,
+      cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, sum(row))},
+    {title: 'Interval', cell: row => intervalBar(row, scale, sum(row)), class: 'wide'},
+    {title: '± standard error', cell: row => fixed(row.error, decimals), number: true, class: 'wide'},
+  ];
+  if (paid.length)
+    columns.push({title: 'Payout', number: true, cell: row => payout(row) ? payout(row).amount : '–'},
+      {title: 'Share', number: true, cell: row => payout(row) ? (100 * number(payout(row).share)).toFixed(1) + ' %' : '–'});
+  if (providersTable) printable.splice(printable.indexOf(providersTable), 1);
+  providersTable = new SortedTable(byId('providers-table'), columns, {sort: null});
+  providersTable.setRows(rows);
+}
+
+// ---- Near-duplicates ----------------------------------------------------------------------------------------------------
+
+function fillDuplicates() {
+  const tables = tablesNamed('duplicates.csv');
+  if (!tables.length) return;
+  show('duplicates');
+  const rows = tables.flatMap(table => recordsOf(table).map(row => ({...row, one: runs.find(one => one.label === table.label)})));
+  const decimals = decimalsFor(rows.map(row => number(row.value)));
+  const imageOf = row => row.one ? row.one.images.name.indexOf(row.name) : -1;
+  const table = new SortedTable(byId('duplicates-table'), [
+    {title: 'Group', key: row => number(row.group), cell: row => number(row.group) + 1, number: true},
+    {title: 'Photo', key: row => row.name, class: 'long', cell: row => imageOf(row) < 0 ? row.name : photoCell(row.one, imageOf(row))},
+    {title: 'Provider', key: row => row.provider, cell: row => row.provider || '–', class: 'long'},
+    {title: 'Split', key: row => row.split, cell: row => row.split},
+    {title: 'Similarity', key: row => number(row.similarity), cell: row => fixed(number(row.similarity), 4), number: true, class: 'wide'},
+    {title: 'Score', key: row => number(row.value), cell: row => signed(number(row.value), decimals), number: true,
+      hint: rows[0] && rows[0].method},
+    {title: 'Group’s score', cell: row => signed(number(row.group_value), decimals), number: true, class: 'wide'},
+  ]);
+  table.setRows(rows);
+}
+
+// ---- The matrix ---------------------------------------------------------------------------------------------------------
+
+const HELPS_RGB = [0, 114, 178], HARMS_RGB = [213, 94, 0];
+
+// From white to full colour; the text stays legible on either.
+function heatCell(value, largest, text, hint) {
+  const cell = element('td', {class: 'number', title: hint}, text);
+  const strength = known(value) ? Math.min(1, Math.abs(value) / largest) : 0, full = value < 0 ? HARMS_RGB : HELPS_RGB;
+  const rgb = full.map(part => Math.round(255 + (part - 255) * strength));
+  cell.style.backgroundColor = 'rgb(' + rgb.join(',') + ')';
+  cell.style.color = .3 * rgb[0] + .59 * rgb[1] + .11 * rgb[2] < 130 ? '#ffffff' : '#1b1f24';
+  return cell;
+}
+
+// Most cells would be white beside one outlier: full colour stands at the 98th percentile.
+function fullColour(values) {
+  const sizes = values.flat().filter(known).map(Math.abs).sort((a, b) => a - b);
+  return sizes.length ? sizes[Math.floor(.98 * (sizes.length - 1))] || sizes[sizes.length - 1] || 1 : 1;
+}
+
+let matrixTables = [];
+
+function matrixColumns(one, rows, unit) {
+  const {matrix, images} = one, values = matrix[chosen.measure], largest = fullColour(values), decimals = decimalsFor([largest]);
+  return [
+    {title: 'Photo', key: row => images.name[matrix.photo[row]], class: 'photo-name',
+      cell: row => photoCell(one, matrix.photo[row])},
+    {title: 'Mean', key: row => mean(values[row].filter(known)), descending: true, number: true, hint: 'over the validation photos',
+      cell: row => signed(mean(values[row].filter(known)), decimals)},
+    ...matrix.view.map((view, place) => ({title: images.name[view], key: row => values[row][place], descending: true, class: 'view',
+      hint: 'validation photo ' + images.name[view] + ', ends at ' + fixed(matrix.end_psnr[place], 2) + ' dB; sort by it',
+      cell: row => heatCell(values[row][place], largest, signed(values[row][place], decimals), images.name[matrix.photo[row]] + ' for ' +
+        images.name[view] + ': ' + signed(values[row][place], decimals + 2) + ' ' + unit)})),
+  ];
+}
+
+function fillMatrix() {
+  const one = run(), {matrix} = one;
+  byId('matrix').hidden = !matrix;
+  for (const table of matrixTables) printable.splice(printable.indexOf(table), 1);
+  matrixTables = [];
+  if (!matrix) return;
+  const unit = chosen.measure === 'psnr' ? 'dB' : 'mean absolute error removed';
+  byId('matrix-note').textContent = 'A row per photo, a column per validation photo: what the photo’s steps changed there, in ' + unit +
+    '. Blue and positive helps, orange and negative harms; full colour from ±' + short(fullColour(matrix[chosen.measure])) + ' on.';
+  const measures = [['psnr', 'PSNR, dB'], ['l1', 'mean absolute error removed']];
+  byId('matrix-filters').replaceChildren(selectBox('choose-measure', 'Measure', measures, chosen.measure,
+    value => { chosen.measure = value; fillMatrix(); }));
+  const rows = matrix.photo.map((_, row) => row);
+  const heat = new SortedTable(byId('matrix-table'), matrixColumns(one, rows, unit), {sort: 1, descending: true, heat: true});
+  heat.setRows(rows);
+  matrixTables = [heat, viewsTable(one)];
+}
+
+function viewsTable(one) {
+  const {matrix, images} = one;
+  const verdict = i => [matrix.disagrees[i] && 'ranks as no other does', matrix.stays_low[i] && 'stays far below the others']
+    .filter(Boolean);
+  const table = new SortedTable(byId('views-table'), [
+    {title: 'Validation photo', key: i => images.name[matrix.view[i]], class: 'long', cell: i => photoCell(one, matrix.view[i])},
+    {title: 'PSNR at the end, dB', key: i => matrix.end_psnr[i], cell: i => fixed(matrix.end_psnr[i], 2), number: true},
+    {title: 'Agreement', key: i => matrix.agreement[i], cell: i => fixed(matrix.agreement[i], 2), number: true,
+      hint: 'Spearman’s correlation of its column with the mean of the others'},
+    {title: 'Ranking without it', key: i => matrix.without[i], cell: i => fixed(matrix.without[i], 3), number: true,
+      hint: 'Spearman’s correlation of the ranking without it to the one with it', class: 'wide'},
+    {title: 'Looks spoiled', key: i => verdict(i).length, descending: true, cell: i => verdict(i).join('; ') || 'no'},
+  ], {pageRows: 25});
+  table.setRows(matrix.view.map((_, i) => i));
+  return table;
+}
+
+// ---- Effects and runs ---------------------------------------------------------------------------------------------------
+
+function fillEffects() {
+  const effects = Array.isArray(run().effects) ? run().effects : [];
+  byId('effects').hidden = !effects.length;
+  const word = flag => flag ? 'yes' : 'no';
+  const rows = effects.map(one => [one.name, word(one.on), word(one.called_for), short(one.evidence), short(one.threshold),
+    element('td', {class: 'long'}, one.meaning || '')]);
+  const header = ['effect', 'simulated', 'called for', 'evidence', 'threshold', 'which is'];
+  byId('effects-table').replaceChildren(plainTable(header, rows, [3, 4]));
+}
+
+function textOf(value) { return value !== null && typeof value === 'object' ? JSON.stringify(value) : String(value ?? '–'); }
+
+function fillRuns() {
+  show('runs');
+  const facts = [
+    ['folder', one => one.label], ['scene', one => one.run.scene], ['status', one => one.run.status], ['seed', one => one.run.seed],
+    ['started', one => moment(one.run.started_utc)], ['ended', one => moment(one.run.finished_utc)],
+    ['took', one => duration(one.run.started_utc, one.run.finished_utc)], ['steps', one => grouped(one.steps.count)],
+    ['validation PSNR at the end', one => fixed(one.steps.last_psnr, 3) + ' dB'], ['device', one => one.run.device],
+    ['driver', one => one.run.driver], ['viewworth', one => one.run.version], ['run_id', one => one.run.run_id],
+    ['hash of the scene', one => one.run.scene_hash], ['hash of the photos trained on', one => one.run.subset_hash],
+    ['hash of the shaders', one => one.run.shader_hash], ['head of the ledger', one => one.run.head],
+  ];
+  const row = ([title, value]) => [element('th', {scope: 'row'}, title), ...runs.map(one =>
+    element('td', {class: /hash|run_id|head/.test(title) ? 'hash' : 'long'}, value(one)))];
+  byId('runs-table').replaceChildren(plainTable(['', ...runs.map(nameOfRun)], facts.map(row)));
+  const keys = list => [...new Set(list.flatMap(one => Object.keys(one || {})))].sort();
+  const options = keys(runs.map(one => one.scene_options)).map(key => ['scene option ' + key, one => textOf(one.scene_options[key])]);
+  const settings = keys(runs.map(one => one.config)).map(key => [key, one => textOf(one.config[key])]);
+  byId('config-table').replaceChildren(tableBehind('Configuration', ['setting', ...runs.map(nameOfRun)],
+    () => [...settings, ...options].map(row), []));
+}
+
+// ---- Comparisons --------------------------------------------------------------------------------------------------------
+
+const MEASURES = [['psnr', 'PSNR, dB', 2], ['ssim', 'SSIM', 4], ['l1', 'L1', 5]];
+const measureName = name => {
+  const [split, measure] = name.split('_'), known = MEASURES.find(one => one[0] === measure);
+  return (split === 'val' ? 'validation' : split) + ' ' + (known ? known[1] : measure);
+};
+const measureDigits = name => (MEASURES.find(one => one[0] === name.split('_')[1]) || [0, 0, 4])[2];
+
+function listsTable(compare) {
+  const names = ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure))
+    .filter(name => compare.lists.some(list => known((list.mean || {})[name])));
+  const value = (list, kind, name) => fixed((list[kind] || {})[name], measureDigits(name));
+  const cell = (list, name) => known((list.mean || {})[name]) ? value(list, 'mean', name) + ' ± ' + value(list, 'stderr', name) : '–';
+  const counts = list => [...new Set((list.outcomes || []).map(one => one.photo_count))].join(' / ');
+  const rows = compare.lists.map(list => [element('td', {class: 'long'}, list.name), counts(list), ...names.map(name => cell(list, name))]);
+  return plainTable(['list', 'photos', ...names.map(measureName)], rows, [1, ...names.map((_, i) => i + 2)]);
+}
+
+// Seeds as points, their mean as a bar.
+function drawLists(id, compare, name) {
+  const lists = compare.lists.filter(list => known((list.mean || {})[name])), digits = measureDigits(name);
+  const pointsOfList = list => list.outcomes.filter(one => known(one[name])).map(one => ({x: list.name, y: one[name], seed: one.seed}));
+  const seeds = lists.flatMap(pointsOfList);
+  const ends = seeds.map(point => point.y), margin = (Math.max(...ends) - Math.min(...ends)) / 4 || .1;
+  if (!lists.length) return;
+  drawChart(id, {
+    label: measureName(name) + ' by list of photos',
+    caption: 'Bars are means over seeds, points the seeds. The axis does not begin at zero.',
+    behind: tableBehind('Table of the points', ['list', 'seed', measureName(name)],
+      () => seeds.map(point => [point.x, point.seed, fixed(point.y, digits)]), [1, 2]),
+    config: () => ({type: 'bar', data: {labels: lists.map(list => list.name), datasets: [
+      {type: 'scatter', label: 'seeds', data: seeds, pointStyle: 'rectRot', radius: 5, backgroundColor: colour('harms'),
+        borderColor: colour('page')},
+      {label: 'mean', data: lists.map(list => list.mean[name]), backgroundColor: colour('helps') + 'aa', borderColor: colour('helps'),
+        borderWidth: 1, maxBarThickness: 70}]},
+    options: {scales: {x: axis('list', {type: 'category'}), y: axis(measureName(name), {min: Math.min(...ends) - margin, grace: '5%'})},
+      plugins: {tooltip: {callbacks: {label: item => (item.raw.seed === undefined ? 'mean' : 'seed ' + item.raw.seed) + ': ' +
+        fixed(item.parsed.y, digits)}}}}}),
+  });
+}
+
+function pairsTable(compare) {
+  const digits = pair => measureDigits(pair.measure), bar = pair => intervalBar({value: pair.difference, low: pair.low, high: pair.high},
+    intervalScale(compare.pairs.filter(one => one.measure === pair.measure).map(one => ({...one, value: one.difference}))),
+    signed(pair.difference, digits(pair)));
+  const place = element('div');
+  const table = new SortedTable(place, [
+    {title: 'List', key: pair => pair.list, cell: pair => pair.list, class: 'long'},
+    {title: 'against', key: pair => pair.against, cell: pair => pair.against, class: 'long'},
+    {title: 'Measure', key: pair => pair.measure, cell: pair => measureName(pair.measure)},
+    {title: 'Difference', key: pair => pair.difference, descending: true, number: true,
+      cell: pair => signed(pair.difference, digits(pair))},
+    {title: '95 % interval', cell: bar, class: 'wide'},
+    {title: 'from, to', number: true, cell: pair => signed(pair.low, digits(pair)) + ' to ' + signed(pair.high, digits(pair))},
+    {title: 'Beyond noise', key: pair => Number(pair.beyond_noise), descending: true, cell: pair => pair.beyond_noise ? 'yes' : 'no'},
+  ], {sort: null});
+  table.setRows(compare.pairs);
+  return place;
+}
+
+function disagreementsTable(compare) {
+  const place = element('div'), one = runs.find(other => other.run.scene_hash === compare.scene_hash);
+  const imageOf = row => one ? one.images.name.indexOf(row.photo) : -1;
+  new SortedTable(place, [
+    {title: 'Photo', key: row => row.photo, class: 'long', cell: row => imageOf(row) < 0 ? row.photo : photoCell(one, imageOf(row))},
+    {title: 'in', key: row => row.in.join(', '), cell: row => row.in.join(', '), class: 'long'},
+    {title: 'not in', key: row => row.not_in.join(', '), cell: row => row.not_in.join(', '), class: 'long'},
+  ]).setRows(compare.disagreements);
+  return place;
+}
+
+function renderFigure(render, pictures) {
+  const uri = pictures[render.file];
+  return element('figure', {}, element('div', {class: 'captions'}, ...(render.columns || []).map(text => element('span', {}, text))),
+    uri ? element('img', {src: uri, alt: 'renders of ' + render.view, loading: 'lazy'}) : null,
+    element('figcaption', {}, render.view + ' (' + render.split + ')'));
+}
+
+function fillComparisons() {
+  data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, label}, place) => {
+    show('comparisons');
+    const id = 'comparison-chart-' + place, parts = (list, make, title) => list && list.length ? [element('h3', {}, title), make()] : [];
+    byId('comparisons').append(
+      element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
+        plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
+        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.'),
+      listsTable(compare), element('div', {id}),
+      ...parts(compare.pairs, () => pairsTable(compare), 'Paired differences'),
+      ...parts(compare.disagreements, () => disagreementsTable(compare), 'Photos on which lists disagree'),
+      ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
+        'Renders side by side'));
+    drawLists(id, compare, compare.lists.some(list => known((list.mean || {}).test_psnr)) ? 'test_psnr' : 'val_psnr');
+  });
+}
+
+// ---- Benchmarks ---------------------------------------------------------------------------------------------------------
+
+// A row per method and a column per judgement of the chosen group: "lds/val_psnr" is val_psnr of lds.
+function benchmarkTable(records, group) {
+  const cells = new Map(), names = [], methods = [];
+  for (const row of records) {
+    const [head, name = ''] = row.judgement.split('/');
+    if (head !== group) continue;
+    if (!names.includes(name)) names.push(name);
+    if (!methods.includes(row.method)) methods.push(row.method);
+    cells.set(row.method + '/' + name, row);
+  }
+  const interval = row => row.low !== '' ? ' (' + signed(number(row.low), 2) + ' to ' + signed(number(row.high), 2) + ')' : '';
+  const place = element('div'), value = cell => cell ? number(cell.value) : NaN;
+  const cellOf = name => method => cells.get(method + '/' + name), text = cell => cell ? short(value(cell)) + interval(cell) : '–';
+  new SortedTable(place, [
+    {title: 'Method', key: method => method, cell: method => method, class: 'long'},
+    ...names.map(name => ({title: name || group, number: true, descending: true, key: method => value(cellOf(name)(method)),
+      cell: method => text(cellOf(name)(method))})),
+  ], {sort: null}).setRows(methods);
+  return place;
+}
+
+function fillBenchmarks() {
+  tablesNamed('benchmark.csv').forEach((table, place) => {
+    const records = recordsOf(table), groups = [...new Set(records.map(row => row.judgement.split('/')[0]))];
+    if (!groups.length) return;
+    show('benchmarks');
+    const target = element('div'), draw = group => target.replaceChildren(benchmarkTable(records, group));
+    const first = groups.includes('lds') ? 'lds' : groups[0], entries = groups.map(name => [name, name]);
+    byId('benchmarks').append(element('p', {class: 'quiet'}, table.label + ': judgements of benchmark.csv; intervals are 95 %.'),
+      element('div', {class: 'filters'}, selectBox('choose-judgement-' + place, 'Judgement', entries, first, draw)), target);
+    draw(first);
+  });
+}
+
+fill();

@@ -1,0 +1,298 @@
+'use strict';
+// What the sections of the report are made of: elements, numbers, sortable tables in pages, and charts with their table behind them.
+// Texts from the data become text nodes and attributes, never markup.
+
+// ---- Elements -----------------------------------------------------------------------------------------------------------
+
+// element('td', {class: 'number', title: '...'}, child, ...): children are nodes or texts.
+function element(tag, attributes, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes || {})) if (value !== undefined && value !== false) node.setAttribute(name, value);
+  for (const child of children) if (child !== null && child !== undefined) node.append(child instanceof Node ? child : String(child));
+  return node;
+}
+
+function svgElement(tag, attributes, ...children) {
+  const node = document.createElementNS('http://www.w3.org/2000/svg', tag); // a name: nothing is loaded
+  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
+  node.append(...children);
+  return node;
+}
+
+function byId(id) { return document.getElementById(id); }
+
+function show(id) { byId(id).hidden = false; }
+
+// A labelled select box; entries are [value, text].
+function selectBox(id, label, entries, chosen, onChange) {
+  const select = element('select', {id}, ...entries.map(([value, text]) => element('option', {value}, text)));
+  select.value = chosen;
+  select.addEventListener('change', () => onChange(select.value));
+  return element('label', {}, label, select);
+}
+
+function searchBox(id, label, onInput) {
+  const input = element('input', {id, type: 'search', autocomplete: 'off'});
+  input.addEventListener('input', () => onInput(input.value));
+  return element('label', {}, label, input);
+}
+
+// ---- Numbers ------------------------------------------------------------------------------------------------------------
+
+const known = value => typeof value === 'number' && Number.isFinite(value);
+
+// Two decimals, or as many as give the largest of the values three digits.
+function decimalsFor(values) {
+  let largest = 0;
+  for (const value of values) if (known(value)) largest = Math.max(largest, Math.abs(value));
+  return largest > 0 ? Math.min(8, Math.max(2, 2 - Math.floor(Math.log10(largest)))) : 2;
+}
+
+function fixed(value, decimals) {
+  if (!known(value)) return '–';
+  const text = Math.abs(value).toFixed(decimals);
+  return value < 0 && Number(text) !== 0 ? '−' + text : text;
+}
+
+function signed(value, decimals) {
+  const text = fixed(value, decimals);
+  return known(value) && value > 0 && Number(text) !== 0 ? '+' + text : text;
+}
+
+function grouped(count) { return String(count).replace(/\B(?=(\d{3})+(?!\d))/g, '\u202f'); }
+
+function short(value) { return known(value) ? String(Number(value.toPrecision(4))).replace('-', '−') : '–'; }
+
+function plural(count, noun) { return grouped(count) + ' ' + noun + (count === 1 ? '' : 's'); }
+
+function mean(values) { return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : NaN; }
+
+// Pearson's correlation of the pairs of which both are known.
+function pearson(a, b) {
+  const places = a.map((_, i) => i).filter(i => known(a[i]) && known(b[i]));
+  const meanA = mean(places.map(i => a[i])), meanB = mean(places.map(i => b[i]));
+  let ab = 0, aa = 0, bb = 0;
+  for (const i of places) {
+    ab += (a[i] - meanA) * (b[i] - meanB);
+    aa += (a[i] - meanA) ** 2;
+    bb += (b[i] - meanB) ** 2;
+  }
+  return aa > 0 && bb > 0 ? ab / Math.sqrt(aa * bb) : NaN;
+}
+
+// From 1 for the smallest; equal values share the mean of their ranks.
+function ranksOf(values) {
+  const order = values.map((_, i) => i).sort((a, b) => values[a] - values[b]), ranks = [];
+  for (let first = 0; first < order.length;) {
+    let end = first;
+    while (end < order.length && values[order[end]] === values[order[first]]) end++;
+    for (let i = first; i < end; i++) ranks[order[i]] = (first + end + 1) / 2;
+    first = end;
+  }
+  return ranks;
+}
+
+function spearman(a, b) {
+  const places = a.map((_, i) => i).filter(i => known(a[i]) && known(b[i]));
+  return pearson(ranksOf(places.map(i => a[i])), ranksOf(places.map(i => b[i])));
+}
+
+// ---- Tables -------------------------------------------------------------------------------------------------------------
+
+const printable = []; // tables that show more rows on paper than in a page of the screen
+const PAGE_ROWS = 50, PRINTED_ROWS = 200;
+
+const collator = new Intl.Collator(undefined, {numeric: true}); // photo_2 before photo_10
+
+function compareKeys(a, b) {
+  const lastA = a === null || a === undefined || Number.isNaN(a), lastB = b === null || b === undefined || Number.isNaN(b);
+  if (lastA || lastB) return lastA && lastB ? 0 : lastA ? Infinity : -Infinity; // unknown at the end, whichever way
+  return typeof a === 'string' ? collator.compare(a, b) : a - b;
+}
+
+// A table that is sorted by clicking its headers, shown page by page. A column is {title, key: row -> number or text to sort by, cell:
+// row -> text or node, or a td of its own, number: true to align right, class, hint, descending: true where the first click puts the
+// largest first}. `sort` is the column to begin with; null: the order given.
+class SortedTable {
+  constructor(place, columns, {sort = 0, descending = false, pageRows = PAGE_ROWS, heat = false} = {}) {
+    Object.assign(this, {columns, sort, descending, pageRows, heat, page: 0, rows: []});
+    this.head = element('tr');
+    this.body = element('tbody');
+    this.pager = element('div', {class: 'pager'});
+    this.table = element('table', {}, element('thead', {}, this.head), this.body);
+    place.replaceChildren(element('div', {class: heat ? 'scroll heat' : 'scroll'}, this.table), this.pager);
+    this.fillHead();
+    printable.push(this);
+  }
+
+  fillHead() {
+    this.head.replaceChildren(...this.columns.map((column, place) => {
+      const cell = element('th', {scope: 'col', class: this.classOf(column), title: column.hint}, column.key ? '' : column.title);
+      if (!column.key) return cell;
+      if (place === this.sort) cell.setAttribute('aria-sort', this.descending ? 'descending' : 'ascending');
+      const button = element('button', {type: 'button'}, column.title);
+      button.addEventListener('click', () => this.sortBy(place));
+      cell.append(button);
+      return cell;
+    }));
+  }
+
+  classOf(column) { return [column.number ? 'number' : '', column.class || ''].join(' ').trim() || undefined; }
+
+  sortBy(place) {
+    this.descending = place === this.sort ? !this.descending : Boolean(this.columns[place].descending);
+    this.sort = place;
+    this.page = 0;
+    this.fillHead();
+    this.update();
+  }
+
+  setRows(rows) {
+    this.rows = rows;
+    this.page = 0;
+    this.update();
+  }
+
+  // Stable, so that equal keys keep the order in which the rows were given.
+  sorted() {
+    const {key} = this.columns[this.sort] || {}, sign = this.descending ? -1 : 1;
+    if (!key) return this.rows;
+    return this.rows.map(row => [key(row), row])
+      .sort(([a], [b]) => { const order = compareKeys(a, b); return Number.isFinite(order) ? sign * order : Math.sign(order); })
+      .map(([, row]) => row);
+  }
+
+  cellOf(column, row) {
+    const content = column.cell(row);
+    return content instanceof HTMLTableCellElement ? content : element('td', {class: this.classOf(column)}, content);
+  }
+
+  update() {
+    const rows = this.sorted(), pages = Math.max(1, Math.ceil(rows.length / this.pageRows));
+    this.page = Math.min(this.page, pages - 1);
+    const first = this.page * this.pageRows, shown = rows.slice(first, first + this.pageRows);
+    this.body.replaceChildren(...shown.map(row => element('tr', {}, ...this.columns.map(column => this.cellOf(column, row)))));
+    this.fillPager(first, shown.length, rows.length, pages);
+  }
+
+  fillPager(first, shown, count, pages) {
+    if (!count) return this.pager.replaceChildren('Nothing fits the filters.');
+    if (pages === 1) return this.pager.replaceChildren();
+    const turn = (text, page) => {
+      const button = element('button', {type: 'button'}, text);
+      button.disabled = page < 0 || page >= pages;
+      button.addEventListener('click', () => { this.page = page; this.update(); });
+      return button;
+    };
+    this.pager.replaceChildren(turn('‹ Back', this.page - 1), turn('Next ›', this.page + 1),
+      'rows ' + grouped(first + 1) + ' to ' + grouped(first + shown) + ' of ' + grouped(count));
+  }
+}
+
+// A table of texts that is shown whole, without sorting. Rows are arrays of texts or nodes; `numbers` are the columns to align right.
+function plainTable(header, rows, numbers = []) {
+  const kind = place => numbers.includes(place) ? 'number' : undefined;
+  return element('div', {class: 'scroll'}, element('table', {},
+    element('thead', {}, element('tr', {}, ...header.map((title, i) => element('th', {scope: 'col', class: kind(i)}, title)))),
+    element('tbody', {}, ...rows.map(row => element('tr', {}, ...row.map((cell, i) =>
+      cell instanceof HTMLTableCellElement ? cell : element('td', {class: kind(i)}, cell)))))));
+}
+
+// The table behind a chart, made when it is opened.
+function tableBehind(title, header, makeRows, numbers) {
+  const details = element('details', {}, element('summary', {}, title));
+  details.addEventListener('toggle', () => {
+    if (details.open && details.children.length === 1) details.append(plainTable(header, makeRows(), numbers));
+  });
+  return details;
+}
+
+// ---- Intervals ----------------------------------------------------------------------------------------------------------
+
+// The scale that intervals share: it spans zero and nearly all of their ends. One far outlier would squeeze all others to a dot: what lies
+// beyond is drawn up to an arrow at the edge.
+function intervalScale(rows) {
+  const ends = rows.flatMap(row => [row.value, row.low, row.high]).filter(known).sort((a, b) => a - b);
+  const place = share => ends[Math.round(share * (ends.length - 1))];
+  const low = Math.min(0, ends.length ? place(.02) : 0), high = Math.max(0, ends.length ? place(.98) : 0);
+  return high > low ? {low, high} : {low: -1, high: 1};
+}
+
+// A dot (helps) or a square (harms) with its error bar around it, and zero dashed.
+function intervalBar({value, low, high}, scale, title) {
+  const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.low) / (scale.high - scale.low)));
+  const kind = value < 0 ? 'harms' : 'helps', ends = known(low) && known(high) ? [low, high] : [value, value];
+  const bar = svgElement('svg', {class: 'interval', viewBox: '0 0 160 18', role: 'img', 'aria-label': title},
+    svgElement('title', {}, title), svgElement('line', {class: 'zero', x1: at(0), x2: at(0), y1: 0, y2: 18}));
+  if (!known(value)) return bar;
+  bar.append(svgElement('line', {class: kind + ' whisker', x1: at(ends[0]), x2: at(ends[1]), y1: 9, y2: 9}));
+  if (ends[0] < scale.low) bar.append(svgElement('path', {class: kind, d: 'M7 5 L1 9 L7 13 Z'}));
+  if (ends[1] > scale.high) bar.append(svgElement('path', {class: kind, d: 'M153 5 L159 9 L153 13 Z'}));
+  bar.append(value < 0 ? svgElement('rect', {class: kind, x: at(value) - 3.5, y: 5.5, width: 7, height: 7})
+    : svgElement('circle', {class: kind, cx: at(value), cy: 9, r: 4}));
+  return bar;
+}
+
+// ---- Charts -------------------------------------------------------------------------------------------------------------
+
+const PALETTE = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#7f7f7f']; // Okabe and Ito
+const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 4], [1, 2]]; // told apart in grey as well
+const POINTS = ['circle', 'rect', 'triangle', 'rectRot', 'cross', 'star', 'crossRot'];
+const PAPER = {ink: '#1b1f24', quiet: '#59636e', line: '#d9dee3', page: '#ffffff', helps: '#0072b2', harms: '#c65102'};
+const PAPER_WIDTH_PX = 680, PAPER_SQUARE_PX = 420, PAPER_CHART_HEIGHT_PX = 260, HEAT_COLUMN_PX = 44;
+const charts = new Map(); // by the place they are drawn in
+let onPaper = false;
+
+function colour(name) {
+  return onPaper ? PAPER[name] : getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+}
+
+function axis(title, more = {}) {
+  return {title: {display: true, text: title, color: colour('ink')}, grid: {color: colour('line')},
+    ticks: {color: colour('quiet'), maxRotation: 0, autoSkipPadding: 14}, ...more};
+}
+
+function legendLabels(more = {}) { return {color: colour('ink'), usePointStyle: true, boxWidth: 8, boxHeight: 8, ...more}; }
+
+// Draws into a place, in place of what was drawn there before: {config, caption, label, square, behind}; `config` is a function, so that a
+// chart can be drawn anew in other colours.
+function drawChart(id, {config, caption, label, square = false, behind}) {
+  const before = charts.get(id);
+  if (before) before.chart.destroy();
+  const canvas = element('canvas', {role: 'img', 'aria-label': label});
+  byId(id).replaceChildren(element('figure', {}, element('div', {class: square ? 'chart square' : 'chart'}, canvas),
+    caption ? element('figcaption', {}, caption) : null), behind);
+  const settings = config();
+  settings.options = {animation: false, responsive: !onPaper, maintainAspectRatio: false, ...settings.options};
+  settings.options.plugins = {legend: {display: settings.data.datasets.length > 1, labels: legendLabels()}, ...settings.options.plugins};
+  if (onPaper) {
+    canvas.width = square ? PAPER_SQUARE_PX : PAPER_WIDTH_PX;
+    canvas.height = square ? PAPER_SQUARE_PX : PAPER_CHART_HEIGHT_PX;
+    settings.options.devicePixelRatio = 2;
+  }
+  charts.set(id, {chart: new Chart(canvas, settings), drawing: {config, caption, label, square, behind}});
+}
+
+function redrawCharts() { for (const [id, {drawing}] of [...charts]) drawChart(id, drawing); }
+
+// On paper tables go on beyond their page, and charts and the matrix fit its width.
+window.addEventListener('beforeprint', () => {
+  onPaper = true;
+  for (const table of printable) {
+    table.screenRows = table.pageRows;
+    if (table.rows.length <= PRINTED_ROWS) table.pageRows = PRINTED_ROWS;
+    if (table.heat) table.table.style.zoom = Math.min(1, PAPER_WIDTH_PX / (HEAT_COLUMN_PX * (table.columns.length + 2)));
+    table.update();
+  }
+  redrawCharts();
+});
+window.addEventListener('afterprint', () => {
+  onPaper = false;
+  for (const table of printable) {
+    table.pageRows = table.screenRows || table.pageRows;
+    table.table.style.zoom = '';
+    table.update();
+  }
+  redrawCharts();
+});
+window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawCharts);

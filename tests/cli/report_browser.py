@@ -1,0 +1,298 @@
+"""Looks at reports in a headless Chromium, for test_report.sh:
+
+    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, hostile and large, as that script makes them
+
+Prints a line per check: "ok WHAT" or "failed WHAT: why".
+"""
+import base64
+import csv
+import json
+import os
+import re
+import statistics
+import sys
+
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+
+# From opening the report of 2,000 photos to a ranking that has been sorted by a click. On a machine that others keep busy the wall's clock
+# says little: then what the page's thread computed must stay below half of it (it takes about 0.4 s of one core).
+LARGE_LIMIT_S = 3
+LARGE_TRIES = 3 # other work only ever adds: the fastest try says what the page takes
+
+
+def start_browser(folder):
+    options = Options()
+    options.binary_location = os.environ.get('CHROMIUM', '/usr/bin/chromium')
+    for argument in ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run', '--hide-scrollbars',
+                     '--disable-background-networking', f'--user-data-dir={folder}/browser'):
+        options.add_argument(argument)
+    options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+    return webdriver.Chrome(service=Service(os.environ.get('CHROMEDRIVER', '/usr/bin/chromedriver')), options=options)
+
+
+class Page:
+    """A report in the browser."""
+
+    def __init__(self, browser, path, width_px=1280):
+        self.browser, self.path = browser, path
+        browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': ''})
+        self.resize(width_px)
+        browser.get_log('browser'), browser.get_log('performance') # those of the page before
+        browser.get('file://' + path)
+
+    def resize(self, width_px):
+        self.browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {'width': width_px, 'height': 900, 'deviceScaleFactor': 1,
+                                                                           'mobile': width_px < 600})
+
+    def run(self, script, *arguments):
+        return self.browser.execute_script(script, *arguments)
+
+    def errors(self):
+        return [entry['message'] for entry in self.browser.get_log('browser') if entry['level'] in ('SEVERE', 'WARNING')]
+
+    def requests(self):
+        """What was asked for beside the file itself."""
+        events = [json.loads(entry['message'])['message'] for entry in self.browser.get_log('performance')]
+        urls = [event['params']['request']['url'] for event in events if event['method'] == 'Network.requestWillBeSent']
+        return [url for url in urls if not url.startswith('data:') and url != 'file://' + self.path]
+
+    def ranking(self, column=1):
+        cell = f'#ranking-table tbody tr td:nth-child({column + 1})'
+        return self.run(f"""return [...document.querySelectorAll('{cell}')]
+            .map(one => (one.querySelector('.photo div') || one).firstChild.textContent)""")
+
+    def choose(self, box, value):
+        self.run("const box = document.getElementById(arguments[0]); box.value = arguments[1]; box.dispatchEvent(new Event('change'))",
+                 box, value)
+
+    def type(self, box, text):
+        self.run("const box = document.getElementById(arguments[0]); box.value = arguments[1]; box.dispatchEvent(new Event('input'))",
+                 box, text)
+
+    def click_head(self, title):
+        self.run("[...document.querySelectorAll('#ranking-table th button')].find(one => one.textContent.startsWith(arguments[0])).click()",
+                 title)
+
+
+CHECKS = []
+
+
+def check(what):
+    def add(function):
+        CHECKS.append((what, function))
+        return function
+    return add
+
+
+def expect(condition, why):
+    if not condition:
+        raise AssertionError(why)
+
+
+def read_scores(folder, run, method):
+    """Names and values as scores.csv has them, best first."""
+    with open(f'{folder}/{run}/scores.csv', newline='', encoding='utf-8') as file:
+        return [(row['name'], float(row['value'])) for row in csv.DictReader(file) if row['method'] == method]
+
+
+def numbers(texts):
+    return [float(text.replace('−', '-')) for text in texts]
+
+
+@check('a report loads without a word on the console and without a request')
+def loads_quietly(browser, folder):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html'):
+        page = Page(browser, f'{folder}/{name}')
+        page.run("document.querySelectorAll('details').forEach(one => { one.open = true })")
+        expect(not (found := page.errors()), f'{name}: {found}')
+        expect(not (found := page.requests()), f'{name}: {found}')
+
+
+@check('every chart is drawn')
+def charts_are_drawn(browser, folder):
+    count = """return [...document.querySelectorAll('canvas')].map(canvas => {
+        const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height), seen = new Set();
+        for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200) seen.add(data[i] * 65536 + data[i + 1] * 256 + data[i + 2]);
+        return seen.size; })"""
+    for name, charts in (('run/report.html', 2), ('both.html', 3), ('all.html', 4)):
+        colours = Page(browser, f'{folder}/{name}').run(count)
+        expect(len(colours) == charts, f'{name}: {len(colours)} charts')
+        expect(min(colours) > 5, f'{name}: blank: {colours} colours') # text alone has shades of grey; axes, lines and points more
+
+
+@check('the ranking is that of scores.csv, by every method')
+def ranking_is_right(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    methods = page.run("return [...document.getElementById('choose-method').options].map(one => one.value)")
+    expect(len(methods) > 5 and page.run("return document.getElementById('choose-method').value") == 'dv_psnr', methods)
+    for method in methods:
+        page.choose('choose-method', method)
+        wanted = [name for name, _ in read_scores(folder, 'run', method)]
+        expect(page.ranking() == wanted, f'{method}: {page.ranking()}, not {wanted}')
+        expect(method in page.run("return document.getElementById('ranking-note').textContent"), f'{method} is not named')
+
+
+@check('a click on a header sorts, another turns the order round')
+def headers_sort(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    page.click_head('Photo')
+    names = page.ranking()
+    expect(names == sorted(names), names)
+    page.click_head('Photo')
+    expect(page.ranking() == names[::-1], page.ranking())
+    page.click_head('Score')
+    values = numbers(page.ranking(2))
+    expect(values == sorted(values, reverse=True) and len(set(values)) > 3, values)
+    page.click_head('Score')
+    expect(numbers(page.ranking(2)) == values[::-1], page.ranking(2))
+    sort = page.run("return document.querySelector('#ranking-table th[aria-sort]').getAttribute('aria-sort')")
+    expect(sort == 'ascending', sort)
+
+
+@check('filters by split, provider and name')
+def filters_work(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    images = page.run("return JSON.parse(document.getElementById('data').textContent).runs[0].images")
+    rows = list(zip(images['name'], images['split'], images['provider']))
+    everybody = page.ranking()
+    expect(sorted(everybody) == sorted(name for name, split, _ in rows if split == 'train'), everybody)
+    page.choose('choose-split', 'val')
+    expect(sorted(page.ranking()) == sorted(name for name, split, _ in rows if split == 'val'), page.ranking())
+    page.choose('choose-split', '*')
+    expect(len(page.ranking()) == len(rows), page.ranking())
+    provider = next(provider for _, split, provider in rows if provider)
+    page.choose('choose-provider', '=' + provider)
+    expect(sorted(page.ranking()) == sorted(name for name, _, one in rows if one == provider), page.ranking())
+    page.choose('choose-provider', '*')
+    page.type('choose-name', everybody[0].upper())
+    expect(page.ranking() == everybody[:1], page.ranking())
+    page.type('choose-name', 'no such photo')
+    expect(page.ranking() == [], page.ranking())
+
+
+@check('photos have thumbnails, unless asked not to')
+def thumbnails_show(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    widths = page.browser.execute_async_script("""const done = arguments[0];
+        const images = [...document.querySelectorAll('#ranking-table img')];
+        images.forEach(image => { image.loading = 'eager'; });
+        Promise.all(images.map(image => image.decode())).then(() => done(images.map(image => image.naturalWidth)), done)""")
+    expect(isinstance(widths, list) and len(widths) == len(page.ranking()) and min(widths) > 20, widths)
+    expect(Page(browser, f'{folder}/bare.html').run("return document.querySelectorAll('img').length") == 0, 'bare.html has images')
+
+
+@check('two runs side by side, with the correlation of their scores')
+def runs_are_compared(browser, folder):
+    page = Page(browser, f'{folder}/both.html')
+    for method in ('dv_psnr', 'dv_loss'):
+        page.choose('choose-method', method)
+        a, b = dict(read_scores(folder, 'run', method)), dict(read_scores(folder, 'other', method))
+        wanted = statistics.correlation(list(a.values()), [b[name] for name in a])
+        caption = page.run("return document.querySelector('#agreement-chart figcaption').textContent").replace('−', '-')
+        shown = float(re.search(r'r = (-?[0-9.]+)', caption)[1])
+        expect(abs(shown - wanted) < 0.002, f'{method}: {caption}, not {wanted}') # three digits are shown
+    page.choose('choose-run', '1')
+    expect(page.ranking() == [name for name, _ in read_scores(folder, 'other', 'dv_loss')], page.ranking())
+
+
+@check('the matrix shows matrix.csv, as text and on hover')
+def matrix_is_right(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    with open(f'{folder}/run/matrix.csv', newline='', encoding='utf-8') as file:
+        rows = {row['name']: row for row in csv.DictReader(file) if row['measure'] == 'dv_psnr'}
+    cells = page.run("""return [...document.querySelectorAll('#matrix-table tbody tr')].map(row =>
+        [row.cells[0].querySelector('.photo div').firstChild.textContent, row.cells[2].textContent, row.cells[2].title])""")
+    view = page.run("return document.querySelector('#matrix-table th.view').textContent")
+    expect(len(cells) == len(rows), cells)
+    for name, text, title in cells:
+        expect(abs(numbers([text])[0] - float(rows[name][view])) < 0.006, f'{name}: {text}, not {rows[name][view]}')
+        expect(name in title and view in title and 'dB' in title, title)
+
+
+@check('providers, payouts, comparison, benchmark, effects and what was run are there')
+def sections_are_there(browser, folder):
+    page = Page(browser, f'{folder}/all.html')
+    for section, words in (('providers', ['Payout', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'yes']),
+                           ('benchmarks', ['dv_psnr', '0.62']), ('effects', ['occupancy', 'threshold']),
+                           ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+0.3'])):
+        text = page.run('return document.getElementById(arguments[0]).innerText', section)
+        expect(text and not (missing := [word for word in words if word not in text]), f'{section}: lacks {missing}: {text[:2000]}')
+    widths = page.run("""const images = [...document.querySelectorAll('.renders img')];
+        images.forEach(image => { image.loading = 'eager'; }); return images.map(image => image.src.slice(0, 22))""")
+    expect(widths == ['data:image/png;base64,'], widths)
+
+
+@check('hostile names are text, and nothing of them runs')
+def hostile_names_are_text(browser, folder):
+    page = Page(browser, f'{folder}/hostile/report.html')
+    names = page.run("return JSON.parse(document.getElementById('data').textContent).runs[0].images.name")
+    expect(len([name for name in names if '<' in name]) == 3, names)
+    page.run("document.querySelectorAll('details').forEach(one => { one.open = true })")
+    expect(sorted(page.ranking()) == sorted(name for name in names if not name.startswith('photos/val')), page.ranking())
+    page.run("""for (const one of document.querySelectorAll('main *'))
+        for (const kind of ['mouseover', 'focus', 'error']) one.dispatchEvent(new Event(kind))""")
+    expect(page.run('return window.broken === undefined'), 'a name was executed')
+    expect(page.run("return document.querySelectorAll('img, [onmouseover], [onerror]').length") == 0, 'a name became an element')
+    expect(page.run("return document.scripts.length") == 5, 'a name became a script')
+    scene = page.run("return document.querySelector('#runs-table tbody').innerText")
+    expect('scenes/</title><script>window.broken = 6</script>' in scene, scene[:300])
+
+
+@check('a phone of 390 px shows it without scrolling sideways')
+def fits_a_phone(browser, folder):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html'):
+        width = Page(browser, f'{folder}/{name}', 390).run('return document.documentElement.scrollWidth')
+        expect(width <= 390, f'{name}: {width} px')
+
+
+@check('nothing is cut off on paper')
+def fits_paper(browser, folder):
+    cut = """return [...document.querySelectorAll('table, canvas, p, h2')].filter(one => one.getClientRects().length)
+        .map(one => [one.tagName + ' ' + (one.closest('section') || {}).id, Math.round(one.getBoundingClientRect().right)])
+        .filter(([, right]) => right > innerWidth + 1)"""
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html'):
+        page = Page(browser, f'{folder}/{name}')
+        page.run("window.dispatchEvent(new Event('beforeprint'))")
+        browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': 'print'})
+        page.resize(695) # A4 less margins
+        expect(not (found := page.run(cut)), f'{name}: {found}')
+    pdf = base64.b64decode(Page(browser, f'{folder}/run/report.html').browser.execute_cdp_cmd('Page.printToPDF', {})['data'])
+    expect(pdf.startswith(b'%PDF') and len(pdf) > 20000, len(pdf))
+
+
+@check('2,000 photos can be sorted within 3 s')
+def large_is_quick(browser, folder):
+    times_s = []
+    browser.execute_cdp_cmd('Performance.enable', {'timeDomain': 'threadTicks'})
+    for _ in range(LARGE_TRIES):
+        page = Page(browser, f'{folder}/large/report.html')
+        wall_ms = page.run("""[...document.querySelectorAll('#ranking-table th button')].find(one => one.textContent === 'Photo').click();
+            document.body.getBoundingClientRect(); return performance.now()""") # from the start of the navigation
+        metrics = {one['name']: one['value'] for one in browser.execute_cdp_cmd('Performance.getMetrics', {})['metrics']}
+        times_s.append((wall_ms / 1000, metrics['ThreadTime']))
+        expect(page.ranking()[0] == 'photos/train_0000.jpg', page.ranking()[:3])
+        expect(len(page.ranking()) == 50, len(page.ranking()))
+    (wall_s, _), (_, thread_s) = min(times_s), min(times_s, key=lambda times: times[1])
+    print(f'2,000 photos: {wall_s:.2f} s, of which the page computes {thread_s:.2f} s', file=sys.stderr)
+    expect(0.01 < thread_s < LARGE_LIMIT_S / 2 or wall_s < LARGE_LIMIT_S, times_s)
+    page.run("[...document.querySelectorAll('#ranking-table .pager button')][1].click()")
+    expect(page.ranking()[0] == 'photos/train_0050.jpg', page.ranking()[:3])
+
+
+def main():
+    folder = sys.argv[1]
+    browser = start_browser(folder)
+    try:
+        for what, function in CHECKS:
+            try:
+                function(browser, folder)
+                print('ok', what)
+            except Exception as error: # whatever a page does, the other checks go on
+                print('failed', f'{what}: {type(error).__name__}: {str(error)[:1500]}'.replace('\n', ' '))
+    finally:
+        browser.quit()
+
+
+main()

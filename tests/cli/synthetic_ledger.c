@@ -1,0 +1,140 @@
+// Writes the ledger of a run that never was, for tests of its report:
+//
+//     synthetic_ledger FILE PHOTOS [hostile]    so many train photos, 12 to validate, 3 epochs; hostile: names that would break a page
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "viewworth/hash.h"
+#include "viewworth/ledger.h"
+#include "viewworth/memory.h"
+#include "viewworth/random.h"
+#include "viewworth/train.h"
+#include "viewworth/value.h"
+
+enum { VIEWS = 12, EPOCHS = 3, SEED = 7 };
+static const char zeros[] = "0000000000000000000000000000000000000000000000000000000000000000";
+static const char *const hostile_names[] = {
+    "</script><script>window.broken = 1</script>.png",
+    "<img src=x onerror=\"window.broken = 2\">.png",
+    "<!-- <script>.png",
+    "\" onmouseover=\"window.broken = 3\" '.png",
+    "line\xe2\x80\xa8separator & ampersand.png",
+    "=HYPERLINK(\"javascript:window.broken=4\").png",
+    "{{data}} ${window.broken = 5} `.png",
+    "__proto__",
+};
+
+struct synthetic {
+    struct vw_ledger_image *images;
+    uint32_t photos, image_count, record_count;
+    struct vw_step_record *records;
+    struct vw_view_error *errors; // VIEWS per record
+    uint32_t views[VIEWS];
+};
+
+static double draw(uint32_t step, uint32_t item) {
+    uint32_t words[4];
+    vw_random_words(SEED, VW_RANDOM_JITTER, step, item, 0, words);
+    return vw_random_unit(words[0]) - 0.5;
+}
+
+static enum vw_status name_images(struct synthetic *run, bool hostile) {
+    static const char *const providers[] = {"anna", "Smith & Sons", "<b>chris</b>", ""};
+    for (uint32_t i = 0; i < run->image_count; i++) {
+        bool validates = i >= run->photos, odd = hostile && i < VW_ARRAY_COUNT(hostile_names);
+        char *name = odd ? vw_copy_text(hostile_names[i]) : vw_format_text("photos/%s_%04u.jpg", validates ? "val" : "train", i);
+        if (!name) return VW_ERROR_MEMORY;
+        run->images[i] = (struct vw_ledger_image){
+            .image_id = i, .name = name, .split = validates ? "val" : "train", .provider = providers[i % 4], .sha256 = zeros};
+        if (validates) run->views[i - run->photos] = i;
+    }
+    return VW_OK;
+}
+
+// Photo i moves PSNR by a tenth of what is drawn for it, and by as much noise.
+static void take_steps(struct synthetic *run) {
+    double psnr_db = 12;
+    for (uint32_t step = 0; step < run->record_count; step++) {
+        uint32_t photo = step ? (step - 1) % run->photos : 0;
+        struct vw_view_error *errors = &run->errors[(size_t)step * VIEWS];
+        if (step) psnr_db += 0.1 * (draw(0, photo) + draw(step, 1));
+        for (uint32_t v = 0; v < VIEWS; v++) {
+            double view_db = psnr_db + draw(step, 2 + v);
+            errors[v] = (struct vw_view_error){.mse = pow(10, -view_db / 10), .l1 = 0.4 * pow(10, -view_db / 20)};
+        }
+        run->records[step] = (struct vw_step_record){.step = step,
+                                                     .epoch = step ? (step - 1) / run->photos : 0,
+                                                     .view = step ? photo : (uint32_t)VW_RECORD_UNTRAINED,
+                                                     .train_loss = step ? 0.1 : NAN,
+                                                     .validated = true,
+                                                     .val_psnr = psnr_db,
+                                                     .val_psnr_pooled = psnr_db - 0.1,
+                                                     .val_l1 = 0.4 * pow(10, -psnr_db / 20),
+                                                     .views = errors,
+                                                     .view_count = VIEWS};
+    }
+}
+
+static enum vw_status make(struct synthetic *run, bool hostile) {
+    run->image_count = run->photos + VIEWS;
+    run->record_count = 1 + EPOCHS * run->photos;
+    run->images = vw_allocate(run->image_count, sizeof *run->images);
+    run->records = vw_allocate(run->record_count, sizeof *run->records);
+    run->errors = vw_allocate((size_t)run->record_count * VIEWS, sizeof *run->errors);
+    if (!run->images || !run->records || !run->errors) return VW_ERROR_MEMORY;
+    enum vw_status status = name_images(run, hostile);
+    if (!status) take_steps(run);
+    return status;
+}
+
+static enum vw_status write_run(const char *path, const struct synthetic *run, bool hostile) {
+    struct vw_config config = vw_config_default;
+    config.epochs = EPOCHS;
+    char *config_json = vw_config_to_json(&config, false);
+    const struct vw_ledger_run row = {.run_id = zeros,
+                                      .scene_hash = zeros,
+                                      .seed = SEED,
+                                      .config_json = config_json,
+                                      .scene_path = hostile ? "scenes/</title><script>window.broken = 6</script>" : "scenes/none",
+                                      .subset_hash = zeros,
+                                      .device = "no device",
+                                      .driver = "none",
+                                      .shader_hash = zeros,
+                                      .version = "0.1.0",
+                                      .started_utc = "2026-11-22T01:00:00Z",
+                                      .scene_options_json = "{}",
+                                      .effects_json = "[{\"name\":\"sky\",\"on\":true,\"called_for\":true,\"evidence\":0.5,"
+                                                      "\"threshold\":0.1,\"meaning\":\"<i>share</i>\"}]"};
+    const struct vw_value_input input = {.records = run->records,
+                                         .record_count = run->record_count,
+                                         .burn_in_epochs = 1,
+                                         .images = run->images,
+                                         .image_count = run->image_count};
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t score_count = 0;
+    enum vw_status status = config_json ? vw_value_score(&input, &scores, &score_count) : VW_ERROR_MEMORY;
+    if (!status) status = vw_ledger_create(path, &row, run->images, run->image_count, &ledger);
+    if (!status) status = vw_ledger_append(ledger, run->records, run->record_count, run->views);
+    if (!status) status = vw_ledger_finish(ledger, "finished", "2026-11-22T01:23:45Z", scores, score_count);
+    vw_ledger_close(&ledger);
+    free(scores);
+    free(config_json);
+    return status;
+}
+
+int main(int argc, char **argv) {
+    struct synthetic run = {.photos = argc > 2 ? (uint32_t)atoi(argv[2]) : 0};
+    bool hostile = argc > 3 && strcmp(argv[3], "hostile") == 0;
+    if (run.photos < VW_ARRAY_COUNT(hostile_names)) return 2;
+    enum vw_status status = make(&run, hostile);
+    if (!status) status = write_run(argv[1], &run, hostile);
+    if (status) fprintf(stderr, "%s\n", vw_error_message());
+    for (uint32_t i = 0; run.images && i < run.image_count; i++) free((char *)run.images[i].name);
+    free(run.images);
+    free(run.records);
+    free(run.errors);
+    return status ? 1 : 0;
+}

@@ -1,0 +1,112 @@
+#!/usr/bin/env bash
+# The report: that value writes it and report makes the same again, and what a browser makes of it. Takes the program's path; the browser is
+# headless Chromium, driven by report_browser.py.
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+scene=$root/scenes/toys.json
+tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --device llvmpipe --quiet)
+synthetic=$(dirname "$program")/synthetic_ledger
+
+value() { # value OUT [OPTION]...
+    "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
+    cat "$folder/stderr"
+    return 1
+}
+report() { "$program" report --quiet "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matches
+    "${@:2}" && [[ $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^warning: .*($1)" "$folder/stderr" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+refuses() { # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches
+    local code=0
+    report "${@:2}" || code=$?
+    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# ---- Made with the run, and again ---------------------------------------------------------------------------------------
+
+check "value writes a report" value run --payout 10
+check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
+check "another seed" value other --seed 1 --no-thumbnails
+cp "$folder/run/report.html" "$folder/first.html"
+check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&
+    cmp "$folder/run/report.html" "$folder/first.html"'
+check "with thumbnails" grep -q 'data:image/webp;base64,UklGR' "$folder/first.html"
+check "without, when asked" eval '! grep -q "data:image/webp" "$folder/other/report.html"'
+check "--to writes elsewhere" report "$folder/run" --to "$folder/bare.html" --no-thumbnails
+check "and leaves OUT alone" cmp "$folder/run/report.html" "$folder/first.html"
+check "several folders make one page" report "$folder/run" "$folder/other" --to "$folder/both.html"
+check "their photos are in it once" test "$(grep -o 'data:image/webp' "$folder/both.html" | wc -l)" -eq \
+    "$(grep -o 'data:image/webp' "$folder/first.html" | wc -l)"
+check "--json says where" eval '"$program" report "$folder/run" --json --quiet | grep -q "\"report\": \"$folder/run/report.html\""'
+
+cp -r "$folder/run" "$folder/blocked" && rm "$folder/blocked/report.html" && mkdir "$folder/blocked/report.html"
+check "a report that cannot be written is a warning: the run stands" warns 'no report.*report.html.*viewworth report' value blocked --resume
+check "its ledger is as it was" cmp "$folder/run/ledger.db" "$folder/blocked/ledger.db"
+check "new steps take an outdated report away" eval 'rmdir "$folder/blocked/report.html" && touch "$folder/blocked/report.html" &&
+    value blocked --resume --epochs 5 && [[ $(wc -c <"$folder/blocked/report.html") -gt 200000 ]]'
+
+# ---- What is missing or broken ------------------------------------------------------------------------------------------
+
+check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
+    warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
+check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'
+check "a folder that is not there" refuses 'nowhere: no such folder' "$folder/nowhere"
+mkdir "$folder/empty"
+check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$folder/run" "$folder/empty" --to "$folder/none.html"
+check "leaves no report" test ! -e "$folder/none.html"
+check "no folder at all" refuses 'OUT\.\.\. is missing'
+mkdir -p "$folder/compare/renders" "$folder/bench"
+printf 'scene,judgement,method,value,low,high,count\ntoys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200\ntoys,auc/harmful,dv_psnr,0.9,,,18\n' \
+    >"$folder/bench/benchmark.csv"
+hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
+photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
+compare_json() { # compare_json RENDER
+    cat <<JSON
+{"scene": "scenes/toys.json", "scene_hash": "$hash", "seeds": [0, 1], "downscale": 1, "epochs": 4, "lists": [
+  {"name": "all", "photos": ["$photo"], "outcomes": [{"seed": 0, "test_psnr": 18.0, "photo_count": 18}, {"seed": 1, "test_psnr": 18.1,
+   "photo_count": 18}], "mean": {"test_psnr": 18.05, "val_psnr": null}, "stderr": {"test_psnr": 0.05}},
+  {"name": "significant", "photos": [], "outcomes": [{"seed": 0, "test_psnr": 18.2, "photo_count": 9}, {"seed": 1, "test_psnr": 18.3,
+   "photo_count": 9}], "mean": {"test_psnr": 18.25}, "stderr": {"test_psnr": 0.1}}],
+ "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "low": 0.1, "high": 0.3,
+  "beyond_noise": true}],
+ "disagreements": [{"photo": "$photo", "in": ["all"], "not_in": ["significant"]}],
+ "renders": [{"view": "view_002", "split": "test", "file": "$1", "columns": ["photo", "all"]}]}
+JSON
+}
+check "a render for the comparison" "$program" render "$folder/run" --to "$folder/compare/renders/0.png" --device llvmpipe --quiet
+compare_json '../run/scores.csv' >"$folder/compare/compare.json"
+check "a comparison's render from elsewhere is refused" refuses 'compare.json: renders' "$folder/compare"
+echo '{"lists": [' >"$folder/compare/compare.json"
+check "a comparison that is no JSON" refuses 'compare/compare.json: line [0-9]+: ' "$folder/compare"
+compare_json 'renders/0.png' >"$folder/compare/compare.json"
+check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" \
+    --to "$folder/all.html"
+check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
+    "$folder/run/report.html" "$folder/hostile/report.html"'
+
+# ---- In a browser -------------------------------------------------------------------------------------------------------
+
+python=${PYTHON:-/usr/bin/python3}
+if ! [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] ||
+    ! "$python" -c 'import selenium' 2>/dev/null; then
+    echo "SKIPPED: the report was not seen in a browser: install chromium, chromium-driver and python3-selenium"
+    [[ $failed -gt 0 ]] || exit 77
+    conclude "$@"
+fi
+seen=0
+while read -r verdict what; do
+    check "$what" test "$verdict" = ok
+    seen=$((seen + 1))
+done < <(HOME=$folder XDG_CACHE_HOME=$folder "$python" "$root/tests/cli/report_browser.py" "$folder")
+check "the browser looked at everything" test "$seen" -eq "$(grep -c '^@check' "$root/tests/cli/report_browser.py")"
+conclude "$@"
