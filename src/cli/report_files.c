@@ -117,7 +117,8 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
     if (status) return status;
     document->json = text;
     json_t *compare = json_loadb(text, size_bytes, 0, &error);
-    status = compare ? vw_report_shape_of_comparison(path, compare) : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    status =
+        compare ? vw_report_shape_of_comparison(path, compare) : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
     if (!status) status = add_pictures(out, compare, document);
     json_decref(compare);
     return status;

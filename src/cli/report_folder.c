@@ -163,8 +163,7 @@ static void lend_to_run(struct gathering *gathering, struct held_run *run) {
     const struct vw_ledger_run *row = &run->recorded.row;
     const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path, row->scene_options_json,
                                                row->scene_hash};
-    run->thumbnails =
-        vw_report_sets_of_run(&gathering->sets, gathering->options, &recorded, run->input.images, run->input.image_count);
+    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->options, &recorded, run->input.images, run->input.image_count);
 }
 
 static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {

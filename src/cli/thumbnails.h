@@ -17,7 +17,7 @@ struct vw_thumbnails {
 
 // A scene as a folder recorded it. Borrowed.
 struct vw_recorded_scene {
-    const char *out;                       // the folder
+    const char *out;                        // the folder
     const char *path, *options_json, *hash; // as vw_reopen_scene() takes them, and its hash in hex
 };
 

@@ -66,7 +66,7 @@ check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$f
 check "leaves no report" test ! -e "$folder/none.html"
 check "no folder at all" refuses 'OUT\.\.\. is missing'
 mkdir -p "$folder/compare/renders" "$folder/bench"
-printf "scene,judgement,method,value,low,high,count\n%s\n%s\n%s\n" toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
+printf '%s\n' scene,judgement,method,value,low,high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
     "toys,lds/val_psnr,''=x,0.5,,,200" >"$folder/bench/benchmark.csv"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
@@ -111,7 +111,8 @@ check "so is the folder of a seed" refuses "linked/seed_0/ledger.db: is a link t
 # edited PATTERN SQL: compare.json as SQLite's json functions change it is refused.
 edited() {
     compare_json 'renders/0.png' >"$folder/draft.json"
-    sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/draft.json') AS TEXT) AS j)" >"$folder/compare/compare.json" && refuses "compare/compare.json: $1" "$folder/compare"
+    sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/draft.json') AS TEXT) AS j)" >"$folder/compare/compare.json" &&
+        refuses "compare/compare.json: $1" "$folder/compare"
 }
 check "a comparison of nothing" edited 'the whole: .*scene' "'{}'"
 check "a comparison without lists" edited 'the whole: .*lists' "json_remove(j, '\$.lists')"

@@ -291,7 +291,7 @@ static bool fits_into(const struct vw_report_page *page, const char *path, uint3
     json_set_alloc_funcs(give_block, take_block);
     enum vw_status status = vw_report_write_html(path, page);
     json_set_alloc_funcs(give, take);
-    if (status) assert_int_equal(status, VW_ERROR_MEMORY);
+    assert_true(!status || status == VW_ERROR_MEMORY || status == VW_ERROR_INPUT); // jansson does not say why it cannot read a text
     assert_int_equal(memory.held, 0);
     for (uint32_t i = 0; i < memory.given; i++) munmap(memory.blocks[i], BLOCK_BYTES);
     return !status;
