@@ -50,6 +50,9 @@ struct vw_report_document {
     const char *const *picture_files;         // as the JSON text names them
     const struct vw_report_picture *pictures; // PNG
     uint32_t picture_count;
+    const char *const *thumbnail_names;         // of photos that the JSON text names and no run of the page shows
+    const struct vw_report_picture *thumbnails; // WebP
+    uint32_t thumbnail_count;
 };
 
 struct vw_report_page {

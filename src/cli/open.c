@@ -52,6 +52,8 @@ enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json,
                                   "pool", &options.pool, "train", &options.train_list, "val", &options.val_list, "test", &options.test_list,
                                   "providers", &options.providers, "downscale", &downscale, "plant", &plant))
         status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", scene_options_json, error.text);
+    if (!status && (downscale < 1 || downscale > UINT32_MAX || plant < 0 || plant > UINT32_MAX))
+        status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again", scene_options_json);
     options.downscale = (uint32_t)downscale;
     options.plant = (uint32_t)plant;
     if (!status) status = vw_open_scene(&options, path, gpu, false, scene);

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/report_shape.h"
+#include "scene/safe_path.h"
 #include "viewworth/csv.h"
 #include "viewworth/file.h"
 #include "viewworth/json.h"
@@ -27,7 +29,7 @@ static json_t *record_to_json(const struct vw_csv *csv) {
     return array;
 }
 
-static enum vw_status table_to_json(struct vw_csv *csv, char **json) {
+static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
     json_t *rows = json_array(), *header = NULL;
     bool found = true, failed = !rows;
     enum vw_status status = VW_OK;
@@ -38,6 +40,7 @@ static enum vw_status table_to_json(struct vw_csv *csv, char **json) {
         else failed = json_array_append_new(rows, record_to_json(csv));
     }
     if (!status && !failed && !header) status = vw_fail(VW_ERROR_INPUT, "%s: is empty; remove it", csv->path);
+    if (!status && !failed) status = vw_report_shape_of_table(csv->path, file, header);
     json_t *table = status ? NULL : json_pack("{s:O, s:O}", "header", header, "rows", rows);
     *json = table && !failed ? json_dumps(table, JSON_COMPACT) : NULL;
     json_decref(table);
@@ -52,13 +55,13 @@ static enum vw_status add_table(struct vw_report_files *files, const char *out, 
     struct vw_report_document *document = add_document(files, out, "table", file);
     if (!document) return VW_ERROR_MEMORY;
     enum vw_status status = vw_csv_open(path, TABLE_LIMIT_BYTES, &csv);
-    if (!status) status = table_to_json(&csv, &json);
+    if (!status) status = table_to_json(&csv, file, &json);
     vw_csv_close(&csv);
     document->json = json;
     return status;
 }
 
-// ---- A comparison ---------------------------------------------------------------------------------------------------------
+// ---- Pictures -------------------------------------------------------------------------------------------------------------
 
 // Whether a render's name stays within the folder: "renders/" and a plain name.
 static bool is_render(const char *file) {
@@ -66,13 +69,24 @@ static bool is_render(const char *file) {
     return file && strncmp(file, folder, strlen(folder)) == 0 && file[strlen(folder)] && !strchr(file + strlen(folder), '/');
 }
 
+static enum vw_status read_picture(const char *out, const char *path, struct vw_report_picture *picture) {
+    static const char signature[] = "\x89PNG\r\n\x1a\n";
+    if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such file; compare again", path);
+    enum vw_status status = vw_report_files_check(out, path);
+    if (!status) status = vw_file_read(path, RENDER_LIMIT_BYTES, &picture->data, &picture->size_bytes);
+    if (!status && (picture->size_bytes < strlen(signature) || memcmp(picture->data, signature, strlen(signature)) != 0))
+        status = vw_fail(VW_ERROR_INPUT, "%s: is no PNG file; compare again", path);
+    return status;
+}
+
 static enum vw_status add_picture(const char *out, const char *file, struct vw_report_document *document) {
     if (!is_render(file)) return vw_fail(VW_ERROR_INPUT, "%s/compare.json: renders: a file is none of renders/; compare again", out);
     char *path = vw_path_join(out, file), *name = vw_copy_text(file);
     struct vw_report_picture picture = {0};
-    enum vw_status status = path && name ? vw_file_read(path, RENDER_LIMIT_BYTES, &picture.data, &picture.size_bytes) : VW_ERROR_MEMORY;
+    enum vw_status status = path && name ? read_picture(out, path, &picture) : VW_ERROR_MEMORY;
     free(path);
     if (status) {
+        free(picture.data);
         free(name);
         return status;
     }
@@ -91,6 +105,8 @@ static enum vw_status add_pictures(const char *out, const json_t *compare, struc
     return status;
 }
 
+// ---- A comparison ---------------------------------------------------------------------------------------------------------
+
 static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path) {
     void *text = NULL;
     size_t size_bytes = 0;
@@ -101,14 +117,19 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
     if (status) return status;
     document->json = text;
     json_t *compare = json_loadb(text, size_bytes, 0, &error);
-    status = json_is_object(compare)
-                 ? add_pictures(out, compare, document)
-                 : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, compare ? 1 : error.line, compare ? "is no JSON object" : error.text);
+    status =
+        compare ? vw_report_shape_of_comparison(path, compare) : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    if (!status) status = add_pictures(out, compare, document);
     json_decref(compare);
     return status;
 }
 
 // ---- All of them ----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_report_files_check(const char *out, const char *path) {
+    if (vw_path_lies_inside(out, path)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: is a link that leads out of %s; put the file itself there, or remove it", path, out);
+}
 
 enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out) {
     static const struct {
@@ -123,7 +144,9 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
     for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {
         char *path = vw_path_join(out, known[i].file);
         if (!path) return VW_ERROR_MEMORY;
-        if (vw_file_exists(path)) status = known[i].add(files, out, known[i].file, path);
+        bool held = vw_file_exists(path);
+        if (held) status = vw_report_files_check(out, path);
+        if (held && !status) status = known[i].add(files, out, known[i].file, path);
         free(path);
     }
     return status;
@@ -136,6 +159,8 @@ static void free_document(struct vw_report_document *document) {
     }
     free((void *)document->picture_files);
     free((void *)document->pictures);
+    free((void *)document->thumbnail_names);
+    free((void *)document->thumbnails);
     free((char *)document->label);
     free((char *)document->json);
 }

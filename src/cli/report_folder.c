@@ -6,10 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/imported.h"
 #include "cli/recorded_run.h"
 #include "cli/report_files.h"
+#include "cli/report_thumbnails.h"
 #include "cli/scoring.h"
-#include "cli/thumbnails.h"
 #include "viewworth/file.h"
 #include "viewworth/json.h"
 #include "viewworth/log.h"
@@ -25,8 +26,7 @@ struct held_run {
     struct vw_matrix matrix;
     struct vw_view_evidence *views;
     double *standard_errors;
-    struct vw_report_picture *thumbnails; // those of the first run of its scene, which owns them
-    bool owns_thumbnails;
+    const struct vw_report_picture *thumbnails; // lent by the sets
     char head[VW_HASH_HEX_BYTES];
 };
 
@@ -35,6 +35,7 @@ struct gathering {
     struct held_run *runs; // owned array, as those below
     size_t run_count, run_capacity;
     struct vw_report_files files;
+    struct vw_report_sets sets;
 };
 
 // ---- Runs -----------------------------------------------------------------------------------------------------------------
@@ -58,7 +59,6 @@ static enum vw_status read_run(struct held_run *run) {
 }
 
 static void close_run(struct held_run *run) {
-    if (run->owns_thumbnails) vw_thumbnails_free(run->thumbnails, run->input.image_count);
     vw_matrix_clear(&run->matrix);
     vw_scoring_unload(&run->input);
     vw_recorded_close(&run->recorded);
@@ -68,18 +68,36 @@ static void close_run(struct held_run *run) {
     free(run->folder);
 }
 
-// A folder without a ledger is no run.
-static enum vw_status add_run(struct gathering *gathering, const char *folder) {
-    char *ledger_path = vw_path_join(folder, "ledger.db");
-    if (!ledger_path) return VW_ERROR_MEMORY;
-    bool held = vw_file_exists(ledger_path);
-    free(ledger_path);
-    if (!held) return VW_OK;
+// The same run may lie in several of the folders, or one of them be named twice: it would agree with itself.
+static bool is_held(const struct gathering *gathering, const struct held_run *run) {
+    for (const struct held_run *other = gathering->runs; other < run; other++)
+        if (!strcmp(other->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(other->head, run->head)) return true;
+    return false;
+}
+
+static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {
     enum vw_status status = vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
     if (status) return status;
     struct held_run *run = &gathering->runs[gathering->run_count++];
     run->folder = vw_copy_text(folder);
-    return run->folder ? read_run(run) : VW_ERROR_MEMORY;
+    status = run->folder ? read_run(run) : VW_ERROR_MEMORY;
+    if (status || !is_held(gathering, run)) return status;
+    vw_log_info("%s: holds a run that the report has already", folder);
+    close_run(run);
+    *run = (struct held_run){0};
+    gathering->run_count--;
+    return VW_OK;
+}
+
+// A folder without a ledger is no run; `found` becomes true for another one.
+static enum vw_status add_run(struct gathering *gathering, const char *out, const char *folder, bool *found) {
+    char *ledger_path = vw_path_join(folder, "ledger.db");
+    if (!ledger_path) return VW_ERROR_MEMORY;
+    bool held = vw_file_exists(ledger_path);
+    enum vw_status status = held ? vw_report_files_check(out, ledger_path) : VW_OK;
+    free(ledger_path);
+    *found |= held;
+    return held && !status ? read_ledger(gathering, folder) : status;
 }
 
 // The number behind "seed_"; false for other names.
@@ -99,13 +117,13 @@ static int is_seed_folder(const struct dirent *entry) {
     return read_seed(entry->d_name, &seed);
 }
 
-static enum vw_status add_seeds(struct gathering *gathering, const char *out) {
+static enum vw_status add_seeds(struct gathering *gathering, const char *out, bool *found) {
     struct dirent **entries = NULL;
     int count = scandir(out, &entries, is_seed_folder, compare_seeds);
     enum vw_status status = count < 0 ? vw_fail(VW_ERROR_INPUT, "%s: cannot list the folder: %s", out, strerror(errno)) : VW_OK;
     for (int i = 0; i < count; i++) {
         char *folder = status ? NULL : vw_path_join(out, entries[i]->d_name);
-        if (!status) status = folder ? add_run(gathering, folder) : VW_ERROR_MEMORY;
+        if (!status) status = folder ? add_run(gathering, out, folder, found) : VW_ERROR_MEMORY;
         free(folder);
         free(entries[i]);
     }
@@ -113,43 +131,49 @@ static enum vw_status add_seeds(struct gathering *gathering, const char *out) {
     return status;
 }
 
+// Whether an operand before this one names the same folder.
+static bool is_repeated(const char *const *outs, uint32_t place) {
+    bool repeated = false;
+    char *path = realpath(outs[place], NULL);
+    for (uint32_t i = 0; i < place && path && !repeated; i++) {
+        char *other = realpath(outs[i], NULL);
+        repeated = other && strcmp(other, path) == 0;
+        free(other);
+    }
+    free(path);
+    return repeated;
+}
+
 static enum vw_status add_folder(struct gathering *gathering, const char *out) {
-    size_t runs = gathering->run_count, files = gathering->files.count;
-    if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; give one that value, reproduce or benchmark made", out);
-    enum vw_status status = add_run(gathering, out);
-    if (!status) status = add_seeds(gathering, out);
+    static const char remedy[] = "give a folder that value, reproduce, compare or benchmark made";
+    size_t files = gathering->files.count;
+    bool found = false;
+    if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
+    enum vw_status status = add_run(gathering, out, out, &found);
+    if (!status) status = add_seeds(gathering, out, &found);
     if (!status) status = vw_report_files_add(&gathering->files, out);
-    if (!status && gathering->run_count == runs && gathering->files.count == files)
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; give a folder that value, reproduce or benchmark made", out);
+    if (!status && !found && gathering->files.count == files)
+        status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; %s", out, remedy);
     return status;
 }
 
 // ---- Thumbnails -----------------------------------------------------------------------------------------------------------
 
-static bool is_open_scene(const struct gathering *gathering, const struct held_run *run) {
-    char hash[VW_HASH_HEX_BYTES];
-    if (!gathering->options->scene) return false;
-    vw_hash_to_hex(gathering->options->scene->hash, hash);
-    return strcmp(hash, run->recorded.row.scene_hash) == 0;
+static void lend_to_run(struct gathering *gathering, struct held_run *run) {
+    const struct vw_ledger_run *row = &run->recorded.row;
+    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path, row->scene_options_json,
+                                               row->scene_hash};
+    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->options, &recorded, run->input.images, run->input.image_count);
 }
 
-// Those of a run before of the same scene: reading or drawing photos takes long, and the page holds them once.
-static bool share_thumbnails(const struct gathering *gathering, struct held_run *run) {
-    for (struct held_run *other = gathering->runs; other < run; other++) {
-        if (strcmp(other->recorded.row.scene_hash, run->recorded.row.scene_hash) != 0) continue;
-        run->thumbnails = other->thumbnails;
-        return true;
+static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < gathering->files.count && !status; i++) {
+        struct vw_report_document *document = &gathering->files.documents[i];
+        if (strcmp(document->kind, "compare") != 0) continue;
+        status = vw_report_sets_of_comparison(&gathering->sets, gathering->options, runs, gathering->run_count, document);
     }
-    return false;
-}
-
-static void make_thumbnails(const struct gathering *gathering, struct held_run *run) {
-    if (gathering->options->no_thumbnails || share_thumbnails(gathering, run)) return;
-    enum vw_status status = is_open_scene(gathering, run)
-                                ? vw_thumbnails_make(gathering->options->scene, &run->thumbnails)
-                                : vw_thumbnails_make_again(&run->recorded, gathering->options->device, &run->thumbnails);
-    run->owns_thumbnails = !status;
-    if (status) vw_log_warning("the report goes without thumbnails: %s", vw_error_message());
+    return status;
 }
 
 // ---- The page -------------------------------------------------------------------------------------------------------------
@@ -186,11 +210,12 @@ static char *methods_to_json(void) {
     return text;
 }
 
-static enum vw_status write_page(const struct gathering *gathering, const char *to) {
+static enum vw_status write_page(struct gathering *gathering, const char *to) {
     struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
     char *methods_json = runs ? methods_to_json() : NULL;
     enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
     for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(&gathering->runs[i]);
+    if (!status) status = lend_to_comparisons(gathering, runs);
     if (!status)
         status = vw_report_write_html(to, &(struct vw_report_page){.version = vw_version(),
                                                                    .default_method = vw_value_default_method,
@@ -207,12 +232,14 @@ static enum vw_status write_page(const struct gathering *gathering, const char *
 enum vw_status vw_report_folders_write(const char *const *outs, uint32_t count, const char *to, const struct vw_report_options *options) {
     struct gathering gathering = {.options = options};
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < count && !status; i++) status = add_folder(&gathering, outs[i]);
-    for (size_t i = 0; i < gathering.run_count && !status; i++) make_thumbnails(&gathering, &gathering.runs[i]);
+    for (uint32_t i = 0; i < count && !status; i++)
+        if (!is_repeated(outs, i)) status = add_folder(&gathering, outs[i]);
+    for (size_t i = 0; i < gathering.run_count && !status; i++) lend_to_run(&gathering, &gathering.runs[i]);
     if (!status) status = write_page(&gathering, to);
     for (size_t i = 0; i < gathering.run_count; i++) close_run(&gathering.runs[i]);
     free(gathering.runs);
     vw_report_files_free(&gathering.files);
+    vw_report_sets_free(&gathering.sets);
     return status;
 }
 

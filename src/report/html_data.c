@@ -11,10 +11,16 @@
 
 enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
 
-// jansson gives NULL when memory is short and takes it for a failure: whether all could be added is all there is to check.
+// jansson gives NULL when memory is short and takes it for a failure wherever it is put or filled: whether all could be added is all there
+// is to check. What could not be added is gone, and must not be filled any more.
 static enum vw_status out_of_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report"); }
 
 static int put(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value); }
+
+// The child itself, to be filled; NULL when it could not be added.
+static json_t *put_child(json_t *object, const char *key, json_t *child) { return put(object, key, child) ? NULL : child; }
+
+static json_t *append_child(json_t *array, json_t *child) { return json_array_append_new(array, child) ? NULL : child; }
 
 static int put_text(json_t *object, const char *key, const char *text) { return put(object, key, vw_json_string(text)); }
 
@@ -107,8 +113,8 @@ static int add_score(const struct vw_ledger_score *score, uint32_t image, json_t
 }
 
 static enum vw_status put_scores(const struct vw_report_run *run, json_t *object) {
-    json_t *scores = json_object();
-    int failed = put(object, "scores", scores);
+    json_t *scores = put_child(object, "scores", json_object());
+    int failed = !scores;
     for (uint32_t i = 0; !failed && i < run->score_count; i++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
         if (!image)
@@ -144,9 +150,9 @@ static struct totals count(const struct vw_report_run *run) {
 // Every so many-th step and the last.
 static int put_steps(const struct vw_report_run *run, json_t *object) {
     struct totals totals = count(run);
-    json_t *steps = json_object();
+    json_t *steps = put_child(object, "steps", json_object());
     uint64_t stride = run->record_count / STEPS_SHOWN + 1;
-    int failed = put(object, "steps", steps);
+    int failed = !steps;
     for (uint64_t i = 0; i < run->record_count; i++) {
         const struct vw_step_record *record = &run->records[i];
         if (i % stride != 0 && i + 1 != run->record_count) continue;
@@ -172,11 +178,11 @@ static json_t *image_place(const struct vw_report_run *run, uint32_t image_id) {
 }
 
 static int put_rows(const struct vw_matrix *matrix, const double *values, const char *key, json_t *object) {
-    json_t *rows = json_array();
-    int failed = put(object, key, rows);
+    json_t *rows = put_child(object, key, json_array());
+    int failed = !rows;
     for (uint32_t photo = 0; photo < matrix->photo_count; photo++) {
-        json_t *row = json_array();
-        failed |= json_array_append_new(rows, row);
+        json_t *row = append_child(rows, json_array());
+        failed |= !row;
         for (uint32_t view = 0; view < matrix->view_count; view++)
             failed |= json_array_append_new(row, vw_json_real(values[(size_t)photo * matrix->view_count + view]));
     }
@@ -186,8 +192,8 @@ static int put_rows(const struct vw_matrix *matrix, const double *values, const 
 static int put_matrix(const struct vw_report_run *run, json_t *object) {
     const struct vw_matrix *matrix = run->matrix;
     if (!matrix || !matrix->view_count || !matrix->visit_count) return put(object, "matrix", json_null());
-    json_t *columns = json_object();
-    int failed = put(object, "matrix", columns);
+    json_t *columns = put_child(object, "matrix", json_object());
+    int failed = !columns;
     failed |= put_rows(matrix, matrix->psnr, "psnr", columns) | put_rows(matrix, matrix->l1, "l1", columns);
     for (uint32_t i = 0; i < matrix->photo_count; i++) {
         failed |= add(columns, "photo", image_place(run, matrix->photos[i]));
@@ -209,8 +215,8 @@ static int put_matrix(const struct vw_report_run *run, json_t *object) {
 
 static int put_row(const struct vw_report_run *run, json_t *object) {
     const struct vw_ledger_run *row = run->row;
-    json_t *fields = json_object();
-    int failed = put(object, "run", fields) | put_text(object, "label", run->label);
+    json_t *fields = put_child(object, "run", json_object());
+    int failed = (fields ? 0 : -1) | put_text(object, "label", run->label);
     const struct {
         const char *key, *text;
     } texts[] = {
@@ -240,8 +246,7 @@ static enum vw_status put_parsed(const char *text, const char *label, const char
 
 static enum vw_status add_run(const struct vw_report_page *page, uint32_t place, json_t *sets, json_t *runs) {
     const struct vw_report_run *run = &page->runs[place];
-    json_t *object = json_object();
-    if (json_array_append_new(runs, object)) return out_of_memory();
+    json_t *object = append_child(runs, json_object());
     int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
     failed |= put_steps(run, object) | put_matrix(run, object);
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
@@ -253,12 +258,14 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
 }
 
 static enum vw_status add_document(const struct vw_report_document *document, json_t *documents) {
-    json_t *object = json_object(), *pictures = json_object();
-    int failed = json_array_append_new(documents, object) | put(object, "pictures", pictures);
-    failed |= put_text(object, "kind", document->kind) | put_text(object, "label", document->label);
+    json_t *object = append_child(documents, json_object()), *pictures = put_child(object, "pictures", json_object());
+    json_t *thumbnails = put_child(object, "thumbnails", json_object());
+    int failed = put_text(object, "kind", document->kind) | put_text(object, "label", document->label);
     failed |= put_text(object, "file", document->file);
     for (uint32_t i = 0; i < document->picture_count; i++)
         failed |= put(pictures, document->picture_files[i], picture_to_json(&document->pictures[i], "image/png"));
+    for (uint32_t i = 0; i < document->thumbnail_count; i++)
+        failed |= put(thumbnails, document->thumbnail_names[i], picture_to_json(&document->thumbnails[i], "image/webp"));
     if (failed) return out_of_memory();
     return put_parsed(document->json, document->label, document->file, object, "content");
 }

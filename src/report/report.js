@@ -20,9 +20,10 @@ function nameOfRun(one) {
 
 function nameOfScene(path) { return path.replace(/\/+$/, '').split('/').pop() || path; }
 
+function thumbnailImage(uri) { return uri ? element('img', {src: uri, alt: '', loading: 'lazy', decoding: 'async'}) : null; }
+
 function thumbnailOf(one, image) {
-  const uri = one.thumbnails === null ? null : data.thumbnail_sets[one.thumbnails][image];
-  return uri ? element('img', {src: uri, alt: '', loading: 'lazy', decoding: 'async'}) : null;
+  return thumbnailImage(one.thumbnails === null ? null : data.thumbnail_sets[one.thumbnails][image]);
 }
 
 // A photo with its name and what is known of it, for a cell.

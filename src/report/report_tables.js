@@ -3,14 +3,11 @@
 
 // ---- CSV files of the folder --------------------------------------------------------------------------------------------
 
-// Tables write a text that a spreadsheet would take for a formula behind an apostrophe.
-function plain(text) { return /^'[=+\-@\t\r]/.test(text) ? text.slice(1) : text; }
-
 const number = text => text === '' || text === undefined ? NaN : Number(text);
 
 // The rows of a CSV file as objects by its header.
 function recordsOf({content: {header, rows}}) {
-  return rows.map(row => Object.fromEntries(header.map((name, i) => [name, plain(row[i] ?? '')])));
+  return rows.map(row => Object.fromEntries(header.map((name, i) => [name, row[i] ?? ''])));
 }
 
 function tablesNamed(file) { return data.documents.filter(one => one.kind === 'table' && one.file === file); }
@@ -218,10 +215,19 @@ function drawLists(id, compare, name) {
   });
 }
 
+// Of L1 less is better.
+const isWorse = pair => known(pair.difference) && pair.difference !== 0 && pair.difference < 0 !== pair.measure.endsWith('_l1');
+
+function verdictOf(pair) {
+  if (!known(pair.low)) return 'a single seed says nothing of noise';
+  return pair.beyond_noise ? isWorse(pair) ? 'worse' : 'better' : 'within noise';
+}
+
 function pairsTable(compare) {
-  const digits = pair => measureDigits(pair.measure), bar = pair => intervalBar({value: pair.difference, low: pair.low, high: pair.high},
+  const digits = pair => measureDigits(pair.measure);
+  const bar = pair => intervalBar({value: pair.difference, low: pair.low, high: pair.high, harms: isWorse(pair)},
     intervalScale(compare.pairs.filter(one => one.measure === pair.measure).map(one => ({...one, value: one.difference}))),
-    signed(pair.difference, digits(pair)));
+    signed(pair.difference, digits(pair)) + ', ' + verdictOf(pair));
   const place = element('div');
   const table = new SortedTable(place, [
     {title: 'List', key: pair => pair.list, cell: pair => pair.list, class: 'long'},
@@ -231,17 +237,20 @@ function pairsTable(compare) {
       cell: pair => signed(pair.difference, digits(pair))},
     {title: '95 % interval', cell: bar, class: 'wide'},
     {title: 'from, to', number: true, cell: pair => signed(pair.low, digits(pair)) + ' to ' + signed(pair.high, digits(pair))},
-    {title: 'Beyond noise', key: pair => Number(pair.beyond_noise), descending: true, cell: pair => pair.beyond_noise ? 'yes' : 'no'},
+    {title: 'Verdict', key: verdictOf, cell: verdictOf, hint: 'of L1 less is better, of the others more'},
   ], {sort: null});
   table.setRows(compare.pairs);
   return place;
 }
 
-function disagreementsTable(compare) {
-  const place = element('div'), one = runs.find(other => other.run.scene_hash === compare.scene_hash);
+// A photo's picture is the run's, where the page has a run of the scene, or else one of the document's own.
+function disagreementsTable(compare, thumbnails) {
+  const place = element('div'), one = runs.find(other => other.run.scene_hash === compare.scene_hash && other.thumbnails !== null);
   const imageOf = row => one ? one.images.name.indexOf(row.photo) : -1;
+  const uriOf = row => Object.hasOwn(thumbnails, row.photo) ? thumbnails[row.photo] : null;
+  const ownCell = row => element('div', {class: 'photo'}, thumbnailImage(uriOf(row)), element('div', {}, row.photo));
   new SortedTable(place, [
-    {title: 'Photo', key: row => row.photo, class: 'long', cell: row => imageOf(row) < 0 ? row.photo : photoCell(one, imageOf(row))},
+    {title: 'Photo', key: row => row.photo, class: 'long', cell: row => imageOf(row) < 0 ? ownCell(row) : photoCell(one, imageOf(row))},
     {title: 'in', key: row => row.in.join(', '), cell: row => row.in.join(', '), class: 'long'},
     {title: 'not in', key: row => row.not_in.join(', '), cell: row => row.not_in.join(', '), class: 'long'},
   ]).setRows(compare.disagreements);
@@ -255,17 +264,19 @@ function renderFigure(render, pictures) {
     element('figcaption', {}, render.view + ' (' + render.split + ')'));
 }
 
+const HALF_VIEWS = ' Appearance effects fit a gain and a bias on the left half of each photo: all figures are of the right halves.';
+
 function fillComparisons() {
-  data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, label}, place) => {
+  data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, thumbnails, label}, place) => {
     show('comparisons');
     const id = 'comparison-chart-' + place, parts = (list, make, title) => list && list.length ? [element('h3', {}, title), make()] : [];
     byId('comparisons').append(
       element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
         plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
-        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.'),
+        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
       listsTable(compare), element('div', {id}),
       ...parts(compare.pairs, () => pairsTable(compare), 'Paired differences'),
-      ...parts(compare.disagreements, () => disagreementsTable(compare), 'Photos on which lists disagree'),
+      ...parts(compare.disagreements, () => disagreementsTable(compare, thumbnails), 'Photos on which lists disagree'),
       ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
         'Renders side by side'));
     drawLists(id, compare, compare.lists.some(list => known((list.mean || {}).test_psnr)) ? 'test_psnr' : 'val_psnr');

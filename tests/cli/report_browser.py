@@ -1,6 +1,6 @@
 """Looks at reports in a headless Chromium, for test_report.sh:
 
-    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, hostile and large, as that script makes them
+    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, compared.html, hostile and large, as that script makes them
 
 Prints a line per check: "ok WHAT" or "failed WHAT: why".
 """
@@ -214,14 +214,32 @@ def matrix_is_right(browser, folder):
 @check('providers, payouts, comparison, benchmark, effects and what was run are there')
 def sections_are_there(browser, folder):
     page = Page(browser, f'{folder}/all.html')
-    for section, words in (('providers', ['Payout', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'yes']),
-                           ('benchmarks', ['dv_psnr', '0.62']), ('effects', ['occupancy', 'threshold']),
+    for section, words in (('providers', ['Payout', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'right halves']),
+                           ('benchmarks', ['dv_psnr', '0.62', "'=x"]), ('effects', ['occupancy', 'threshold']),
                            ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+0.3'])):
         text = page.run('return document.getElementById(arguments[0]).innerText', section)
         expect(text and not (missing := [word for word in words if word not in text]), f'{section}: lacks {missing}: {text[:2000]}')
     widths = page.run("""const images = [...document.querySelectorAll('.renders img')];
         images.forEach(image => { image.loading = 'eager'; }); return images.map(image => image.src.slice(0, 22))""")
     expect(widths == ['data:image/png;base64,'], widths)
+
+
+@check('differences are drawn and told as better or worse, of L1 the other way round')
+def differences_are_right(browser, folder):
+    page = Page(browser, f'{folder}/all.html')
+    rows = page.run("""return [...document.querySelectorAll('#comparisons tr')].filter(row => row.querySelector('svg')).map(row =>
+        [row.cells[2].textContent, row.cells[row.cells.length - 1].textContent, row.querySelector('svg rect') ? 'square' : 'dot'])""")
+    expect(rows == [['test PSNR, dB', 'better', 'dot'], ['test L1', 'better', 'dot'], ['validation L1', 'worse', 'square'],
+                    ['validation PSNR, dB', 'within noise', 'dot']], rows)
+
+
+@check('a comparison alone has pictures of the photos on which lists disagree')
+def disagreements_have_pictures(browser, folder):
+    for name in ('all.html', 'compared.html'):
+        width = Page(browser, f'{folder}/{name}').browser.execute_async_script("""const done = arguments[0];
+            const image = document.querySelector('#comparisons .photo img');
+            image.loading = 'eager'; image.decode().then(() => done(image.naturalWidth), done)""")
+        expect(isinstance(width, int) and width > 20, f'{name}: {width}')
 
 
 @check('hostile names are text, and nothing of them runs')

@@ -46,6 +46,13 @@ check "every list against the first, others against random" test "$(cut -d, -f 1
 check "three photos are in one list alone" test "$(grep -c '^view_00[0-5],all,top:3$' whole/disagreements.csv)" = 3
 check "a render of both test photos" test "$(cd whole/renders && echo *.png)" = "0.png 1.png"
 check "every training has an SSIM of both splits" test "$(tail -n +2 whole/compare.csv | grep -cE '^([^,]+,){9}[^,]+$')" = 6
+pictures() { grep -o 'data:image/webp' "$1/report.html" | wc -l; }
+check "and thumbnails of the three photos in the report" test "$(pictures whole)" = 3
+cp whole/report.html made.html
+check "which report makes again" "$program" report whole --quiet
+check "with the same bytes" cmp whole/report.html made.html
+check "or without them" eval '"$program" report whole --quiet --no-thumbnails && [[ $(pictures whole) = 0 ]]'
+mv made.html whole/report.html
 sides() { od -An -tu1 -j16 -N8 whole/renders/0.png | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
 check "the photo and three renders wide" test "$(sides)" = "64 12"
 
@@ -107,7 +114,7 @@ interrupted() {
 }
 check "a comparison is interrupted" interrupted
 check "it goes on" compare stopped "${three[@]}"
-check "to the same bytes as without" diff -r --exclude=trials.db first stopped
+check "to the same bytes as without, but for the name of the folder" diff -r --exclude=trials.db --exclude=report.html first stopped
 check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 --views 1
 check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
 check "and are another training" test "$(trials whole)" = 7

@@ -66,8 +66,8 @@ check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$f
 check "leaves no report" test ! -e "$folder/none.html"
 check "no folder at all" refuses 'OUT\.\.\. is missing'
 mkdir -p "$folder/compare/renders" "$folder/bench"
-printf 'scene,judgement,method,value,low,high,count\ntoys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200\ntoys,auc/harmful,dv_psnr,0.9,,,18\n' \
-    >"$folder/bench/benchmark.csv"
+printf '%s\n' scene,judgement,method,value,low,high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
+    "toys,lds/val_psnr,''=x,0.5,,,200" >"$folder/bench/benchmark.csv"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
 compare_json() { # compare_json RENDER
@@ -78,7 +78,11 @@ compare_json() { # compare_json RENDER
   {"name": "significant", "photos": [], "outcomes": [{"seed": 0, "test_psnr": 18.2, "photo_count": 9}, {"seed": 1, "test_psnr": 18.3,
    "photo_count": 9}], "mean": {"test_psnr": 18.25}, "stderr": {"test_psnr": 0.1}}],
  "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "low": 0.1, "high": 0.3,
-  "beyond_noise": true}],
+  "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "low": -0.3, "high": -0.1, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_l1", "difference": 0.1, "low": 0.05, "high": 0.2, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "low": -0.1, "high": 0.3, "beyond_noise": false}],
+ "half_views": true,
  "disagreements": [{"photo": "$photo", "in": ["all"], "not_in": ["significant"]}],
  "renders": [{"view": "view_002", "split": "test", "file": "$1", "columns": ["photo", "all"]}]}
 JSON
@@ -86,11 +90,74 @@ JSON
 check "a render for the comparison" "$program" render "$folder/run" --to "$folder/compare/renders/0.png" --device llvmpipe --quiet
 compare_json '../run/scores.csv' >"$folder/compare/compare.json"
 check "a comparison's render from elsewhere is refused" refuses 'compare.json: renders' "$folder/compare"
+compare_json 'renders/secret.png' >"$folder/compare/compare.json"
+cp "$folder/compare/renders/0.png" "$folder/secret.png"
+ln -s ../../secret.png "$folder/compare/renders/secret.png"
+check "nor one that a link leads to" refuses 'renders/secret.png: is a link that leads out of' "$folder/compare"
+ln -sfn 0.png "$folder/compare/renders/secret.png"
+check "but a link within the folder is fine" report "$folder/compare" --no-thumbnails
+cp "$folder/run/scores.csv" "$folder/compare/renders/secret.png" --remove-destination
+check "a render that is no picture" refuses 'renders/secret.png: is no PNG file' "$folder/compare"
+rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
+check "nor a file, which might never end" refuses 'renders/secret.png: no such file' "$folder/compare"
+mkdir "$folder/linked"
+for name in benchmark.csv compare.json ledger.db; do
+    ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
+    check "$name that is a link to another folder" refuses "linked/$name: is a link that leads out of" "$folder/linked"
+    rm "$folder/linked/$name"
+done
+ln -s ../run "$folder/linked/seed_0"
+check "so is the folder of a seed" refuses "linked/seed_0/ledger.db: is a link that leads out of" "$folder/linked"
+# edited PATTERN SQL: compare.json as SQLite's json functions change it is refused.
+edited() {
+    compare_json 'renders/0.png' >"$folder/draft.json"
+    sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/draft.json') AS TEXT) AS j)" >"$folder/compare/compare.json" &&
+        refuses "compare/compare.json: $1" "$folder/compare"
+}
+check "a comparison of nothing" edited 'the whole: .*scene' "'{}'"
+check "a comparison without lists" edited 'the whole: .*lists' "json_remove(j, '\$.lists')"
+check "a list without outcomes" edited 'lists: .*outcomes' "json_remove(j, '\$.lists[1].outcomes')"
+check "an outcome that is none" edited 'lists: ' "json_set(j, '\$.lists[0].outcomes[1]', NULL)"
+check "a measure that is no text" edited 'pairs: .*string' "json_set(j, '\$.pairs[0].measure', 3)"
+check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j, '\$.disagreements[0].in')"
+check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
+check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
+mkdir "$folder/edited"
+for name in benchmark providers payout duplicates; do
+    printf 'scene,method,value,low,high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
+    check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
+    rm "$folder/edited/$name.csv"
+done
 echo '{"lists": [' >"$folder/compare/compare.json"
 check "a comparison that is no JSON" refuses 'compare/compare.json: line [0-9]+: ' "$folder/compare"
 compare_json 'renders/0.png' >"$folder/compare/compare.json"
 check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" \
     --to "$folder/all.html"
+pictures() { grep -o 'data:image/webp' "$folder/$1" | wc -l; }
+check "which bring the thumbnails" test "$(pictures all.html)" -eq "$(pictures first.html)"
+check "of a comparison alone, those on which lists disagree" eval 'cd "$root" && report "$folder/compare" && [[ ! -s $folder/stderr ]]'
+check "are in it" test "$(pictures compare/report.html)" -eq 1
+mv "$folder/compare/report.html" "$folder/compared.html"
+check "unless asked not to" eval 'report "$folder/compare" --to "$folder/none.html" --no-thumbnails && [[ $(pictures none.html) -eq 0 ]]'
+sed -i 's/"downscale": 1/"downscale": 0/' "$folder/compare/compare.json"
+check "a divisor that there is not is a warning" warns 'out of range' report "$folder/compare"
+
+# ---- Runs that are there already, and ledgers of other photos -----------------------------------------------------------
+
+runs_of() { sed -n 's/.*id="data">//p' "$1" | grep -o '"run_id":' | wc -l; }
+check "a folder named twice is one run" eval 'report "$folder/run" "$folder/run/" --no-thumbnails --to "$folder/twice.html" &&
+    report "$folder/run" --no-thumbnails --to "$folder/once.html" && cmp "$folder/once.html" "$folder/twice.html"'
+mkdir "$folder/seeds" && cp -r "$folder/run" "$folder/seeds/seed_0"
+check "and so is that of a seed" report "$folder/seeds" "$folder/seeds/seed_0" "$folder/other" --no-thumbnails --to "$folder/twice.html"
+check "the page has two runs" test "$(runs_of "$folder/twice.html")" -eq 2
+cp -r "$folder/run" "$folder/padded"
+sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 41000)
+    INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, truth)
+    SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, truth FROM n, (SELECT * FROM image LIMIT 1)"
+check "a ledger of more photos than the scene has is a warning" warns 'padded: its ledger names other photos' report "$folder/padded"
+sqlite3 "$folder/padded/ledger.db" "DELETE FROM image WHERE image_id >= 1000; UPDATE image SET name = 'x' WHERE image_id = 3"
+check "so is one of others" warns 'padded: its ledger names other photos' report "$folder/padded"
+
 check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
     "$folder/run/report.html" "$folder/hostile/report.html"'
 

@@ -3,6 +3,7 @@
 #include "unit/ledger_fixture.h"
 
 #include <jansson.h>
+#include <sys/mman.h>
 
 #include "report/html_parts.h"
 #include "viewworth/image.h"
@@ -237,6 +238,91 @@ static void documents_carry_their_pictures(void **state) {
     free(path);
 }
 
+static void documents_carry_thumbnails_by_name(void **state) {
+    struct fixture *fixture = *state;
+    static const char *const names[] = {"a.png", "constructor"};
+    const struct vw_report_picture thumbnails[] = {{"abc", 3}, {0}};
+    const struct vw_report_document document = {.kind = "compare",
+                                                .label = "out",
+                                                .file = "compare.json",
+                                                .json = "{}",
+                                                .thumbnail_names = names,
+                                                .thumbnails = thumbnails,
+                                                .thumbnail_count = 2};
+    fixture->page.documents = &document;
+    fixture->page.document_count = 1;
+    write_page(fixture);
+    const json_t *written = json_object_get(json_array_get(json_object_get(fixture->data, "documents"), 0), "thumbnails");
+    assert_string_equal(json_string_value(json_object_get(written, "a.png")), "data:image/webp;base64,YWJj");
+    assert_true(json_is_null(json_object_get(written, "constructor")));
+}
+
+// ---- Short memory -----------------------------------------------------------------------------------------------------------
+
+enum { BLOCKS_MOST = 4000, BLOCK_BYTES = 8192 };
+static struct {
+    char *blocks[BLOCKS_MOST]; // none is used twice: what was freed cannot be touched
+    uint32_t given, left, held;
+} memory;
+
+static void *give_block(size_t size_bytes) {
+    if (!memory.left || size_bytes > BLOCK_BYTES) return NULL;
+    assert_true(memory.given < BLOCKS_MOST);
+    char *block = mmap(NULL, BLOCK_BYTES, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(block != MAP_FAILED);
+    memory.left--;
+    memory.held++;
+    return memory.blocks[memory.given++] = block;
+}
+
+static void take_block(void *block) {
+    if (!block) return;
+    memory.held--;
+    mprotect(block, BLOCK_BYTES, PROT_NONE);
+}
+
+// Whether the page is written with so many pieces of memory for its JSON; none of them is used once freed, or lost.
+static bool fits_into(const struct vw_report_page *page, const char *path, uint32_t blocks) {
+    json_malloc_t give;
+    json_free_t take;
+    json_get_alloc_funcs(&give, &take);
+    memory.given = memory.held = 0;
+    memory.left = blocks;
+    json_set_alloc_funcs(give_block, take_block);
+    enum vw_status status = vw_report_write_html(path, page);
+    json_set_alloc_funcs(give, take);
+    assert_true(!status || status == VW_ERROR_MEMORY || status == VW_ERROR_INPUT); // jansson does not say why it cannot read a text
+    assert_int_equal(memory.held, 0);
+    for (uint32_t i = 0; i < memory.given; i++) munmap(memory.blocks[i], BLOCK_BYTES);
+    return !status;
+}
+
+static void short_memory_is_an_error(void **state) {
+    struct fixture *fixture = *state;
+    static const char *const names[] = {"a.png"};
+    const struct vw_report_picture picture = {"abc", 3}, thumbnails[2] = {0};
+    const struct vw_report_document document = {"compare", "out", "compare.json", "[]", names, &picture, 1, names, &picture, 1};
+    const struct vw_ledger_score score = {test_images[0].image_id, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
+    const struct vw_step_record records[] = {{.step = 0, .val_psnr = 10}, {.step = 1, .val_psnr = 11}};
+    uint32_t ids[] = {test_images[0].image_id, test_images[1].image_id};
+    double values[4] = {0};
+    const struct vw_matrix matrix = {
+        .photos = ids, .photo_count = 2, .views = ids, .view_count = 2, .visit_count = 2, .psnr = values, .l1 = values};
+    const struct vw_view_evidence views[2] = {0};
+    struct vw_report_run *run = &fixture->run;
+    run->image_count = 2, run->scores = &score, run->score_count = 1, run->records = records, run->record_count = 2;
+    run->matrix = &matrix, run->views = views, run->standard_errors = values, run->thumbnails = thumbnails;
+    fixture->page.documents = &document, fixture->page.document_count = 1;
+    char *path = vw_path_join(fixture->folder, "short.html");
+    uint32_t blocks = 0;
+    while (!fits_into(&fixture->page, path, blocks)) {
+        assert_false(vw_file_exists(path));
+        assert_true(++blocks < BLOCKS_MOST);
+    }
+    assert_in_range(blocks, 100, BLOCKS_MOST);
+    free(path);
+}
+
 static void a_score_of_no_image_is_refused(void **state) {
     struct fixture *fixture = *state;
     const struct vw_ledger_score score = {77, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
@@ -315,6 +401,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(long_runs_are_thinned_to_their_last_step, set_up, tear_down),
         cmocka_unit_test_setup_teardown(runs_share_their_thumbnails, set_up, tear_down),
         cmocka_unit_test_setup_teardown(documents_carry_their_pictures, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(documents_carry_thumbnails_by_name, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(short_memory_is_an_error, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_score_of_no_image_is_refused, set_up, tear_down),
         cmocka_unit_test(a_thumbnail_is_small_and_keeps_its_shape),
         cmocka_unit_test_setup_teardown(the_page_loads_nothing, set_up, tear_down),
