@@ -51,7 +51,8 @@ static bool read_scores_wish(const char *word, struct wish *wish) {
     return wish->path && vw_file_exists(wish->path);
 }
 
-// Words come before files: a file of such a name is ./all. A file may be gone by the time that the lists are made.
+// Words come before files: a file of such a name is ./all. A file may be gone by the time that the lists are made. `*wish`
+// is to be freed (path) in any case.
 static enum vw_status read_wish(const struct vw_options *options, const char *word, struct wish *wish) {
     *wish = (struct wish){.form = FORM_UNKNOWN, .selection = {.method = options->method}};
     if (!strcmp(word, "all")) wish->form = FORM_ALL;

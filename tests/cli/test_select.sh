@@ -256,7 +256,8 @@ check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------
 
-for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0' '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
+for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0' \
+    '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
         ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
         LIMIT 9)'; do
     rm -f "$folder/rule.txt"
@@ -268,7 +269,8 @@ for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0
 done
 run=$folder/single.run
 list=$folder/none.json
-check "no rule is refused" refuses 'one of --positive, --significant, --harmless, --top K\|P% and --drop K\|P%, not none' select "$run" --to "$list"
+check "no rule is refused" refuses 'one of --positive, --significant, --harmless, --top K\|P% and --drop K\|P%, not none' \
+    select "$run" --to "$list"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
 check "an unknown method is refused with those there are" refuses 'no scores by method "nima"; use one of: dv_psnr, dv_loss' \

@@ -285,10 +285,10 @@ static void test_other_lists_leave_the_scene_what_it_is(void **state) {
     static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json", "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
-    write_dense(temporary_path(*state, "tourism"), rows);
+    char *tourism = vw_path_join(*state, "tourism");
+    write_dense(tourism, rows);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
-        const char *tourism = temporary_path(*state, "tourism");
         check_refused(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE, "another scene");
         check_refused(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
                                  temporary_path(tourism, names[i]), NULL, false),
@@ -296,6 +296,7 @@ static void test_other_lists_leave_the_scene_what_it_is(void **state) {
     }
     const char *elsewhere = temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
     check_written(write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
+    free(tourism);
 }
 
 // Whatever memory runs out, a list is whole or not there.
