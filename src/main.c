@@ -41,8 +41,12 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK | VW_OPTIONS_JSON,
      vw_command_benchmark},
     {"compare", "SCENE", "Say which set of photos makes the better reconstruction",
-     "Trains every --list with the same seeds and measures whole validation and test photos: PSNR, SSIM and L1, and whether lists differ "
-     "beyond noise. random draws as many photos as the list before it, anew for each seed. Leaves trials.db, compare.json, compare.csv, "
+     "Trains every --list with the same seeds and measures whole validation and test photos (where appearance effects fit them, their "
+     "right "
+     "halves): PSNR, SSIM and L1, and whether lists differ beyond noise. Lists chosen by --scores were chosen on validation photos: only "
+     "test "
+     "figures judge them; take other seeds than the valued run's. random draws as many photos as the list before it, anew for each seed. "
+     "Leaves trials.db, compare.json, compare.csv, "
      "pairs.csv, disagreements.csv, renders/ and report.html in the --out folder; the same command goes on where it was stopped.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE | VW_OPTIONS_THUMBNAILS |
          VW_OPTIONS_JSON,
@@ -56,7 +60,8 @@ static const struct vw_command commands[] = {
      "the scene as the training did.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
     {"select", "OUT", "List the photos worth training on, in the format that the scene came in",
-     "Takes one of --positive, --significant, --top and --drop; needs no GPU and none of the scene's images. Writes the scene's NeRF-W TSV "
+     "Takes one of --positive, --significant, --harmless, --top and --drop; needs no GPU and none of the scene's images. Writes the "
+     "scene's NeRF-W TSV "
      "with the rows of the chosen photos, transforms.json with their frames (to PATH.json as one file that tells splits apart by "
      "nerfstudio's train_filenames, val_filenames and test_filenames; to any other PATH as a folder of transforms_{train,val,test}.json), "
      "COLMAP's image list, or plain names, one a line. Validation and test photos stay as they are. Paths in transforms.json lead from "

@@ -109,6 +109,9 @@ struct vw_scene_params {
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
 
+// The views of a split: scene indices, ascending, owned by the caller also after a failure. `*views` and `*count` are zero before.
+enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views, uint32_t *count);
+
 // Whether a pixel is trained and validated on: neither masked out nor unusable (beyond the lens; NaN, infinite or negative in the file).
 bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 // The same where mask files are ignored: not unusable.

@@ -11,6 +11,7 @@
 enum vw_selection_rule {
     VW_SELECT_POSITIVE,    // value above zero
     VW_SELECT_SIGNIFICANT, // lower end of the interval above zero; a score without an interval never is
+    VW_SELECT_HARMLESS,    // upper end of the interval not below zero; a score without an interval always is
     VW_SELECT_TOP,         // the best `amount`
     VW_SELECT_DROP,        // all but the worst `amount`
 };
@@ -27,6 +28,9 @@ struct vw_selection {
     uint32_t count;        // at least 1
     uint32_t scored_count; // among so many was chosen
 };
+
+// Reads "K" or "P%" into amount and percent; false for what is neither. The range is vw_selection_make's to check.
+bool vw_selection_read_amount(const char *text, struct vw_selection_params *params);
 
 // A train photo without a score of the method (NaN, or no visit that counts) is not chosen from by any rule: nothing is known of it.
 // VW_ERROR_USAGE for a method without scores (the message names those that have some) and for an amount out of range; VW_ERROR_INPUT

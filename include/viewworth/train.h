@@ -104,6 +104,8 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
 // Whether the effect of that name is on; false for one that is not in the list.
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
+// Whether an effect is on that fits every measured view by its left half, so that it is scored on its right half alone.
+bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
 // Measures the scene and chooses. Some evidence takes a probing run on `gpu`, of about a second; without a device (NULL), without photos to
 // train on, or where `effects` leaves nothing to the evidence, there is none, and what it would tell is NaN. The same scene on the same
 // device gets the same verdicts.

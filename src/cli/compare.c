@@ -154,6 +154,8 @@ static enum vw_status run(struct comparison *comparison) {
     if (!status) status = vw_folder_create(comparison->pictures_folder);
     comparison->laboratory.whole_views = true;
     if (!status) status = vw_laboratory_open(comparison->options, &comparison->laboratory);
+    const struct vw_stage *stage = &comparison->laboratory.stage;
+    comparison->compared.half_views = vw_effects_fit_views(stage->effects, stage->effect_count);
     if (!status) status = train(comparison);
     return status ? status : conclude(comparison);
 }

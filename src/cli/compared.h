@@ -16,6 +16,7 @@ struct vw_compared {
     const struct vw_scene *scene;
     struct vw_compared_lists *lists;
     const char *scene_hash;
+    bool half_views;                // figures are of right halves: appearance is fitted on the left ones
     struct vw_outcome *outcomes;    // owned; [list][seed]
     struct vw_compared_pair *pairs; // owned; every list against the first one, then against each random one
     uint32_t pair_count;

@@ -103,9 +103,10 @@ static json_t *compared_to_json(const struct vw_compared *compared) {
             append(&pairs, pair_to_json(compared, &compared->pairs[p], measure));
     for (uint32_t i = 0; i < compared->lists->train_count; i++) add_disagreement(compared, compared->lists->train_views[i], &disagreements);
     for (uint32_t i = 0; i < compared->shown_count; i++) append(&renders, render_to_json(compared, i));
-    return json_pack("{s:s, s:s, s:o, s:I, s:I, s:s, s:o, s:o, s:o, s:o}", "scene", options->operand, "scene_hash", compared->scene_hash,
-                     "seeds", seeds, "downscale", (json_int_t)options->downscale, "epochs", (json_int_t)options->config.epochs, "equal",
-                     vw_equal_name(options->equal), "lists", lists, "pairs", pairs, "disagreements", disagreements, "renders", renders);
+    return json_pack("{s:s, s:s, s:o, s:I, s:I, s:s, s:b, s:o, s:o, s:o, s:o}", "scene", options->operand, "scene_hash",
+                     compared->scene_hash, "seeds", seeds, "downscale", (json_int_t)options->downscale, "epochs",
+                     (json_int_t)options->config.epochs, "equal", vw_equal_name(options->equal), "half_views", compared->half_views,
+                     "lists", lists, "pairs", pairs, "disagreements", disagreements, "renders", renders);
 }
 
 enum vw_status vw_compared_write_json(const struct vw_compared *compared, bool print) {

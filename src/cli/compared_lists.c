@@ -1,16 +1,20 @@
 #include "cli/compared_lists.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/imported.h"
+#include "cli/scored_run.h"
+#include "ledger/find_image.h"
+#include "scene/draft.h"
 #include "scene/train_list.h"
 #include "viewworth/file.h"
-#include "viewworth/ledger.h"
+#include "viewworth/hash.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
-#include "viewworth/selection.h"
 #include "viewworth/statistics.h"
 
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings lie below
@@ -26,33 +30,29 @@ struct wish {
     double least; // of imported scores
 };
 
-// The number that a text is, whole; `*percent` when a % follows.
-static bool read_amount(const char *text, double *amount, bool *percent) {
-    char *end = NULL;
-    *amount = strtod(text, &end);
-    *percent = *end == '%';
-    return end != text && !end[*percent] && isfinite(*amount);
-}
-
 static bool read_rule(const char *word, struct vw_selection_params *selection) {
     bool top = strncmp(word, "top:", 4) == 0, drop = strncmp(word, "drop:", 5) == 0;
     if (!strcmp(word, "positive")) selection->rule = VW_SELECT_POSITIVE;
     else if (!strcmp(word, "significant")) selection->rule = VW_SELECT_SIGNIFICANT;
+    else if (!strcmp(word, "harmless")) selection->rule = VW_SELECT_HARMLESS;
     else if (top || drop) selection->rule = top ? VW_SELECT_TOP : VW_SELECT_DROP;
     else return false;
-    return !(top || drop) || read_amount(strchr(word, ':') + 1, &selection->amount, &selection->percent);
+    return !(top || drop) || vw_selection_read_amount(strchr(word, ':') + 1, selection);
 }
 
 // FILE.csv@LEAST; an @ may be part of the file's name as well.
 static bool read_scores_wish(const char *word, struct wish *wish) {
     const char *at = strrchr(word, '@');
-    bool percent = false;
-    if (!at || !read_amount(at + 1, &wish->least, &percent) || percent) return false;
+    char *end = NULL;
+    if (!at) return false;
+    wish->least = strtod(at + 1, &end);
+    if (end == at + 1 || *end || !isfinite(wish->least)) return false;
     wish->path = vw_format_text("%.*s", (int)(at - word), word);
     return wish->path && vw_file_exists(wish->path);
 }
 
-// Words come before files: a file of such a name is ./all. `*wish` is to be freed (path) in any case.
+// Words come before files: a file of such a name is ./all. A file may be gone by the time that the lists are made. `*wish`
+// is to be freed (path) in any case.
 static enum vw_status read_wish(const struct vw_options *options, const char *word, struct wish *wish) {
     *wish = (struct wish){.form = FORM_UNKNOWN, .selection = {.method = options->method}};
     if (!strcmp(word, "all")) wish->form = FORM_ALL;
@@ -61,6 +61,9 @@ static enum vw_status read_wish(const struct vw_options *options, const char *wo
     else if (vw_file_exists(word)) wish->form = FORM_FILE;
     else if (read_scores_wish(word, wish)) wish->form = FORM_SCORES;
     if (wish->form == FORM_FILE) wish->path = vw_copy_text(word);
+    if (wish->form == FORM_UNKNOWN)
+        return vw_fail(VW_ERROR_USAGE, "neither a file nor SCORES.csv@LEAST nor one of all, positive, significant, harmless, top:K, "
+                                       "top:P%%, drop:P%%, random");
     return wish->form == FORM_FILE && !wish->path ? VW_ERROR_MEMORY : VW_OK;
 }
 
@@ -69,11 +72,7 @@ static enum vw_status check(const struct vw_options *options, uint32_t place) {
     struct wish wish;
     enum vw_status status = read_wish(options, word, &wish);
     free(wish.path);
-    if (status) return status;
-    if (wish.form == FORM_UNKNOWN)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--list %s: neither a file nor SCORES.csv@LEAST nor one of all, positive, significant, top:K, top:P%%, drop:P%%, random", word);
+    if (status) return vw_fail_context(status, "--list %s", word);
     if (!vw_name_is_clean(word)) return vw_fail(VW_ERROR_USAGE, "--list: a name is no UTF-8 or holds control characters; rename the file");
     if (wish.form == FORM_SELECTION && !options->scores)
         return vw_fail(VW_ERROR_USAGE, "--list %s: chooses by scores; name the valued run by --scores OUT", word);
@@ -120,71 +119,80 @@ static char *name_list(const struct vw_compared_lists *lists, const struct wish 
 // ---- By scores ----------------------------------------------------------------------------------------------------------
 
 static const struct vw_view *find_train_view(const struct vw_scene *scene, const char *name) {
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (!strcmp(scene->views[v].name, name)) return scene->views[v].split == VW_SPLIT_TRAIN ? &scene->views[v] : NULL;
-    return NULL;
+    const struct vw_view *view = vw_scene_find_view(scene, name);
+    return view && view->split == VW_SPLIT_TRAIN ? view : NULL;
 }
 
+static bool trains(const struct vw_ledger_image *image) { return !strcmp(image->split, vw_split_name(VW_SPLIT_TRAIN)); }
+
 // Scores tell the photos that were valued apart; of others they say nothing. Names must be the same, sizes need not.
-static enum vw_status check_photos(const char *run, const struct vw_ledger_image *images, uint32_t count, const struct vw_scene *scene) {
+static enum vw_status check_photos(const struct vw_scored_run *run, const struct vw_scene *scene) {
+    const char *out = run->recorded.out;
     uint32_t valued = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        if (strcmp(images[i].split, vw_split_name(VW_SPLIT_TRAIN)) != 0) continue;
+    for (uint32_t i = 0; i < run->image_count; i++) {
+        if (!trains(&run->images[i])) continue;
         valued++;
-        if (!find_train_view(scene, images[i].name))
+        if (!find_train_view(scene, run->images[i].name))
             return vw_fail(VW_ERROR_INPUT, "--scores %s: values %s, which is no photo to train on in %s; value this scene, with its splits",
-                           run, images[i].name, scene->path);
+                           out, run->images[i].name, scene->path);
     }
     if (valued == scene->split_count[VW_SPLIT_TRAIN]) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "--scores %s: values %u photos, and %u are to train on in %s; value this scene, with its splits", run,
+    return vw_fail(VW_ERROR_INPUT, "--scores %s: values %u photos, and %u are to train on in %s; value this scene, with its splits", out,
                    valued, scene->split_count[VW_SPLIT_TRAIN], scene->path);
 }
 
-static void mark_selected(const struct vw_selection *selection, const struct vw_ledger_image *images, uint32_t image_count,
-                          const struct vw_scene *scene, bool *chosen) {
-    for (uint32_t i = 0; i < selection->count; i++)
-        for (uint32_t image = 0; image < image_count; image++)
-            if (images[image].image_id == selection->image_ids[i]) chosen[find_train_view(scene, images[image].name) - scene->views] = true;
+static enum vw_status select_photos(const struct vw_scored_run *run, const struct wish *wish, const struct vw_scene *scene, bool *chosen) {
+    struct vw_selection selection = {0};
+    enum vw_status status = vw_scored_run_select(run, &wish->selection, &selection);
+    for (uint32_t i = 0; i < selection.count; i++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, selection.image_ids[i]);
+        const struct vw_view *view = image ? find_train_view(scene, image->name) : NULL;
+        if (view) chosen[view - scene->views] = true; // all are, as long as the photos are those that were checked
+    }
+    vw_selection_free(&selection);
+    return status;
 }
 
-static enum vw_status select_photos(const char *run, const struct wish *wish, const struct vw_scene *scene, bool *chosen) {
-    struct vw_ledger *ledger = NULL;
-    const struct vw_ledger_image *images = NULL;
-    struct vw_ledger_score *scores = NULL;
-    struct vw_selection selection = {0};
-    uint32_t image_count = 0, score_count = 0;
-    char *path = vw_path_join(run, "ledger.db");
-    enum vw_status status = path ? vw_ledger_open(path, &ledger) : VW_ERROR_MEMORY;
-    if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
-    if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
-    if (!status) status = check_photos(run, images, image_count, scene);
-    if (!status) status = vw_selection_make(scores, score_count, images, image_count, &wish->selection, &selection);
-    if (!status) mark_selected(&selection, images, image_count, scene, chosen);
-    vw_selection_free(&selection);
-    free(scores);
-    vw_ledger_close(&ledger);
-    free(path);
-    return status;
+// Bytes of files are the same at any size; those of recipes and of spoiled photos, of which a truth is known, are made at this one.
+static uint32_t count_changed(const struct vw_scored_run *run, const struct vw_options *options, const struct vw_scene *scene) {
+    const json_t *downscale = json_object_get(run->scene_options, "downscale");
+    bool same_size = (downscale ? json_integer_value(downscale) : 1) == options->downscale;
+    uint32_t changed = 0;
+    for (uint32_t i = 0; i < run->image_count; i++) {
+        const struct vw_view *view = trains(&run->images[i]) ? find_train_view(scene, run->images[i].name) : NULL;
+        char hash[VW_HASH_HEX_BYTES];
+        if (!view || !run->images[i].sha256 || (view->truth && !same_size)) continue;
+        vw_hash_to_hex(view->sha256, hash);
+        changed += strcmp(hash, run->images[i].sha256) != 0;
+    }
+    return changed;
+}
+
+// What makes a comparison of lists chosen by the run doubtful.
+static void warn(const struct vw_scored_run *run, const struct vw_options *options, const struct vw_scene *scene) {
+    const struct vw_ledger_run *row = &run->recorded.row;
+    uint64_t first = options->config.seed;
+    vw_scored_run_warn(run, options->plant);
+    if (vw_is_imported(row)) return; // from other seeds, and of names alone
+    uint32_t changed = count_changed(run, options, scene);
+    if (changed) vw_log_warning("--scores %s: %u photos have changed since they were valued", run->recorded.out, changed);
+    if (row->seed >= 0 && (uint64_t)row->seed >= first && (uint64_t)row->seed - first < options->seeds)
+        vw_log_warning("--scores %s: was valued with seed %" PRId64
+                       ", which is compared with as well: what was luck there is counted again "
+                       "for its lists; give another --seed",
+                       run->recorded.out, row->seed);
 }
 
 // ---- Making lists -------------------------------------------------------------------------------------------------------
 
-static enum vw_status list_train_views(const struct vw_scene *scene, struct vw_compared_lists *lists) {
-    lists->train_views = vw_allocate(scene->view_count, sizeof *lists->train_views);
-    if (!lists->train_views) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_TRAIN) lists->train_views[lists->train_count++] = v;
-    return VW_OK;
-}
-
 // Marks the photos of a list that is not random.
-static enum vw_status choose(const struct vw_options *options, const struct wish *wish, const struct vw_compared_list *list,
+static enum vw_status choose(const struct vw_scored_run *run, const struct wish *wish, const struct vw_compared_list *list,
                              const struct vw_scene *scene, bool *chosen) {
     uint32_t passed_over = 0;
     enum vw_status status = VW_OK;
     if (wish->form == FORM_ALL)
         for (uint32_t v = 0; v < scene->view_count; v++) chosen[v] = scene->views[v].split == VW_SPLIT_TRAIN;
-    else if (wish->form == FORM_SELECTION) status = select_photos(options->scores, wish, scene, chosen);
+    else if (wish->form == FORM_SELECTION) status = select_photos(run, wish, scene, chosen);
     else status = vw_train_list_read(scene, wish->path, wish->form == FORM_SCORES ? &wish->least : NULL, chosen, &passed_over);
     if (!status && passed_over) vw_log_info("list     %s: %u photos that it names are passed over", list->name, passed_over);
     return status;
@@ -213,35 +221,40 @@ static uint32_t epochs_of(const struct vw_options *options, uint32_t train_count
     return (uint32_t)epochs;
 }
 
-static enum vw_status make_list(const struct vw_options *options, const struct vw_scene *scene, const struct wish *wish, const char *word,
-                                struct vw_compared_lists *lists) {
+static enum vw_status make_list(const struct vw_options *options, const struct vw_scene *scene, const struct vw_scored_run *run,
+                                const char *word, struct vw_compared_lists *lists) {
     struct vw_compared_list *list = &lists->lists[lists->count];
+    struct wish wish;
     bool *chosen = vw_allocate(scene->view_count, sizeof *chosen);
-    list->name = name_list(lists, wish, word);
+    enum vw_status status = read_wish(options, word, &wish);
+    if (!status) list->name = name_list(lists, &wish, word);
     list->views = vw_allocate(lists->train_count, sizeof *list->views);
-    enum vw_status status = chosen && list->name && list->views ? VW_OK : VW_ERROR_MEMORY;
-    if (!status && wish->form == FORM_RANDOM) status = plan_random(lists, list);
+    if (!status && (!chosen || !list->name || !list->views)) status = VW_ERROR_MEMORY;
+    if (!status && wish.form == FORM_RANDOM) status = plan_random(lists, list);
     else if (!status) {
-        status = choose(options, wish, list, scene, chosen);
+        status = choose(run, &wish, list, scene, chosen);
         if (!status) status = take_chosen(lists, chosen, list);
     }
     if (!status) list->epochs = epochs_of(options, lists->train_count, list->count);
+    lists->by_scores |= wish.form == FORM_SELECTION;
     lists->count++; // what there is of it is freed in any case
     free(chosen);
+    free(wish.path);
     return status;
 }
 
 enum vw_status vw_compared_lists_make(const struct vw_options *options, const struct vw_scene *scene, struct vw_compared_lists *lists) {
+    struct vw_scored_run run = {0};
     *lists = (struct vw_compared_lists){0};
-    enum vw_status status = list_train_views(scene, lists);
+    enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_TRAIN, &lists->train_views, &lists->train_count);
+    if (!status && options->scores) status = vw_scored_run_open(options->scores, &run);
+    if (!status && options->scores) status = check_photos(&run, scene);
     for (uint32_t i = 0; !status && i < options->lists.count; i++) {
-        const char *word = options->lists.texts[i];
-        struct wish wish;
-        status = read_wish(options, word, &wish);
-        if (!status) status = make_list(options, scene, &wish, word, lists);
-        if (status) vw_fail_context(status, "--list %s", word);
-        free(wish.path);
+        status = make_list(options, scene, &run, options->lists.texts[i], lists);
+        if (status) vw_fail_context(status, "--list %s", options->lists.texts[i]);
     }
+    if (!status && lists->by_scores) warn(&run, options, scene);
+    vw_scored_run_close(&run);
     return status;
 }
 

@@ -20,6 +20,7 @@ struct vw_compared_list {
 struct vw_compared_lists {
     struct vw_compared_list lists[VW_TEXTS_MOST];
     uint32_t count;
+    bool by_scores;                     // some are chosen by those of --scores, and so by validation photos
     uint32_t *train_views, train_count; // owned; all photos that may be trained on
 };
 

@@ -88,9 +88,13 @@ void vw_compared_print(const struct vw_compared *compared) {
     const struct vw_options *options = compared->options;
     const struct vw_scene *scene = compared->scene;
     printf("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean over seeds +- standard error\n"
-           "PSNR, SSIM and L1: means over %u whole validation and %u whole test photos\n\n",
+           "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
            compared->lists->count, options->operand, options->seeds, options->seeds > 1 ? "s" : "", options->config.seed,
-           vw_equal_name(options->equal), scene->split_count[VW_SPLIT_VAL], scene->split_count[VW_SPLIT_TEST]);
+           vw_equal_name(options->equal), scene->split_count[VW_SPLIT_VAL], scene->split_count[VW_SPLIT_TEST],
+           compared->half_views ? "their right halves: appearance is fitted on the left ones" : "whole");
+    if (compared->lists->by_scores)
+        printf("lists chosen by --scores were chosen on validation photos: only test figures are out of sample\n");
+    putchar('\n');
     print_lists(compared);
     if (compared->pair_count) printf("\ndifferences of trainings with the same seed [95 %% interval]\n");
     for (uint32_t p = 0; p < compared->pair_count; p++) print_pair(compared, &compared->pairs[p]);

@@ -22,15 +22,6 @@ static double cpu_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static enum vw_status list_train_views(struct vw_laboratory *laboratory) {
-    const struct vw_scene *scene = laboratory->stage.scene;
-    laboratory->train_views = vw_allocate(scene->view_count, sizeof *laboratory->train_views);
-    if (!laboratory->train_views) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (scene->views[v].split == VW_SPLIT_TRAIN) laboratory->train_views[laboratory->train_count++] = v;
-    return VW_OK;
-}
-
 static uint32_t epochs_of(const struct vw_laboratory *laboratory, const struct vw_trial *trial) {
     return trial->epochs ? trial->epochs : laboratory->options->config.epochs;
 }
@@ -73,7 +64,7 @@ enum vw_status vw_laboratory_open(const struct vw_options *options, struct vw_la
     laboratory->options = options;
     enum vw_status status = vw_stage_open(options, &laboratory->stage);
     if (!status) status = vw_stage_decide_effects(options, &laboratory->stage);
-    if (!status) status = list_train_views(laboratory);
+    if (!status) status = vw_scene_list_views(laboratory->stage.scene, VW_SPLIT_TRAIN, &laboratory->train_views, &laboratory->train_count);
     if (!status) status = name_base(laboratory);
     if (!status) status = open_trials(laboratory);
     return status;
@@ -164,7 +155,7 @@ static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw
     return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
 }
 
-// Both splits at once: most of the cost is that of setting up.
+// Both splits at once: of shares of views, setting up is most of the cost.
 static enum vw_status measure(const struct vw_laboratory *laboratory, struct vw_trainer *trainer, const char *id,
                               struct vw_outcome *outcome) {
     const struct vw_scene *scene = laboratory->stage.scene;

@@ -119,6 +119,7 @@ static const struct option_row rows[] = {
     {"to", "PATH", "the list to write (needed): a new file, or for transforms.json also a folder", VW_OPTIONS_SELECT, TEXT, FIELD(to)},
     {"positive", NULL, "keep the photos whose score is above zero", VW_OPTIONS_SELECT, FLAG, FIELD(positive)},
     {"significant", NULL, "keep the photos whose 95 % interval lies above zero", VW_OPTIONS_SELECT, FLAG, FIELD(significant)},
+    {"harmless", NULL, "keep all but the photos whose 95 % interval lies below zero", VW_OPTIONS_SELECT, FLAG, FIELD(harmless)},
     {"top", "K|P%", "keep the K best photos, or the best P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(top)},
     {"drop", "K|P%", "keep all but the K worst photos, or the worst P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(drop)},
     {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE, TEXT, FIELD(method)},
@@ -134,10 +135,11 @@ static const struct option_row rows[] = {
     {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,truth)", VW_OPTIONS_BENCHMARK, TEXT,
      FIELD(curves)},
     {"list", "WHAT",
-     "photos to train on (needed, may be repeated): all, positive, significant, top:K, top:P%, drop:P%, random, a file of names, a NeRF-W "
-     "TSV, a transforms file, or SCORES.csv@LEAST",
+     "photos to train on (needed, may be repeated): all, positive, significant, harmless, top:K, top:P%, drop:P%, random, a file of "
+     "names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST (a CSV with the header name,score)",
      VW_OPTIONS_COMPARE, FIELD(lists), .kind = KIND_TEXTS},
-    {"scores", "OUT", "the valued run that positive, significant, top and drop choose by", VW_OPTIONS_COMPARE, TEXT, FIELD(scores)},
+    {"scores", "OUT", "the valued run that positive, significant, harmless, top and drop choose by", VW_OPTIONS_COMPARE, TEXT,
+     FIELD(scores)},
     {"seeds", "K", "trainings of each list, of the seeds from --seed on", VW_OPTIONS_COMPARE, COUNT, FIELD(seeds), .least = 1, .most = 50},
     {"equal", "NAME", "what lists of different lengths train equally long: steps (epochs in proportion), or epochs, as the paper",
      VW_OPTIONS_COMPARE, FIELD(equal), .kind = KIND_CHOICE, .choice_name = equal_choice, .choice_count = VW_EQUAL_EPOCHS + 1},

@@ -44,7 +44,7 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
-    bool positive, significant;
+    bool positive, significant, harmless;
     const char *top, *drop;
     const char *method; // whose scores choose
     struct vw_texts lists;

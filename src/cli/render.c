@@ -52,8 +52,7 @@ static enum vw_status open_rendering(const struct vw_options *options, struct re
     if (!status) status = load_field(rendering);
     rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
     rendering->masked = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "masks");
-    rendering->fitted = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "appearance") ||
-                        vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "appearance_code");
+    rendering->fitted = vw_effects_fit_views(rendering->run.effects, rendering->run.effect_count);
     return status;
 }
 

@@ -8,6 +8,7 @@
 
 #include "scene/colmap.h"
 #include "scene/draft.h"
+#include "scene/transforms.h"
 #include "viewworth/csv.h"
 #include "viewworth/file.h"
 #include "viewworth/memory.h"
@@ -72,6 +73,21 @@ enum vw_status vw_photo_list_way(const struct vw_photo_list *list, const char *f
     free(folder);
     free(real_from);
     free(real_folder);
+    return status;
+}
+
+// Of any format: where such a file is, a folder is read as transforms.json before all else.
+enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
+    const char *to = list->to, *slash = strrchr(to, '/');
+    bool is_folder = vw_folder_exists(to);
+    char *way = NULL;
+    if (!is_folder && !vw_transforms_is_scene_file(slash ? slash + 1 : to)) return VW_OK;
+    char *folder = is_folder ? vw_copy_text(to) : vw_path_folder(to);
+    enum vw_status status = folder ? vw_photo_list_way(list, folder, &way) : VW_ERROR_MEMORY;
+    if (!status && !*way)
+        status = vw_fail(VW_ERROR_USAGE, "--to %s: by that name the scene's own folder would be read as another scene; choose another", to);
+    free(way);
+    free(folder);
     return status;
 }
 

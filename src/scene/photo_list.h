@@ -12,6 +12,8 @@ bool vw_photo_list_keeps(const struct vw_listed_photo *photo);
 enum vw_status vw_photo_list_refuse_missing(const struct vw_photo_list *list, const struct vw_listed_photo *photo);
 // VW_ERROR_USAGE when something is at `path`.
 enum vw_status vw_photo_list_check_new(const char *path);
+// VW_ERROR_USAGE when the list, by its name and place, would make another scene of the scene's folder.
+enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list);
 // The scene's folder, owned by the caller; NULL when memory is short.
 char *vw_photo_list_scene_folder(const struct vw_photo_list *list);
 // The way from a folder to the scene's: "" (the same), "../", "../a/b/". Owned by the caller. VW_ERROR_USAGE when `from` does not exist, or

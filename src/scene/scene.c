@@ -107,8 +107,8 @@ enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char 
     const struct vw_scene_format *found = NULL;
     *opens = false;
     enum vw_status status = VW_OK;
-    if (list->scene_path)
-        status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
+    if (list->scene_path) status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
+    if (!status && found) status = vw_photo_list_check_place(list);
     if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
     if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
     return status;

@@ -14,6 +14,14 @@ const char *vw_split_name(enum vw_split split) {
     return names[split];
 }
 
+enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views, uint32_t *count) {
+    *views = vw_allocate(scene->view_count, sizeof **views);
+    if (!*views) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == split) (*views)[(*count)++] = v;
+    return VW_OK;
+}
+
 // Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
 static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name, enum vw_split split,
                             uint8_t *claims) {

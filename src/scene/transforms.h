@@ -15,6 +15,8 @@ struct vw_transforms_file {
 // The files that make up the scene at `path`: itself, unless it is a folder, or transforms_{train,val,test}.json as far as they are there,
 // or transforms.json, which need not be. Free the paths also after a failure.
 enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST], size_t *count);
+// Whether a folder that holds a file of that name is a scene of that format.
+bool vw_transforms_is_scene_file(const char *name);
 // Parses one of them, which may not leave `folder` through a link (NULL: the user named the very file); `*file` is owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);
 

@@ -1,13 +1,15 @@
 // transforms.json of chosen photos: one file, or transforms_{train,val,test}.json.
+#include <errno.h>
 #include <jansson.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "scene/draft.h"
 #include "scene/photo_list.h"
 #include "scene/transforms.h"
-#include "viewworth/csv.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -156,26 +158,25 @@ static bool ends_with(const char *text, const char *suffix) {
 
 static const char *last_part(const char *path) { return strrchr(path, '/') ? strrchr(path, '/') + 1 : path; }
 
-// Whoever names a file of another kind thinks of another scene.
+// Whoever names a file of another kind thinks of another scene. Makes no more than one folder, which is removed again after a failure.
 static enum vw_status make_folder(const char *to) {
-    if (vw_folder_exists(to) || !strchr(last_part(to), '.')) return vw_folder_create(to);
-    return vw_fail(VW_ERROR_USAGE, "--to %s: the scene is read from transforms.json; name a .json file, or a folder for one file per split",
-                   to);
+    if (vw_folder_exists(to)) return VW_OK;
+    if (strchr(last_part(to), '.'))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--to %s: the scene is read from transforms.json; name a .json file, or a folder for one file per split", to);
+    if (!mkdir(to, 0777)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--to %s: cannot create the folder: %s; name one in a folder that exists", to, strerror(errno));
 }
 
-// Names the files that may be made: none may be there, nor change what the scene's folder is read as.
+// Names the files that may be made: none may be there.
 static enum vw_status name_targets(struct writer *writer) {
     const char *to = writer->list->to;
-    const char *base = last_part(to);
     char *folder = writer->single ? vw_path_folder(to) : vw_copy_text(to);
     enum vw_status status = folder ? vw_photo_list_way(writer->list, folder, &writer->way) : VW_ERROR_MEMORY;
     free(folder);
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++) {
         char name[40];
         snprintf(name, sizeof name, "transforms_%s.json", vw_split_name(split));
-        if (!*writer->way && (!writer->single || strcmp(base, name) == 0 || strcmp(base, "transforms.json") == 0))
-            return vw_fail(VW_ERROR_USAGE, "--to %s: by that name the scene's own folder would be read as another scene; choose another",
-                           to);
         if (writer->single && split > 0) break;
         writer->targets[split].path = writer->single ? vw_copy_text(to) : vw_path_join(to, name);
         status = writer->targets[split].path ? vw_photo_list_check_new(writer->targets[split].path) : VW_ERROR_MEMORY;
@@ -183,17 +184,17 @@ static enum vw_status name_targets(struct writer *writer) {
     return status;
 }
 
-static void print_file(FILE *stream, const void *file) {
-    (void)json_dumpf(file, stream, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // reads back to the same numbers
-    fputc('\n', stream);
-}
-
 static enum vw_status write_target(const struct writer *writer, const struct target *target) {
     bool failed = false;
     for (enum vw_split split = 0; writer->single && split < VW_SPLIT_EXCLUDED; split++)
         failed |= json_object_set(target->keys, vw_transforms_split_key(split), writer->splits[split]) != 0;
     failed |= json_object_set(target->keys, "frames", target->frames) != 0;
-    return failed ? out_of_memory(writer) : vw_csv_write_file(target->path, print_file, target->keys);
+    char *bare = failed ? NULL : json_dumps(target->keys, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // reads back to the same numbers
+    char *text = bare ? vw_format_text("%s\n", bare) : NULL;
+    enum vw_status status = text ? vw_file_write(target->path, text, strlen(text)) : out_of_memory(writer);
+    free(bare);
+    free(text);
+    return status;
 }
 
 // All files, or none.

@@ -76,6 +76,10 @@ bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, 
     return false;
 }
 
+bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
+    return vw_effects_is_on(verdicts, count, "appearance") || vw_effects_is_on(verdicts, count, "appearance_code");
+}
+
 static bool names_effect(const char *choice, const char *name) {
     for (const char *word = choice; *word; word += strcspn(word, ",") + (word[strcspn(word, ",")] != 0)) {
         size_t sign = word[0] == '-' || word[0] == '+';

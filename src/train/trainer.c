@@ -22,14 +22,6 @@ static const double BATCH_SECONDS = 0.25; // long enough to hide submission, sho
 
 // ---- Creation ---------------------------------------------------------------------------------------------------------
 
-static enum vw_status list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views, uint32_t *count) {
-    *views = vw_allocate(scene->view_count, sizeof **views);
-    if (!*views) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < scene->view_count; i++)
-        if (scene->views[i].split == split) (*views)[(*count)++] = i;
-    return VW_OK;
-}
-
 static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t index) {
     uint64_t total = trainer->config.val_rays;
     uint32_t share = (uint32_t)(total * (index + 1) / trainer->val_count - total * index / trainer->val_count);
@@ -154,8 +146,9 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
 }
 
 static enum vw_status choose_views(struct vw_trainer *trainer) {
-    enum vw_status status = list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
-    if (status == VW_OK && trainer->validate) status = list_views(trainer->scene, VW_SPLIT_VAL, &trainer->val_views, &trainer->val_count);
+    enum vw_status status = vw_scene_list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
+    if (status == VW_OK && trainer->validate)
+        status = vw_scene_list_views(trainer->scene, VW_SPLIT_VAL, &trainer->val_views, &trainer->val_count);
     if (status != VW_OK) return status;
     if (!trainer->train_count) return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", trainer->scene->path);
     if (trainer->validate && !trainer->val_count)

@@ -1,5 +1,6 @@
 #include "viewworth/selection.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +55,14 @@ static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_
     return VW_OK;
 }
 
+bool vw_selection_read_amount(const char *text, struct vw_selection_params *params) {
+    char *end = NULL;
+    if (!isdigit((unsigned char)text[0])) return false;
+    params->amount = strtod(text, &end);
+    params->percent = strcmp(end, "%") == 0;
+    return params->percent || !*end;
+}
+
 static enum vw_status check_amount(const struct vw_selection_params *params) {
     if (params->rule != VW_SELECT_TOP && params->rule != VW_SELECT_DROP) return VW_OK;
     bool whole = params->amount >= 1 && params->amount <= UINT32_MAX && params->amount == floor(params->amount);
@@ -68,13 +77,19 @@ static uint32_t share_of(const struct vw_selection_params *params, uint32_t rank
     return share < ranked_count ? (uint32_t)share : ranked_count;
 }
 
+// By value or interval, whose ends may be NaN.
+static bool keeps(enum vw_selection_rule rule, const struct vw_ledger_score *score) {
+    if (rule == VW_SELECT_HARMLESS) return !(score->high < 0);
+    return (rule == VW_SELECT_POSITIVE ? score->value : score->low) > 0;
+}
+
 // Keeps the chosen ones at the front, in their order, and returns how many.
 static uint32_t keep(const struct vw_selection_params *params, const struct vw_ledger_score **ranked, uint32_t ranked_count) {
     uint32_t share = share_of(params, ranked_count), kept = 0;
     if (params->rule == VW_SELECT_TOP) return share > 0 || ranked_count == 0 ? share : 1;
     if (params->rule == VW_SELECT_DROP) return ranked_count - share;
     for (uint32_t i = 0; i < ranked_count; i++)
-        if ((params->rule == VW_SELECT_POSITIVE ? ranked[i]->value : ranked[i]->low) > 0) ranked[kept++] = ranked[i]; // never for NaN
+        if (keeps(params->rule, ranked[i])) ranked[kept++] = ranked[i];
     return kept;
 }
 
@@ -82,6 +97,8 @@ static enum vw_status refuse_empty(const struct vw_selection_params *params, uin
     if (ranked_count == 0)
         return vw_fail(VW_ERROR_INPUT, "no train photo has a score by this method; value the photos with more epochs than burn-in");
     if (params->rule == VW_SELECT_DROP) return vw_fail(VW_ERROR_INPUT, "all %u photos would be dropped; drop fewer", ranked_count);
+    if (params->rule == VW_SELECT_HARMLESS)
+        return vw_fail(VW_ERROR_INPUT, "the intervals of all %u scores lie below zero; select the best K or P %% instead", ranked_count);
     return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; select the best K or P %% instead", ranked_count,
                    params->rule == VW_SELECT_POSITIVE ? "is" : "has an interval");
 }

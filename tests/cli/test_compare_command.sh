@@ -39,6 +39,10 @@ check "a comparison without interruption" compare whole "${three[@]}"
 check "the table has every list" test "$(grep -cE '^(all|top:3|random) +[36] +[36] ' stdout)" = 3
 difference='^  test PSNR +[-+][0-9.]+ \[ *[-+][0-9.]+, +[-+][0-9.]+\] dB  (within noise|better|worse)$'
 check "and differences with intervals" test "$(grep -cE "$difference" stdout)" = 3
+check "what they are means of is said" grep -qx 'PSNR, SSIM and L1: means over 1 validation and 2 test photos, whole' stdout
+check "as is what chose the lists" grep -q '^lists chosen by --scores were chosen on validation photos: only test figures' stdout
+check "the valued seed is warned of, and nothing else" test "$(grep -c '^warning: --scores valued: was valued with seed 0, ' stderr) $(
+    grep -c '^warning' stderr)" = "1 1"
 check "a row per list and seed" test "$(wc -l <whole/compare.csv)" = 7
 check "six measures of three pairs" test "$(tail -n +2 whole/pairs.csv | wc -l)" = 18
 check "every list against the first, others against random" test "$(cut -d, -f 1,2 whole/pairs.csv | tail -n +2 | uniq | tr '\n' ' ')" \
@@ -86,6 +90,7 @@ check "with the same bytes" diff -r --exclude=trials.db first whole
 json() { test "$(sqlite3 :memory: "WITH file AS (SELECT CAST(readfile('whole/compare.json') AS TEXT) AS j) SELECT $1 FROM file")" = "$2"; }
 check "JSON names the photos of lists" json "json_array_length(j, '\$.lists[1].photos')" 3
 check "but not of random ones" json "json_array_length(j, '\$.lists[2].photos') || (j ->> '\$.lists[2].outcomes[1].photo_count')" 03
+check "figures are of whole photos" json "j ->> '\$.half_views'" 0
 check "means are over seeds" json "abs((j ->> '\$.lists[1].mean.val_l1') * 2 - (j ->> '\$.lists[1].outcomes[0].val_l1')
     - (j ->> '\$.lists[1].outcomes[1].val_l1')) < 1e-9" 1
 check "pairs are of the same seeds" json "(abs((j ->> '\$.pairs[3].difference') * 2 - (j ->> '\$.lists[1].outcomes[0].test_psnr')
@@ -120,6 +125,21 @@ check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
 check "and are another training" test "$(trials whole)" = 7
 check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,,false$' whole/pairs.csv
 
+check "appearance is fitted on left halves" compare halves --list harmless --scores valued --seed 1 --seeds 1 --views 0 --effects appearance
+check "which is said" grep -q 'test photos, their right halves: appearance' stdout
+check "and in JSON" grep -q '"half_views": true' halves/compare.json
+check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 0
+
+# ---- Scores of another state of things ----
+
+cp -r valued other
+sqlite3 other/ledger.db "UPDATE run SET status = 'interrupted', scene_options_json = '{\"plant\":2}';
+    UPDATE image SET sha256 = '00' WHERE name IN ('view_000', 'view_003', 'view_006')"
+check "another state of the photos" compare states --list top:3 --scores other --seed 5 --seeds 1 --views 0
+check "an unfinished run is warned of" grep -q '^warning: other/ledger.db: the run is not finished but interrupted' stderr
+check "spoiled photos are" grep -q '^warning: .* spoiled 2 photos on purpose (--plant), and 0 are to be' stderr
+check "those to train on that have changed are" grep -q '^warning: --scores other: 2 photos have changed' stderr
+
 # ---- Refusals ----
 
 # refuses PATTERN [OPTION]...: in one line, and leaves nothing.
@@ -130,6 +150,7 @@ printf 'name,score\nview_000,2\nview_001,5\nview_002,3.5\n' >nima.csv
 sed 's/"count": 6/"count": 7/' tiny.json >other.json
 check "no list" refuses '--list is missing'
 check "a list that there is not" refuses 'neither a file nor' --list all --list best
+check "an amount that is none, too" refuses 'neither a file nor' --scores valued --list top:+3
 check "an amount that is none" refuses 'neither a file nor' --scores valued --list top:few
 check "scores are needed" refuses '--scores' --list positive
 check "of a run that is there" refuses 'nowhere' --list positive --scores nowhere
@@ -140,6 +161,24 @@ check "random stands behind a list" refuses 'before it' --list random --list all
 check "that is not all photos" refuses 'shorter' --list all --list random
 check "scores of other photos" refuses 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
 check "imported scores that are too low" refuses 'no photo' --list nima.csv@6
+query() { sqlite3 "$1/ledger.db" "$2"; }
+cp -r valued twice
+query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, truth FROM image WHERE name = 'view_005'"
+check "an image_id of two scenes" refuses 'single photo' --scores twice --list top:6 --list one.txt
+
+# vanishing: a list is removed while a scene loads that takes a while.
+vanishing() {
+    local code=0 process
+    sed 's/16, "height_px": 12/640, "height_px": 480/' tiny.json >large.json
+    cp kept.txt gone.txt
+    "$program" compare large.json --out refused "${tiny[@]}" --list gone.txt >stdout 2>stderr &
+    process=$!
+    until grep -q '^device' stderr || [[ ! -d /proc/$process ]]; do sleep 0.005; done
+    rm gone.txt
+    wait "$process" || code=$?
+    [[ $code -eq 2 ]] && grep -qx 'viewworth: --list gone.txt: neither a file nor .*' stderr
+}
+check "a list that vanishes while the scene loads" vanishing
 check "no seeds left" refuses 'lower' --list all --seed 9223372036854775806
 check "imported scores above a threshold" compare nima --list all --list nima.csv@3 --seeds 1 --views 0 --json
 check "by their name" grep -q '"name": "nima@3"' nima/compare.json

@@ -225,6 +225,8 @@ check "test rows are untouched and in order" test "$(grep -P '\ttest\t' "$folder
 check "every chosen photo trains and has an id" test "$(awk -F'\t' 'NR > 1 && $2 == "train" && $1 != "" && $4 == "tiny" { print $3 }' \
     "$folder/picked.tsv" | sort)" = "$(query tourism.run "SELECT substr(name, 14) FROM image JOIN score USING (image_id)
     WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 5" | sort)"
+check "a transforms.json would make another scene of its folder" refuses 'read as another scene' select "$folder/tourism.run" --top 5 \
+    --to "$tourism/transforms.json"
 check "no other row is there" test "$(wc -l <"$folder/picked.tsv")" = "$((1 + 5 + $(grep -cP '\ttest\t' "$tourism/tiny.tsv")))"
 check "it is a list for --train" trains tourism.again "$tourism" --train "$folder/picked.tsv"
 check "it holds the photos in their splits" kept tourism.run tourism.again
@@ -254,11 +256,12 @@ check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------
 
-for rule in '--positive:value > 0' '--significant:low > 0' '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
+for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0' \
+    '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
         ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
         LIMIT 9)'; do
     rm -f "$folder/rule.txt"
-    query recipe.run "UPDATE score SET low = value - 0.01 * image_id" # so that the rules differ
+    query recipe.run "UPDATE score SET low = value - 0.01 * image_id, high = value + 0.002 * image_id" # so that the rules differ
     # shellcheck disable=SC2086
     "$program" select "$folder/recipe.run" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
     check "${rule%%:*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
@@ -266,7 +269,8 @@ for rule in '--positive:value > 0' '--significant:low > 0' '--top 25%:image_id I
 done
 run=$folder/single.run
 list=$folder/none.json
-check "no rule is refused" refuses 'one of --positive, --significant, --top K\|P% and --drop K\|P%, not none' select "$run" --to "$list"
+check "no rule is refused" refuses 'one of --positive, --significant, --harmless, --top K\|P% and --drop K\|P%, not none' \
+    select "$run" --to "$list"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
 check "an unknown method is refused with those there are" refuses 'no scores by method "nima"; use one of: dv_psnr, dv_loss' \
@@ -278,6 +282,17 @@ check "dropping all is refused" refuses 'all 12 photos' select "$run" --drop 100
 check "a folder without a ledger is refused" refuses 'ledger\.db' select "$folder/elsewhere" --positive --to "$list"
 check "a run without scores is refused" refuses 'no scores; value the photos first' select "$folder/single.again" --positive --to "$list"
 check "a place that is not there is refused" refuses 'no/such' select "$run" --top 3 --to "$folder/no/such/list.json"
+
+# ---- A ledger from elsewhere ------------------------------------------------------------------------------------------------
+
+cp -r "$folder/colmap.run" "$folder/elsewhere.run"
+query elsewhere.run "UPDATE run SET status = 'interrupted', scene_options_json =
+    '{\"x; touch pwned #\":1,\"downscale\":2,\"plant\":3,\"providers\":\"\$(touch pwned)\"}'"
+check "the way to train names known options alone, as a shell takes them" prints \
+    "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --out ANOTHER$" \
+    "$program" select "$folder/elsewhere.run" --top 5 --to "$folder/from.txt"
+check "a run that did not finish is warned of" grep -q '^warning: .*not finished but interrupted' "$folder/stderr"
+check "as are photos that were spoiled on purpose" grep -q '^warning: .*spoiled 3 photos on purpose' "$folder/stderr"
 
 # ---- A scene that has changed since ---------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <cmocka.h>
+#include <jansson.h>
 
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
@@ -142,6 +143,8 @@ static void test_three_files_by_split(void **state) {
         write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test}, "nyyynnn", mixed, NULL, false),
         VW_ERROR_INPUT, "without lists of splits");
     assert_false(vw_folder_exists(mixed)); // as it was not there before
+    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE, "a folder that exists");
+    assert_false(vw_folder_exists(temporary_path(*state, "p")));
     free(scene);
 }
 
@@ -277,6 +280,55 @@ static void test_image_list(void **state) {
     check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
 }
 
+// A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its name.
+static void test_other_lists_leave_the_scene_what_it_is(void **state) {
+    static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json", "transforms_test.json"};
+    struct colmap_test_model model = colmap_test_scene(*state);
+    colmap_write_binary(*state, "sparse/0", &model);
+    char *tourism = vw_path_join(*state, "tourism");
+    write_dense(tourism, rows);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
+        check_refused(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE, "another scene");
+        check_refused(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
+                                 temporary_path(tourism, names[i]), NULL, false),
+                      VW_ERROR_USAGE, "another scene");
+    }
+    const char *elsewhere = temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
+    check_written(write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
+    free(tourism);
+}
+
+// Whatever memory runs out, a list is whole or not there.
+static size_t allocations_left;
+static void *allocate_some(size_t size_bytes) { return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL; }
+
+static void test_transforms_are_whole_or_not_there(void **state) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
+    const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true}, {"images/01.png", VW_SPLIT_TRAIN, true}};
+    const struct vw_photo_list list = {.scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "l.json")};
+    const char *format = NULL;
+    size_t shortages = 0, size_bytes = 0;
+    void *text = NULL;
+    bool opens = false;
+    enum vw_status status = VW_ERROR_MEMORY;
+    for (; status && shortages < 100000; shortages++) {
+        json_set_alloc_funcs(allocate_some, free);
+        allocations_left = shortages;
+        status = vw_photo_list_write(&list, &format, &opens);
+        json_set_alloc_funcs(malloc, free);
+        assert_true(vw_file_exists(list.to) == !status);
+    }
+    assert_true(shortages > 10); // that many at least are made
+    check_written(status);
+    check_written(vw_file_read(list.to, 1 << 20, &text, &size_bytes));
+    check_written(vw_photo_list_write(
+        &(struct vw_photo_list){.scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
+        &format, &opens));
+    check_text(temporary_path(*state, "whole.json"), text);
+    free(text);
+}
+
 static void test_plain_names(void **state) {
     static const char *const bad[] = {"two\nlines", "a\rb", " a", "a ", "\ta", "", "a\xff"};
     const struct vw_listed_photo good[] = {
@@ -312,6 +364,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_tsv_keeps_the_splits_of_lists, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_tsv_as_a_list, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_image_list, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_other_lists_leave_the_scene_what_it_is, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_transforms_are_whole_or_not_there, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_plain_names, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -37,6 +37,7 @@ static void rules_choose_by_value_and_interval(void **state) {
     (void)state;
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_POSITIVE}, "2 1 5", 5); // a tie: by image; zero does not help
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_SIGNIFICANT}, "2 5", 5);
+    check_chosen((struct vw_selection_params){.rule = VW_SELECT_HARMLESS}, "2 1 5 3", 5); // an interval that ends at zero is not below it
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 2}, "2 1", 5);
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 99}, "2 1 5 3 6", 5);
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 1}, "2 1 5 3", 5);
@@ -63,6 +64,7 @@ static void percentages_round_to_the_nearest_photo(void **state) {
 static void what_is_unknown_is_never_chosen(void **state) {
     (void)state;
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_POSITIVE}, "5 1", 3);
+    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_HARMLESS}, "5 1 6", 3); // none has an interval
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_TOP, .amount = 100, .percent = true}, "5 1 6", 3);
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_DROP, .amount = 1}, "5 1", 3);
     check_chosen((struct vw_selection_params){.method = "odd", .rule = VW_SELECT_TOP, .amount = 5}, "1", 1);
@@ -86,6 +88,8 @@ static void refusals_say_what_is_missing(void **state) {
     check_refused(scores, count, (struct vw_selection_params){.method = "odd"}, VW_ERROR_INPUT, "none of 1 scores is above zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT}, VW_ERROR_INPUT,
                   "none of 3 scores has an interval above zero");
+    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_HARMLESS}, VW_ERROR_INPUT,
+                  "the intervals of all 1 scores lie below zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone"}, VW_ERROR_INPUT, "no train photo has a score");
     check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1},
                   VW_ERROR_INPUT, "no train photo has a score");
@@ -111,11 +115,28 @@ static void amounts_out_of_range_are_refused(void **state) {
     }
 }
 
+static void amounts_are_read_whole(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        double amount;
+        bool percent;
+    } good[] = {{"3", 3, false}, {"25%", 25, true}, {"2.5%", 2.5, true}, {"0", 0, false}}; // ranges are looked at later
+    static const char *const bad[] = {"", "%", " 3", "3 ", "3 %", "+3", "-3", "inf", "nan%", "3%%", "few", ".5"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(good); i++) {
+        struct vw_selection_params params = {0};
+        if (!vw_selection_read_amount(good[i].text, &params)) fail_msg("%s is no amount", good[i].text);
+        assert_true(params.amount == good[i].amount && params.percent == good[i].percent);
+    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++)
+        if (vw_selection_read_amount(bad[i], &(struct vw_selection_params){0})) fail_msg("\"%s\" is an amount", bad[i]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rules_choose_by_value_and_interval), cmocka_unit_test(percentages_round_to_the_nearest_photo),
         cmocka_unit_test(what_is_unknown_is_never_chosen),    cmocka_unit_test(refusals_say_what_is_missing),
-        cmocka_unit_test(amounts_out_of_range_are_refused),
+        cmocka_unit_test(amounts_out_of_range_are_refused),   cmocka_unit_test(amounts_are_read_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
