@@ -2,17 +2,19 @@
 
     report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, compared.html, hostile and large, as that script makes them
 
-Prints a line per check: "ok WHAT" or "failed WHAT: why".
+Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started.
 """
 import base64
 import csv
 import json
 import os
 import re
+import socket
 import statistics
 import sys
 
 from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
@@ -22,11 +24,17 @@ LARGE_LIMIT_S = 3
 LARGE_TRIES = 3 # other work only ever adds: the fastest try says what the page takes
 
 
+# Selenium calls its driver by the name localhost, which a minimal system without /etc/hosts does not know. For the same reason the driver
+# speaks with the browser through a pipe.
+resolve = socket.getaddrinfo
+socket.getaddrinfo = lambda host, *rest, **more: resolve('127.0.0.1' if host == 'localhost' else host, *rest, **more)
+
+
 def start_browser(folder):
     options = Options()
     options.binary_location = os.environ.get('CHROMIUM', '/usr/bin/chromium')
     for argument in ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run', '--hide-scrollbars',
-                     '--disable-background-networking', f'--user-data-dir={folder}/browser'):
+                     '--disable-background-networking', '--remote-debugging-pipe', f'--user-data-dir={folder}/browser'):
         options.add_argument(argument)
     options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
     return webdriver.Chrome(service=Service(os.environ.get('CHROMEDRIVER', '/usr/bin/chromedriver')), options=options)
@@ -301,7 +309,11 @@ def large_is_quick(browser, folder):
 
 def main():
     folder = sys.argv[1]
-    browser = start_browser(folder)
+    try:
+        browser = start_browser(folder)
+    except WebDriverException as error:
+        print('no browser', str(error).split('Stacktrace')[0].replace('\n', ' '))
+        return
     try:
         for what, function in CHECKS:
             try:

@@ -163,15 +163,20 @@ check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?ht
 
 # ---- In a browser -------------------------------------------------------------------------------------------------------
 
+# unseen WHY: skips what is left, loudly.
+unseen() {
+    echo "SKIPPED: the report was not seen in a browser: $1"
+    [[ $failed -gt 0 ]] || exit 77
+    conclude
+}
 python=${PYTHON:-/usr/bin/python3}
 if ! [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] ||
     ! "$python" -c 'import selenium' 2>/dev/null; then
-    echo "SKIPPED: the report was not seen in a browser: install chromium, chromium-driver and python3-selenium"
-    [[ $failed -gt 0 ]] || exit 77
-    conclude "$@"
+    unseen "install chromium, chromium-driver and python3-selenium"
 fi
 seen=0
 while read -r verdict what; do
+    [[ $verdict != no ]] || unseen "there is $verdict $what"
     check "$what" test "$verdict" = ok
     seen=$((seen + 1))
 done < <(HOME=$folder XDG_CACHE_HOME=$folder "$python" "$root/tests/cli/report_browser.py" "$folder")
