@@ -12,6 +12,7 @@ enum vw_status vw_command_train(const struct vw_options *options);
 enum vw_status vw_command_reproduce(const struct vw_options *options);
 enum vw_status vw_command_render(const struct vw_options *options);
 enum vw_status vw_command_benchmark(const struct vw_options *options);
+enum vw_status vw_command_tradeoff(const struct vw_options *options);
 enum vw_status vw_command_compare(const struct vw_options *options);
 enum vw_status vw_command_report(const struct vw_options *options);
 enum vw_status vw_command_verify(const struct vw_options *options);

@@ -101,13 +101,8 @@ static void drop_incomplete(struct vw_contestants *contestants) {
 
 static enum vw_status list_truths(const struct vw_laboratory *laboratory, struct vw_contestants *contestants) {
     bool known = false;
-    contestants->truths = vw_allocate(laboratory->train_count, sizeof *contestants->truths);
+    contestants->truths = vw_laboratory_list_truths(laboratory, &known);
     if (!contestants->truths) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < laboratory->train_count; i++) {
-        const char *truth = laboratory->stage.scene->views[laboratory->train_views[i]].truth;
-        contestants->truths[i] = truth ? truth : "clean";
-        known |= truth != NULL;
-    }
     if (!known) vw_log_info("truth    no photo is known to be spoiled: AUC is left out; --plant N would spoil some");
     return VW_OK;
 }

@@ -76,6 +76,17 @@ void vw_laboratory_close(struct vw_laboratory *laboratory) {
     free(laboratory->train_views);
 }
 
+const char **vw_laboratory_list_truths(const struct vw_laboratory *laboratory, bool *known) {
+    const char **truths = vw_allocate(laboratory->train_count, sizeof *truths);
+    *known = false;
+    for (uint32_t i = 0; truths && i < laboratory->train_count; i++) {
+        const char *truth = laboratory->stage.scene->views[laboratory->train_views[i]].truth;
+        truths[i] = truth ? truth : "clean";
+        *known |= truth != NULL;
+    }
+    return truths;
+}
+
 // Photos are named, as in a run's subset_hash, so that an id does not depend on where they stand in the scene.
 void vw_laboratory_name(const struct vw_laboratory *laboratory, const struct vw_trial *trial, char id[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;

@@ -7,65 +7,28 @@
 #include <string.h>
 
 #include "cli/json_output.h"
-#include "viewworth/log.h"
+#include "cli/turns.h"
 #include "viewworth/memory.h"
-#include "viewworth/statistics.h"
 
-enum {
-    ROUNDS = 12,
-    STEPS_PER_BATCH = 8, // a round is two batches
-    LAST_ROUNDS = 3,     // whose PSNR counts
-    TRAININGS_MAX = VW_EFFECT_COUNT_MAX + 2,
-};
+enum { ROUNDS = 12, STEPS_PER_BATCH = 8, TRAININGS_MAX = VW_EFFECT_COUNT_MAX + 2 };
 static const char none[] = "(all)";
 
-// One of the trainings that take turns, so that what else the machine does meets all of them alike.
-struct contender {
-    struct vw_trainer *trainer;
-    double ms_per_step[ROUNDS];
-    double psnr_sum_db;
-    uint32_t psnr_count;
-};
-
-static enum vw_status take_round(struct contender *contender, uint32_t round) {
-    const struct vw_step_record *records;
-    uint32_t count = 1, steps = 0;
-    double started_s = vw_now_s();
-    enum vw_status status = vw_trainer_advance(contender->trainer, &records, &count);
-    while (!status && count > 0) {
-        for (uint32_t i = 0; i < count; i++) {
-            steps += records[i].step > 0;
-            if (round < ROUNDS - LAST_ROUNDS || !isfinite(records[i].val_psnr)) continue;
-            contender->psnr_sum_db += records[i].val_psnr;
-            contender->psnr_count++;
-        }
-        status = vw_trainer_collect(contender->trainer, &records, &count);
-    }
-    contender->ms_per_step[round] = steps ? 1e3 * (vw_now_s() - started_s) / steps : NAN;
-    return status;
-}
-
-// The first round compiles and warms up.
-static void conclude(struct contender *contender, struct vw_measured_training *training) {
-    training->ms_per_step = vw_median(contender->ms_per_step + 1, ROUNDS - 1);
-    training->psnr_db = contender->psnr_count ? contender->psnr_sum_db / contender->psnr_count : NAN;
-}
-
-static enum vw_status enter(const struct vw_trainer_params *shared, struct contender *contender, struct vw_measured_training *training) {
+static enum vw_status enter(const struct vw_trainer_params *shared, const char *without, struct vw_turn_taker *taker) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct vw_trainer_params params = *shared;
-    struct vw_trainer_stats stats;
     memcpy(effects, shared->effects, shared->effect_count * sizeof *effects);
     for (uint32_t i = 0; i < shared->effect_count; i++)
-        if (training->without == none || (training->without && !strcmp(effects[i].name, training->without))) effects[i].on = false;
+        if (without == none || (without && !strcmp(effects[i].name, without))) effects[i].on = false;
     params.effects = effects;
-    uint64_t before = vw_gpu_buffer_bytes(shared->gpu);
-    enum vw_status status = vw_trainer_create(&params, &contender->trainer);
-    if (status) return status;
-    vw_trainer_get_stats(contender->trainer, &stats);
-    training->param_count = stats.param_count;
-    training->device_bytes = stats.device_bytes - before;
-    return VW_OK;
+    return vw_turn_taker_enter(&params, ROUNDS, taker);
+}
+
+static void conclude(const struct vw_turn_taker *taker, struct vw_measured_training *training) {
+    struct vw_turn_result result = vw_turn_taker_conclude(taker, ROUNDS);
+    training->ms_per_step = result.ms_per_step;
+    training->psnr_db = result.psnr_db;
+    training->param_count = taker->param_count;
+    training->device_bytes = taker->device_bytes;
 }
 
 static void list_trainings(const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_measurement *measurement) {
@@ -77,14 +40,12 @@ static void list_trainings(const struct vw_effect_verdict *effects, uint32_t eff
 
 enum vw_status vw_measure_effects(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
                                   const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_measurement *measurement) {
-    struct contender *contenders = vw_allocate(TRAININGS_MAX, sizeof *contenders);
-    struct vw_config config = options->config;
-    if (!contenders) return VW_ERROR_MEMORY;
-    measurement->steps = ROUNDS * 2 * STEPS_PER_BATCH;
-    config.epochs = 1 + measurement->steps; // of which only so many steps are taken
+    struct vw_turn_taker *takers = vw_allocate(TRAININGS_MAX, sizeof *takers);
+    if (!takers) return VW_ERROR_MEMORY;
+    measurement->steps = ROUNDS * 2 * STEPS_PER_BATCH; // a turn is two batches
     const struct vw_trainer_params params = {.gpu = gpu,
                                              .scene = scene,
-                                             .config = &config,
+                                             .config = &options->config,
                                              .effects = effects,
                                              .effect_count = effect_count,
                                              .validate = true,
@@ -92,19 +53,19 @@ enum vw_status vw_measure_effects(const struct vw_options *options, const struct
     list_trainings(effects, effect_count, measurement);
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < measurement->count; i++) {
-        status = enter(&params, &contenders[i], &measurement->trainings[i]);
+        const char *without = measurement->trainings[i].without;
+        status = enter(&params, without, &takers[i]);
         if (!status && i == 0) { // the device layer's own transfer buffer came with the first
-            vw_trainer_destroy(&contenders[i].trainer);
-            status = enter(&params, &contenders[i], &measurement->trainings[i]);
+            vw_turn_taker_leave(&takers[i]);
+            status = enter(&params, without, &takers[i]);
         }
     }
-    for (uint32_t round = 0; round < ROUNDS; round++)
-        for (uint32_t i = 0; !status && i < measurement->count; i++) status = take_round(&contenders[i], round);
+    if (!status) status = vw_turns_take(takers, measurement->count, ROUNDS);
     for (uint32_t i = 0; i < measurement->count; i++) {
-        conclude(&contenders[i], &measurement->trainings[i]);
-        vw_trainer_destroy(&contenders[i].trainer);
+        if (!status) conclude(&takers[i], &measurement->trainings[i]);
+        vw_turn_taker_leave(&takers[i]);
     }
-    free(contenders);
+    free(takers);
     return status;
 }
 

@@ -145,6 +145,12 @@ static const struct option_row rows[] = {
      VW_OPTIONS_COMPARE, FIELD(equal), .kind = KIND_CHOICE, .choice_name = equal_choice, .choice_count = VW_EQUAL_EPOCHS + 1},
     {"views", "N", "test photos (validation photos where there are none) to render side by side", VW_OPTIONS_COMPARE, COUNT, FIELD(views),
      .least = 0, .most = 1000},
+    {"seeds", "K", "runs of every point, of the seeds from --seed on", VW_OPTIONS_TRADEOFF, COUNT, FIELD(seeds), .least = 2, .most = 50},
+    {"knobs", "LIST",
+     "what is turned (default: all): rays, samples, val-rays, downscale, levels, log2-table, width, epochs, effects", VW_OPTIONS_TRADEOFF,
+     TEXT, FIELD(knobs)},
+    {"halves", "N", "random halves of the photos that scores are judged by, each trained on twice; 0: none, and no LDS",
+     VW_OPTIONS_TRADEOFF, COUNT, FIELD(halves), .least = 0, .most = 10000},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
     {"help", NULL, "show this help", VW_OPTIONS_ALWAYS, FLAG, FIELD(help)},
@@ -152,7 +158,7 @@ static const struct option_row rows[] = {
 
 enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
 
-static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200, .views = 2};
+static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200, .halves = 24, .views = 2};
 
 // What a number may be, "" for what is none.
 static void describe_range(const struct option_row *row, char text[VW_CONFIG_RANGE_BYTES]) {

@@ -40,6 +40,8 @@ struct vw_options {
     const char *expect;
     uint32_t replay_steps;
     uint32_t subsets;
+    uint32_t halves;   // that a sweep judges scores by
+    const char *knobs; // that a sweep turns
     bool leave_one_out;
     const char *curves;
     const char *view;
@@ -77,6 +79,7 @@ enum {
     VW_OPTIONS_COMPARE = 131072,
     VW_OPTIONS_REPORT = 262144,
     VW_OPTIONS_THUMBNAILS = 524288, // of commands that write a report
+    VW_OPTIONS_TRADEOFF = 1048576,
 };
 
 struct vw_command {

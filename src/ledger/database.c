@@ -90,6 +90,28 @@ enum vw_status vw_database_end(struct vw_database *database, enum vw_status stat
     return status;
 }
 
+static enum vw_status read_number(struct vw_database *database, const char *sql, int64_t *number) {
+    sqlite3_stmt *statement = NULL;
+    bool found = false;
+    enum vw_status status = vw_database_prepare(database, sql, &statement);
+    if (!status) status = vw_database_next(database, statement, &found);
+    *number = !status && found ? sqlite3_column_int64(statement, 0) : 0;
+    sqlite3_finalize(statement);
+    return status;
+}
+
+enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version, const char *what) {
+    int64_t found = 0, tables = 0;
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = read_number(database, "PRAGMA user_version", &found);
+    if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
+    if (!status && !found && !tables) status = vw_database_run(database, schema_sql);
+    else if (!status && found != version)
+        status = vw_fail(VW_ERROR_INPUT, "%s: not %s, or of another version; move it away, or name another --out", database->path, what);
+    return vw_database_end(database, status);
+}
+
 void vw_row_add_integer(struct vw_row *row, int64_t value) {
     if (row->hasher) vw_hasher_add_integer(row->hasher, value);
     if (row->statement && sqlite3_bind_int64(row->statement, ++row->column, value) != SQLITE_OK) row->failed = true;
@@ -155,4 +177,25 @@ void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX
     const char *text = is_text ? (const char *)sqlite3_column_text(statement, column) : NULL;
     bool is_hash = text && sqlite3_column_bytes(statement, column) == VW_HASH_HEX_BYTES - 1;
     memcpy(hash, is_hash ? text : "", is_hash ? VW_HASH_HEX_BYTES : 1);
+}
+
+void vw_row_begin_hash(struct vw_hasher *hasher, const char *table) {
+    vw_hasher_begin(hasher);
+    vw_hasher_add_text(hasher, table);
+}
+
+void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
+    uint8_t bytes[32];
+    vw_hasher_end(hasher, bytes);
+    vw_hash_to_hex(bytes, hash);
+}
+
+bool vw_row_fits_hash(sqlite3_stmt *statement, int hash_column, const char *table) {
+    struct vw_hasher hasher;
+    char recorded[VW_HASH_HEX_BYTES], computed[VW_HASH_HEX_BYTES];
+    vw_row_begin_hash(&hasher, table);
+    vw_row_hash(statement, hash_column, &hasher);
+    vw_row_end_hash(&hasher, computed);
+    vw_row_copy_hash(statement, hash_column, recorded);
+    return strcmp(recorded, computed) == 0;
 }

@@ -28,6 +28,10 @@ enum vw_status vw_database_prepare(struct vw_database *database, const char *sql
 // Moves on to the next row; `*found` is false after the last one.
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
+// Runs `schema_sql`, which sets user_version to `version`, on a file without tables: an empty one is what a process leaves that was killed
+// before its first transaction. VW_ERROR_INPUT when the file is of another version, and so not `what`.
+enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version, const char *what);
+
 enum vw_status vw_database_begin(struct vw_database *database);
 // Begins to read: all queries up to the end see one state of the file, which nobody else can change meanwhile.
 enum vw_status vw_database_begin_reading(struct vw_database *database);
@@ -57,5 +61,10 @@ double vw_row_read_real(sqlite3_stmt *statement, int column);
 void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
 // Copies a column that holds a hash; anything else gives "", which equals no hash.
 void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]);
+// A row's own hash, for tables without a chain: begun with the table's name and version, so that it is that of no other table, then the
+// columns. It fits where the column behind all that are hashed holds what they give.
+void vw_row_begin_hash(struct vw_hasher *hasher, const char *table);
+void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
+bool vw_row_fits_hash(sqlite3_stmt *statement, int hash_column, const char *table);
 
 #endif

@@ -1,11 +1,5 @@
 #include "ledger/ledger_private.h"
 
-void vw_ledger_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
-    uint8_t bytes[32];
-    vw_hasher_end(hasher, bytes);
-    vw_hash_to_hex(bytes, hash);
-}
-
 // Adds all rows of a query.
 static enum vw_status hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher) {
     sqlite3_stmt *statement = NULL;
@@ -26,7 +20,7 @@ enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HAS
         status = hash_rows(database,
                            "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id",
                            &hasher);
-    vw_ledger_end_hash(&hasher, hash);
+    vw_row_end_hash(&hasher, hash);
     return status;
 }
 
@@ -52,7 +46,7 @@ enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run
                            "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low,"
                            " rank_high FROM score ORDER BY run_id, image_id, method",
                            &hasher);
-    vw_ledger_end_hash(&hasher, hash);
+    vw_row_end_hash(&hasher, hash);
     return status;
 }
 

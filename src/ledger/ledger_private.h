@@ -41,7 +41,6 @@ const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
 
 // ---- ledger_hash.c: hashes over what the file holds, as ledger.h describes them ----
 
-void vw_ledger_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
 // run.row_hash
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
 // run.seal_hash, given the row_hash of the run and the last one.

@@ -91,7 +91,7 @@ static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_
         status = chain_views(ledger, (struct vw_row){.statement = statements->view, .hasher = &hasher}, record, validation_views);
     if (!status) status = chain_probes(ledger, (struct vw_row){.statement = statements->probe, .hasher = &hasher}, record);
     if (status) return status;
-    vw_ledger_end_hash(&hasher, head);
+    vw_row_end_hash(&hasher, head);
     row.hasher = NULL;
     vw_row_add_text(&row, head);
     return vw_row_write(&row, &ledger->database, "record a step");

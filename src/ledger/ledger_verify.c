@@ -124,7 +124,7 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
     enum vw_status status = hash_companion(verification, views, step, &hasher);
     if (!status) status = hash_companion(verification, probes, step, &hasher);
     if (status) return status;
-    vw_ledger_end_hash(&hasher, verification->head);
+    vw_row_end_hash(&hasher, verification->head);
     vw_row_copy_hash(steps, hash_column, stored);
     if (strcmp(stored, verification->head) == 0) return VW_OK;
     return vw_fail(VW_ERROR_MISMATCH, "%s: step %" PRId64 " was edited or moved, or view or probe rows of it: its row_hash does not fit",

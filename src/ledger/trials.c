@@ -27,36 +27,11 @@ struct vw_trials {
     struct vw_database database;
 };
 
-static enum vw_status read_number(struct vw_database *database, const char *sql, int64_t *number) {
-    sqlite3_stmt *statement = NULL;
-    bool found = false;
-    enum vw_status status = vw_database_prepare(database, sql, &statement);
-    if (!status) status = vw_database_next(database, statement, &found);
-    *number = !status && found ? sqlite3_column_int64(statement, 0) : 0;
-    sqlite3_finalize(statement);
-    return status;
-}
-
-// An empty file is what a process leaves that was killed before its first transaction.
-static enum vw_status make_tables(struct vw_database *database) {
-    int64_t version = 0, tables = 0;
-    enum vw_status status = vw_database_begin(database);
-    if (status) return status;
-    status = read_number(database, "PRAGMA user_version", &version);
-    if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
-    if (!status && !version && !tables) status = vw_database_run(database, schema_sql);
-    else if (!status && version != TRIALS_VERSION)
-        status = vw_fail(VW_ERROR_INPUT,
-                         "%s: not the trials of a benchmark or comparison, or of another version; move it away, or name another --out",
-                         database->path);
-    return vw_database_end(database, status);
-}
-
 enum vw_status vw_trials_open(const char *path, struct vw_trials **trials) {
     struct vw_trials *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_open(path, true, &opened->database);
-    if (!status) status = make_tables(&opened->database);
+    if (!status) status = vw_database_make_tables(&opened->database, schema_sql, TRIALS_VERSION, "the trials of a benchmark or comparison");
     if (status) vw_trials_close(&opened);
     else *trials = opened;
     return status;
@@ -74,29 +49,7 @@ void vw_trials_close(struct vw_trials **trials) {
     "trial_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr, test_ssim, test_l1, seconds"
 enum { VAL_PSNR = 6, ROW_HASH = 13 };
 
-// What a row begins with, so that its hash is that of no other table.
-static void begin_hash(struct vw_hasher *hasher) {
-    vw_hasher_begin(hasher);
-    vw_hasher_add_text(hasher, "viewworth trial row 2");
-}
-
-static void end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
-    uint8_t bytes[32];
-    vw_hasher_end(hasher, bytes);
-    vw_hash_to_hex(bytes, hash);
-}
-
-static enum vw_status check_hash(const struct vw_database *database, sqlite3_stmt *statement, const char *trial_id) {
-    struct vw_hasher hasher;
-    char recorded[VW_HASH_HEX_BYTES], computed[VW_HASH_HEX_BYTES];
-    begin_hash(&hasher);
-    vw_row_hash(statement, ROW_HASH, &hasher);
-    end_hash(&hasher, computed);
-    vw_row_copy_hash(statement, ROW_HASH, recorded);
-    if (!strcmp(recorded, computed)) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "%s: trial %s was edited: its row_hash does not fit; delete the row, and it is trained again",
-                   database->path, trial_id);
-}
+static const char hashed_as[] = "viewworth trial row 2";
 
 enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bool *found, struct vw_outcome *outcome) {
     struct vw_database *database = &trials->database;
@@ -106,7 +59,9 @@ enum vw_status vw_trials_find(struct vw_trials *trials, const char *trial_id, bo
     if (!status && sqlite3_bind_text(statement, 1, trial_id, -1, SQLITE_STATIC) != SQLITE_OK)
         status = vw_database_fail(database, "look for a trial");
     if (!status) status = vw_database_next(database, statement, &there);
-    if (!status && there) status = check_hash(database, statement, trial_id);
+    if (!status && there && !vw_row_fits_hash(statement, ROW_HASH, hashed_as))
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: trial %s was edited: its row_hash does not fit; delete the row, and it is trained again",
+                         database->path, trial_id);
     if (!status) *found = there;
     if (!status && there)
         *outcome = (struct vw_outcome){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
@@ -147,7 +102,7 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
                                  "INSERT INTO trial (" TRIAL_COLUMNS ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
                                  " ON CONFLICT DO NOTHING",
                                  &row.statement);
-    begin_hash(&hasher);
+    vw_row_begin_hash(&hasher, hashed_as);
     vw_row_add_text(&row, trial_id);
     vw_row_add_text(&row, scene_hash);
     vw_row_add_text(&row, views);
@@ -161,7 +116,7 @@ enum vw_status vw_trials_add(struct vw_trials *trials, const char *trial_id, con
     vw_row_add_real(&row, outcome->test_ssim);
     vw_row_add_real(&row, outcome->test_l1);
     vw_row_add_real(&row, outcome->seconds);
-    end_hash(&hasher, hash);
+    vw_row_end_hash(&hasher, hash);
     row.hasher = NULL;
     vw_row_add_text(&row, hash);
     if (!status) status = vw_row_write(&row, database, "record a trial");

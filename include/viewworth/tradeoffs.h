@@ -1,0 +1,63 @@
+// What accuracy costs in time: the figures of a sweep over settings, in an SQLite file of their own (OUT/tradeoff.db), so that a sweep goes
+// on where it was stopped. Ordinary tables:
+// - measured(point_id, measure, value, row_hash): what was measured once and would not come out again to the last digit (times), or is
+//   dear to measure again. point_id: 64 hex digits, hash of all that the value depends on. row_hash: of the other columns, so that one
+//   that was edited is not taken for what was measured. It tells mistakes: whoever edits can hash anew.
+// - figure(sweep_id, place, ...): the results, a row per point and method, with the columns of vw_tradeoff_columns().
+// Each append is one synced transaction.
+#ifndef VIEWWORTH_TRADEOFFS_H
+#define VIEWWORTH_TRADEOFFS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+// A setting, and what one method's scores are worth there. Reals are NaN where there is no value; correlations are in [-1,1].
+struct vw_tradeoff_figure {
+    const char *point; // "base", "rays-125", "exhaustive", ...
+    const char *knob;  // what it changes of the base
+    const char *setting;
+    uint32_t base; // 1 for the base itself, else 0; likewise the fronts
+    uint32_t epochs;
+    uint32_t steps;
+    double train_ms, value_ms; // wall clock of a step without and with scoring
+    double scoring_ratio;      // value_ms / train_ms
+    double run_seconds;        // steps with scoring
+    double device_mib;
+    double val_psnr;     // dB, of the trained field on whole validation photos; mean over the seeds
+    uint32_t psnr_front; // no other point takes less time for as high a val_psnr
+    const char *method;
+    uint32_t score_front; // likewise for agreement_pearson
+    double seed_pearson, seed_spearman;             // scores of two seeds; mean over pairs
+    double agreement_pearson, agreement_spearman;   // with the scores of the exhaustive point with the same seed; mean over the seeds
+    double all_pixels_pearson, all_pixels_spearman; // likewise with those of the same trainings, scored on all validation pixels
+    double auc;                                     // probability that an unspoiled photo scores above a spoiled one
+    double lds, lds_low, lds_high; // Spearman's correlation of summed scores of random halves with what trainings on them reach, and its
+                                   // 95 % interval over the halves
+};
+
+struct vw_tradeoff_column {
+    const char *name;
+    enum vw_tradeoff_kind { VW_TRADEOFF_TEXT, VW_TRADEOFF_WHOLE, VW_TRADEOFF_REAL } kind; // const char *, uint32_t, double
+    size_t offset;                                                                        // in struct vw_tradeoff_figure
+};
+// All of them, in the order above, named as the members are.
+const struct vw_tradeoff_column *vw_tradeoff_columns(uint32_t *count);
+
+struct vw_tradeoffs;
+
+// Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
+enum vw_status vw_tradeoffs_open(const char *path, struct vw_tradeoffs **tradeoffs);
+void vw_tradeoffs_close(struct vw_tradeoffs **tradeoffs);
+
+// Whether a measure of a point is there, and its value (NaN for NULL). VW_ERROR_MISMATCH when its row was edited.
+enum vw_status vw_tradeoffs_find(struct vw_tradeoffs *tradeoffs, const char *point_id, const char *measure, bool *found, double *value);
+// Appends one. A measure that is there already keeps its first value.
+enum vw_status vw_tradeoffs_keep(struct vw_tradeoffs *tradeoffs, const char *point_id, const char *measure, double value);
+// Replaces the figures of a sweep.
+enum vw_status vw_tradeoffs_set_figures(struct vw_tradeoffs *tradeoffs, const char *sweep_id, const struct vw_tradeoff_figure *figures,
+                                        uint32_t count);
+
+#endif

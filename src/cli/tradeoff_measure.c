@@ -1,0 +1,168 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/interrupt.h"
+#include "cli/tradeoff.h"
+#include "cli/turns.h"
+#include "viewworth/file.h"
+#include "viewworth/log.h"
+#include "viewworth/memory.h"
+#include "viewworth/psnr.h"
+#include "viewworth/statistics.h"
+
+enum { ROUNDS = 8, STEPS_PER_BATCH = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
+
+// ---- What is kept -------------------------------------------------------------------------------------------------------
+
+static const struct measure {
+    const char *name;
+    size_t offset;
+} measures[] = {{"train_ms", offsetof(struct vw_measured_point, train_ms)},
+                {"value_ms", offsetof(struct vw_measured_point, value_ms)},
+                {"base_ms", offsetof(struct vw_measured_point, base_ms)},
+                {"device_bytes", offsetof(struct vw_measured_point, device_bytes)}};
+
+static double *field_of(struct vw_measured_point *measured, const struct measure *measure) {
+    return (double *)((char *)measured + measure->offset);
+}
+
+static enum vw_status recall(struct vw_tradeoff *tradeoff, uint32_t point, bool *found) {
+    enum vw_status status = VW_OK;
+    *found = true;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(measures) && *found && !status; i++)
+        status = vw_tradeoffs_find(tradeoff->tradeoffs, tradeoff->point_ids[point], measures[i].name, found,
+                                   field_of(&tradeoff->measured[point], &measures[i]));
+    return status;
+}
+
+static enum vw_status keep(struct vw_tradeoff *tradeoff, uint32_t point) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(measures) && !status; i++)
+        status = vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], measures[i].name,
+                                   *field_of(&tradeoff->measured[point], &measures[i]));
+    return status;
+}
+
+// ---- Time ---------------------------------------------------------------------------------------------------------------
+
+static struct vw_trainer_params params_of(const struct vw_stage *stage, const struct vw_config *config,
+                                          const struct vw_effect_verdict *effects, bool validate) {
+    return (struct vw_trainer_params){.gpu = stage->gpu,
+                                      .scene = stage->scene,
+                                      .config = config,
+                                      .effects = effects,
+                                      .effect_count = stage->effect_count,
+                                      .validate = validate,
+                                      .steps_per_batch = STEPS_PER_BATCH};
+}
+
+// What is on at a point, among the verdicts of the base.
+static enum vw_status choose_effects(const struct vw_tradeoff *tradeoff, uint32_t point,
+                                     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]) {
+    const struct vw_stage *stage = &tradeoff->laboratory.stage;
+    memcpy(effects, stage->effects, sizeof stage->effects);
+    return vw_effects_choose(tradeoff->points.points[point].config.effects, effects, stage->effect_count);
+}
+
+// The base, the point without scoring, and the point with it, in turn.
+static enum vw_status time_point(struct vw_tradeoff *tradeoff, uint32_t point) {
+    enum { BASE, TRAIN, VALUE, TAKERS };
+    const struct vw_stage *stage = &tradeoff->laboratory.stage;
+    const struct vw_config *base = &tradeoff->points.points[0].config, *ours = &tradeoff->points.points[point].config;
+    struct vw_measured_point *measured = &tradeoff->measured[point];
+    struct vw_turn_taker takers[TAKERS] = {0};
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    enum vw_status status = choose_effects(tradeoff, point, effects);
+    const struct vw_trainer_params params[] = {params_of(stage, base, stage->effects, true), params_of(stage, ours, effects, false),
+                                               params_of(stage, ours, effects, true)};
+    for (int i = 0; i < TAKERS && !status; i++) status = vw_turn_taker_enter(&params[i], ROUNDS, &takers[i]);
+    if (!status) status = vw_turns_take(takers, TAKERS, ROUNDS);
+    if (!status)
+        *measured = (struct vw_measured_point){.train_ms = vw_turn_taker_conclude(&takers[TRAIN], ROUNDS).ms_per_step,
+                                               .value_ms = vw_turn_taker_conclude(&takers[VALUE], ROUNDS).ms_per_step,
+                                               .base_ms = vw_turn_taker_conclude(&takers[BASE], ROUNDS).ms_per_step,
+                                               .device_bytes = (double)takers[VALUE].device_bytes};
+    for (int i = 0; i < TAKERS; i++) vw_turn_taker_leave(&takers[i]);
+    return status;
+}
+
+enum vw_status vw_tradeoff_time_steps(struct vw_tradeoff *tradeoff) {
+    enum vw_status status = VW_OK;
+    for (uint32_t point = 0; point < tradeoff->points.count && !status; point++) {
+        bool found = false;
+        status = recall(tradeoff, point, &found);
+        if (!status && !found) status = time_point(tradeoff, point);
+        if (!status && !found) status = keep(tradeoff, point);
+        if (!status && !found)
+            vw_log_info("timed    %s: %.3g ms a step, %.3g with scoring (%u of %u)", tradeoff->points.points[point].name,
+                        tradeoff->measured[point].train_ms, tradeoff->measured[point].value_ms, point + 1, tradeoff->points.count);
+    }
+    return status;
+}
+
+uint64_t vw_tradeoff_steps(const struct vw_tradeoff *tradeoff, uint32_t point) {
+    return (uint64_t)tradeoff->points.points[point].config.epochs * tradeoff->laboratory.train_count;
+}
+
+double vw_tradeoff_value_ms(const struct vw_tradeoff *tradeoff, uint32_t point) {
+    double base_ms[VW_POINTS_MAX];
+    for (uint32_t i = 0; i < tradeoff->points.count; i++) base_ms[i] = tradeoff->measured[i].base_ms;
+    const struct vw_measured_point *measured = &tradeoff->measured[point];
+    return measured->value_ms / measured->base_ms * vw_median(base_ms, tradeoff->points.count);
+}
+
+// ---- PSNR ---------------------------------------------------------------------------------------------------------------
+
+char *vw_tradeoff_folder(const struct vw_tradeoff *tradeoff, uint32_t point) {
+    return vw_format_text("%s/points/%s", tradeoff->options->out, tradeoff->points.points[point].name);
+}
+
+static enum vw_status measure_field(struct vw_tradeoff *tradeoff, const char *path, const struct vw_config *config,
+                                    const struct vw_effect_verdict *effects, double *psnr_db) {
+    const struct vw_stage *stage = &tradeoff->laboratory.stage;
+    const struct vw_trainer_params params = params_of(stage, config, effects, false);
+    uint32_t *views = NULL, count = 0;
+    struct vw_view_error *errors = NULL;
+    struct vw_trainer *trainer = NULL;
+    enum vw_status status = vw_scene_list_views(stage->scene, VW_SPLIT_VAL, &views, &count);
+    if (!status) errors = vw_allocate(count, sizeof *errors);
+    if (!status && !errors) status = VW_ERROR_MEMORY;
+    if (!status) status = vw_trainer_create(&params, &trainer);
+    if (!status) status = vw_trainer_load_field(trainer, path);
+    if (!status) status = vw_trainer_measure_views(trainer, views, count, PIXELS_OF_VIEW_MAX, errors);
+    *psnr_db = 0;
+    for (uint32_t i = 0; i < count && !status; i++) *psnr_db += vw_psnr_db(errors[i].mse) / count;
+    vw_trainer_destroy(&trainer);
+    free(errors);
+    free(views);
+    return status;
+}
+
+static enum vw_status measure_seed(struct vw_tradeoff *tradeoff, uint32_t point, uint32_t seed, double *psnr_db) {
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_config config = tradeoff->points.points[point].config;
+    config.seed += seed;
+    char *folder = vw_tradeoff_folder(tradeoff, point);
+    char *path = folder ? vw_format_text("%s/seed_%llu/field.vwf", folder, (unsigned long long)config.seed) : NULL;
+    enum vw_status status = path ? choose_effects(tradeoff, point, effects) : VW_ERROR_MEMORY;
+    if (!status) status = measure_field(tradeoff, path, &config, effects, psnr_db);
+    free(path);
+    free(folder);
+    return status;
+}
+
+enum vw_status vw_tradeoff_measure_psnr(struct vw_tradeoff *tradeoff, uint32_t point) {
+    double sum_db = 0, *mean_db = &tradeoff->measured[point].val_psnr;
+    const char *id = tradeoff->point_ids[point];
+    bool found = false;
+    enum vw_status status = vw_tradeoffs_find(tradeoff->tradeoffs, id, "val_psnr", &found, mean_db);
+    if (status || found) return status;
+    for (uint32_t seed = 0; seed < tradeoff->options->seeds && !status; seed++) {
+        double psnr_db = NAN;
+        status = measure_seed(tradeoff, point, seed, &psnr_db);
+        sum_db += psnr_db;
+    }
+    *mean_db = sum_db / tradeoff->options->seeds;
+    return status ? status : vw_tradeoffs_keep(tradeoff->tradeoffs, id, "val_psnr", *mean_db);
+}

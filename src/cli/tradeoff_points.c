@@ -1,0 +1,197 @@
+#include "cli/tradeoff_points.h"
+
+#include <inttypes.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+enum how { TIMES, PLUS, SET };
+enum { SETTINGS_MAX = 8, VAL_RAYS_PER_VIEW = 32 }; // as validation takes at least
+
+// A number of the config and what it is set to, from its value at the base.
+static const struct sweep {
+    const char *knob;
+    size_t offset;
+    enum how how;
+    double settings[SETTINGS_MAX]; // up to the first 0
+} sweeps[] = {
+    {"rays", offsetof(struct vw_config, rays), TIMES, {0.125, 0.25, 0.5, 2}},
+    {"samples", offsetof(struct vw_config, samples), TIMES, {0.25, 0.5, 2}},
+    {"val-rays", offsetof(struct vw_config, val_rays), SET, {64, 128, 256, 512, 1024, 2048, 4096}},
+    {"levels", offsetof(struct vw_config, levels), PLUS, {-4, -2, 4}},
+    {"log2-table", offsetof(struct vw_config, log2_table), PLUS, {-4, -2, 2, 4}},
+    {"width", offsetof(struct vw_config, width), SET, {16, 32, 64}},
+    {"epochs", offsetof(struct vw_config, epochs), TIMES, {0.25, 0.5, 2}},
+};
+static const double downscales[] = {2, 4}; // times the base's
+static const char *const other_knobs[] = {"downscale", "effects"};
+static const double EXHAUSTIVE_RAYS = 2; // times the base's: the most that are tried
+
+// ---- Which knobs --------------------------------------------------------------------------------------------------------
+
+static bool is_knob(const char *word, size_t length) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
+        if (strlen(sweeps[i].knob) == length && !strncmp(sweeps[i].knob, word, length)) return true;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(other_knobs); i++)
+        if (strlen(other_knobs[i]) == length && !strncmp(other_knobs[i], word, length)) return true;
+    return false;
+}
+
+static const char *next_word(const char *word) {
+    const char *comma = strchr(word, ',');
+    return comma ? comma + 1 : NULL;
+}
+
+enum vw_status vw_tradeoff_check_knobs(const char *knobs) {
+    for (const char *word = knobs; word; word = next_word(word))
+        if (!is_knob(word, strcspn(word, ",")))
+            return vw_fail(VW_ERROR_USAGE, "--knobs: \"%.*s\" is none of rays, samples, val-rays, downscale, levels, log2-table, width, epochs, "
+                           "effects", (int)strcspn(word, ","), word);
+    return VW_OK;
+}
+
+static bool is_wanted(const struct vw_options *options, const char *knob) {
+    if (!options->knobs) return true;
+    for (const char *word = options->knobs; word; word = next_word(word))
+        if (strlen(knob) == strcspn(word, ",") && !strncmp(word, knob, strlen(knob))) return true;
+    return false;
+}
+
+// ---- Points -------------------------------------------------------------------------------------------------------------
+
+static struct vw_tradeoff_point *add(struct vw_tradeoff_points *points, const char *knob, const char *setting) {
+    struct vw_tradeoff_point *point = &points->points[points->count];
+    if (points->count == VW_POINTS_MAX) return NULL;
+    if (points->count) *point = points->points[0];
+    point->knob = knob;
+    snprintf(point->setting, sizeof point->setting, "%s", setting);
+    snprintf(point->name, sizeof point->name, "%s%s%s", knob, *setting ? "-" : "", setting);
+    points->count++;
+    return point;
+}
+
+static enum vw_status check_room(const struct vw_tradeoff_point *point) {
+    return point ? VW_OK : vw_fail(VW_ERROR_USAGE, "more than %d points to try; choose fewer by --knobs", VW_POINTS_MAX);
+}
+
+uint32_t vw_tradeoff_points_find(const struct vw_tradeoff_points *points, const char *name) {
+    for (uint32_t i = 0; i < points->count; i++)
+        if (strcmp(points->points[i].name, name) == 0) return i;
+    return UINT32_MAX;
+}
+
+// The effects that are on, as --effects takes them, but for one (NULL: none). False when the list is too long.
+static bool spell_effects(const struct vw_stage *stage, const char *without, char text[sizeof((struct vw_config *)0)->effects]) {
+    const size_t text_bytes = sizeof((struct vw_config *)0)->effects;
+    size_t used = 0;
+    text[0] = 0;
+    for (uint32_t i = 0; i < stage->effect_count && used < text_bytes; i++)
+        if (stage->effects[i].on && (!without || strcmp(stage->effects[i].name, without) != 0))
+            used += (size_t)snprintf(text + used, text_bytes - used, "%s%s", used ? "," : "", stage->effects[i].name);
+    if (!used) snprintf(text, text_bytes, "none");
+    return used < text_bytes;
+}
+
+static uint32_t val_pixels(const struct vw_scene *scene) {
+    uint64_t most = 0; // of a view; every view may then take all it has
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        uint64_t pixels = (uint64_t)scene->views[v].image.width_px * scene->views[v].image.height_px;
+        if (scene->views[v].split == VW_SPLIT_VAL && pixels > most) most = pixels;
+    }
+    most *= scene->split_count[VW_SPLIT_VAL];
+    return most < 1u << 24 ? (uint32_t)most : 1u << 24; // what --val-rays admits
+}
+
+// The number that a sweep sets, 0 where it cannot be one.
+static uint32_t number_of(const struct sweep *sweep, uint32_t base, double setting) {
+    double number = sweep->how == TIMES ? base * setting : sweep->how == PLUS ? base + setting : setting;
+    return number < 1 ? 0 : (uint32_t)number;
+}
+
+static enum vw_status add_sweep(const struct vw_stage *stage, const struct sweep *sweep, struct vw_tradeoff_points *points) {
+    enum vw_status status = VW_OK;
+    const struct vw_config *base = &points->points[0].config;
+    uint32_t of_base = *(const uint32_t *)((const char *)base + sweep->offset);
+    bool val_rays = sweep->offset == offsetof(struct vw_config, val_rays);
+    uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * stage->scene->split_count[VW_SPLIT_VAL] : 0, most = val_pixels(stage->scene);
+    for (int i = 0; i < SETTINGS_MAX && sweep->settings[i] != 0 && !status; i++) {
+        struct vw_config config = *base;
+        char setting[VW_POINT_SETTING_BYTES], name[VW_POINT_NAME_BYTES];
+        uint32_t number = number_of(sweep, of_base, sweep->settings[i]);
+        if (number < least) number = least;
+        *(uint32_t *)((char *)&config + sweep->offset) = number;
+        snprintf(setting, sizeof setting, "%" PRIu32, number);
+        snprintf(name, sizeof name, "%s-%s", sweep->knob, setting);
+        if (number == of_base || (val_rays && number >= most) || vw_tradeoff_points_find(points, name) != UINT32_MAX) continue;
+        if (config.epochs <= config.burn_in_epochs || vw_config_check(&config)) continue;
+        struct vw_tradeoff_point *point = add(points, sweep->knob, setting);
+        status = check_room(point);
+        if (!status) point->config = config;
+    }
+    return status;
+}
+
+static enum vw_status add_all_pixels(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
+    struct vw_tradeoff_point *point = add(points, "val-rays", "all");
+    enum vw_status status = check_room(point);
+    points->all_pixels = points->count - 1;
+    if (!status) point->config.val_rays = val_pixels(stage->scene);
+    return status;
+}
+
+static enum vw_status add_downscales(struct vw_tradeoff_points *points) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
+        char setting[VW_POINT_SETTING_BYTES];
+        uint32_t downscale = (uint32_t)(points->points[0].downscale * downscales[i]);
+        if (downscale > 64) continue; // what --downscale admits
+        snprintf(setting, sizeof setting, "%" PRIu32, downscale);
+        struct vw_tradeoff_point *point = add(points, "downscale", setting);
+        status = check_room(point);
+        if (!status) point->downscale = downscale;
+    }
+    return status;
+}
+
+static enum vw_status add_effects(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < stage->effect_count && !status; i++) {
+        char setting[VW_POINT_SETTING_BYTES];
+        if (!stage->effects[i].on) continue;
+        snprintf(setting, sizeof setting, "without-%s", stage->effects[i].name);
+        struct vw_tradeoff_point *point = add(points, "effects", setting);
+        status = check_room(point);
+        if (!status) spell_effects(stage, stage->effects[i].name, point->config.effects);
+    }
+    return status;
+}
+
+static enum vw_status add_exhaustive(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
+    struct vw_tradeoff_point *point = add(points, "exhaustive", "");
+    enum vw_status status = check_room(point);
+    if (status) return status;
+    points->exhaustive = points->count - 1;
+    point->config.rays = number_of(&sweeps[0], point->config.rays, EXHAUSTIVE_RAYS);
+    point->config.val_rays = val_pixels(stage->scene);
+    return vw_config_check(&point->config);
+}
+
+enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const struct vw_stage *stage, struct vw_tradeoff_points *points) {
+    points->count = 0;
+    points->all_pixels = UINT32_MAX;
+    struct vw_tradeoff_point *base = add(points, "base", "");
+    base->config = options->config;
+    base->downscale = options->downscale;
+    if (!spell_effects(stage, NULL, base->config.effects)) return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
+    enum vw_status status = add_exhaustive(stage, points);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
+        if (!is_wanted(options, sweeps[i].knob)) continue;
+        status = add_sweep(stage, &sweeps[i], points);
+        if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays)) status = add_all_pixels(stage, points);
+    }
+    if (!status && is_wanted(options, "downscale")) status = add_downscales(points);
+    if (!status && is_wanted(options, "effects")) status = add_effects(stage, points);
+    return status;
+}
