@@ -83,17 +83,40 @@ static void say_duration(const struct vw_tradeoff *tradeoff) {
                 tradeoff->points.count, tradeoff->options->seeds, tradeoff->options->halves * VW_SUBSET_SEEDS, ceil(seconds / 60));
 }
 
-static enum vw_status make_runs(struct vw_tradeoff *tradeoff, uint32_t point) {
+// Whether the ledgers of all seeds lie in a point's folder.
+static bool has_runs(const struct vw_tradeoff *tradeoff, const char *folder) {
+    bool there = true;
+    for (uint32_t i = 0; i < tradeoff->options->seeds && there; i++) {
+        char *path = vw_format_text("%s/seed_%" PRIu64 "/ledger.db", folder, tradeoff->options->config.seed + i);
+        there = path && vw_file_exists(path);
+        free(path);
+    }
+    return there;
+}
+
+// A point whose PSNR is known has runs that are finished.
+static enum vw_status make_point(struct vw_tradeoff *tradeoff, uint32_t point, const char *folder) {
     const struct vw_tradeoff_point *of_point = &tradeoff->points.points[point];
     struct vw_options options = *tradeoff->options;
-    char *folder = vw_tradeoff_folder(tradeoff, point);
+    bool known = false;
+    enum vw_status status = vw_tradeoff_recall_psnr(tradeoff, point, &known);
+    if (status || (known && has_runs(tradeoff, folder))) return status;
     options.out = folder;
     options.config = of_point->config;
     options.downscale = of_point->downscale;
     vw_log_info("point    %s (%u of %u)", of_point->name, point + 1, tradeoff->points.count);
-    enum vw_status status = folder ? vw_seed_runs_make(&options, 0, options.seeds) : VW_ERROR_MEMORY;
-    free(folder);
-    return status ? status : vw_tradeoff_measure_psnr(tradeoff, point);
+    status = vw_seed_runs_make(&options, 0, options.seeds);
+    return status || known ? status : vw_tradeoff_measure_psnr(tradeoff, point);
+}
+
+static enum vw_status make_points(struct vw_tradeoff *tradeoff) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < tradeoff->points.count && !status; i++) {
+        char *folder = vw_tradeoff_folder(tradeoff, i);
+        status = folder ? make_point(tradeoff, i, folder) : VW_ERROR_MEMORY;
+        free(folder);
+    }
+    return status;
 }
 
 static enum vw_status try_halves(struct vw_tradeoff *tradeoff) {
@@ -130,7 +153,7 @@ static enum vw_status sweep(struct vw_tradeoff *tradeoff) {
     if (!status) status = vw_tradeoff_time_steps(tradeoff);
     if (status) return status;
     say_duration(tradeoff);
-    for (uint32_t i = 0; i < tradeoff->points.count && !status; i++) status = make_runs(tradeoff, i);
+    status = make_points(tradeoff);
     if (!status) status = try_halves(tradeoff);
     return status ? status : conclude(tradeoff);
 }

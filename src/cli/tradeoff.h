@@ -36,7 +36,8 @@ struct vw_tradeoff {
 enum vw_status vw_tradeoff_time_steps(struct vw_tradeoff *tradeoff);
 // The folder of a point's runs, owned by the caller; NULL when memory is short.
 char *vw_tradeoff_folder(const struct vw_tradeoff *tradeoff, uint32_t point);
-// The validation PSNR of the fields that a point's runs left, all on the base's photos, or recalls it.
+// The validation PSNR of the fields that a point's runs left, all on the base's photos: recalled where it is known, or measured.
+enum vw_status vw_tradeoff_recall_psnr(struct vw_tradeoff *tradeoff, uint32_t point, bool *found);
 enum vw_status vw_tradeoff_measure_psnr(struct vw_tradeoff *tradeoff, uint32_t point);
 // Steps of a point's run.
 uint64_t vw_tradeoff_steps(const struct vw_tradeoff *tradeoff, uint32_t point);

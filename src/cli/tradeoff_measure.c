@@ -152,17 +152,19 @@ static enum vw_status measure_seed(struct vw_tradeoff *tradeoff, uint32_t point,
     return status;
 }
 
+enum vw_status vw_tradeoff_recall_psnr(struct vw_tradeoff *tradeoff, uint32_t point, bool *found) {
+    return vw_tradeoffs_find(tradeoff->tradeoffs, tradeoff->point_ids[point], "val_psnr", found, &tradeoff->measured[point].val_psnr);
+}
+
 enum vw_status vw_tradeoff_measure_psnr(struct vw_tradeoff *tradeoff, uint32_t point) {
-    double sum_db = 0, *mean_db = &tradeoff->measured[point].val_psnr;
-    const char *id = tradeoff->point_ids[point];
-    bool found = false;
-    enum vw_status status = vw_tradeoffs_find(tradeoff->tradeoffs, id, "val_psnr", &found, mean_db);
-    if (status || found) return status;
+    double sum_db = 0;
+    enum vw_status status = VW_OK;
     for (uint32_t seed = 0; seed < tradeoff->options->seeds && !status; seed++) {
         double psnr_db = NAN;
         status = measure_seed(tradeoff, point, seed, &psnr_db);
         sum_db += psnr_db;
     }
-    *mean_db = sum_db / tradeoff->options->seeds;
-    return status ? status : vw_tradeoffs_keep(tradeoff->tradeoffs, id, "val_psnr", *mean_db);
+    tradeoff->measured[point].val_psnr = sum_db / tradeoff->options->seeds;
+    return status ? status
+                  : vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], "val_psnr", tradeoff->measured[point].val_psnr);
 }
