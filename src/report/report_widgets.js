@@ -240,7 +240,7 @@ const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 4], [1, 2]]; // t
 const POINTS = ['circle', 'rect', 'triangle', 'rectRot', 'cross', 'star', 'crossRot'];
 const PAPER = {ink: '#1b1f24', quiet: '#59636e', line: '#d9dee3', page: '#ffffff', helps: '#0072b2', harms: '#c65102'};
 const PAPER_WIDTH_PX = 680, HEAT_COLUMN_PX = 44;
-const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 240]}; // width, height
+const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 200]}; // width, height
 const charts = new Map(); // by the place they are drawn in
 let onPaper = false;
 

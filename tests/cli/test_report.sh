@@ -101,8 +101,8 @@ check "a render that is no picture" refuses 'renders/secret.png: is no PNG file'
 rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
 check "nor a file, which might never end" refuses 'renders/secret.png: no such file' "$folder/compare"
 mkdir "$folder/linked"
-for name in benchmark.csv tradeoff.csv compare.json ledger.db; do
-    ln -s "../$(case $name in benchmark.csv | tradeoff.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
+for name in benchmark.csv compare.json ledger.db; do
+    ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
     check "$name that is a link to another folder" refuses "linked/$name: is a link that leads out of" "$folder/linked"
     rm "$folder/linked/$name"
 done
@@ -194,8 +194,8 @@ tradeoff() {
                     split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
                 }
-                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, 20 + p / 4, p % 2, method, p % 3 == 0, 0.9, 0.8, \
-                    agreement, agreement, all_pixels, all_pixels, "", lds
+                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, 20 + p / 4, p % 2, method, p % 3 == 0, 0.9, \
+                    0.8, agreement, agreement, all_pixels, all_pixels, "", lds
             }
     }' >"$folder/$1/tradeoff.csv"
 }
@@ -210,6 +210,8 @@ check "a tradeoff that lacks any column it needs" eval 'for column in point run_
     sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'
+mkdir "$folder/trade_linked" && ln -s ../trade/tradeoff.csv "$folder/trade_linked/tradeoff.csv"
+check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is a link that leads out of' "$folder/trade_linked"
 check "an empty one" eval ': >"$folder/edited/tradeoff.csv" && refuses "edited/tradeoff.csv: is empty; remove it" "$folder/edited"'
 check "one whose quotes are broken" eval '{ cat "$folder/trade/tradeoff.csv" && echo "\"open"; } >"$folder/edited/tradeoff.csv" &&
     refuses "edited/tradeoff.csv:24: " "$folder/edited"'
