@@ -14,8 +14,9 @@ const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips
 
 const clipped = (text, length = LONGEST_NAME) => text.length > length ? text.slice(0, length - 1) + '…' : text;
 
-// An edited file may hold any number; no axis and no clock can show others than these.
-const drawable = seconds => known(seconds) && seconds > 1e-6 && seconds < 1e9;
+// An edited file may hold any number: those that no axis can show count as unknown, and no logarithmic one shows others than these.
+const bounded = value => Math.abs(value) < 1e9 ? value : NaN;
+const drawable = value => value > 1e-6 && value < 1e9;
 
 function timeOf(seconds) {
   if (!drawable(seconds)) return '–';
@@ -28,7 +29,7 @@ function timeOf(seconds) {
 // Rows by point and method: {rows, methods, points}, where points are the first rows of each, in the order of the file.
 function tradeoffOf(table) {
   const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_front: row.psnr_front === '1',
-    score_front: row.score_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, number(row[name])]))}));
+    score_front: row.score_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
   const points = new Map();
   for (const row of rows) if (!points.has(row.point)) points.set(row.point, row);
   return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))], points: [...points.values()]};

@@ -339,6 +339,8 @@ def hostile_tradeoff_is_text(browser, folder):
     expect(page.run('return document.scripts.length') == 6, 'a name became a script')
     times = sorted(point['x'] for points in drawn(page, 'psnr').values() for point in points)
     expect(set(times) == {9, 10, 11, 12, 13}, times) # an axis has no place for the others
+    heights = [point['y'] for point in drawn(page, 'knob-psnr')['validation PSNR, dB']]
+    expect(heights == [21], heights)
     expect(not (found := page.errors()), found)
 
 

@@ -187,14 +187,16 @@ tradeoff() {
                 seconds = 10 * p; agreement = setting == "all" && knob == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
                 all_pixels = knob == "val-rays" ? 0.9 : ""
                 lds = p == 1 ? "0.62,0.4,0.8" : ",,"
+                psnr = 20 + p / 4
                 if (kind == "hostile") {
                     hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
                     point = "\"" hurt point "\""; knob = "\"" hurt knob "\""; setting = "\"__proto__" hurt setting "\""
                     method = "\"" hurt m "\""
                     split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
+                    psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
                 }
-                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, 20 + p / 4, p % 2, method, p % 3 == 0, 0.9, \
+                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
                     0.8, agreement, agreement, all_pixels, all_pixels, "", lds
             }
     }' >"$folder/$1/tradeoff.csv"
