@@ -139,6 +139,7 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
                  {"payout.csv", add_table},
                  {"duplicates.csv", add_table},
                  {"benchmark.csv", add_table},
+                 {"tradeoff.csv", add_table},
                  {"compare.json", add_compare}};
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {

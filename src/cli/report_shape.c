@@ -15,11 +15,15 @@ static bool has_text(const json_t *array, const char *text) {
 
 enum vw_status vw_report_shape_of_table(const char *path, const char *file, const json_t *header) {
     static const struct {
-        const char *file, *columns[7];
+        const char *file, *columns[20];
     } tables[] = {{"providers.csv", {"provider", "method", "photos", "value", "stderr"}},
                   {"payout.csv", {"provider", "method", "share", "amount"}},
                   {"duplicates.csv", {"group", "name", "provider", "split", "similarity", "value", "group_value"}},
-                  {"benchmark.csv", {"judgement", "method", "value", "low", "high"}}};
+                  {"benchmark.csv", {"judgement", "method", "value", "low", "high"}},
+                  {"tradeoff.csv",
+                   {"point", "knob", "setting", "base", "train_ms", "value_ms", "scoring_ratio", "run_seconds", "val_psnr", "psnr_front",
+                    "method", "score_front", "seed_pearson", "seed_spearman", "agreement_pearson", "all_pixels_pearson", "auc", "lds",
+                    "lds_low", "lds_high"}}};
     for (size_t t = 0; t < VW_ARRAY_COUNT(tables); t++)
         for (size_t i = 0; i < VW_ARRAY_COUNT(tables[t].columns) && tables[t].columns[i] && !strcmp(tables[t].file, file); i++)
             if (!has_text(header, tables[t].columns[i]))

@@ -39,6 +39,7 @@ static void write_policy(FILE *stream) {
     write_hash(stream, vw_html_chart);
     write_hash(stream, vw_html_widgets);
     write_hash(stream, vw_html_script);
+    write_hash(stream, vw_html_tradeoff);
     write_hash(stream, vw_html_tables);
 }
 
@@ -48,6 +49,7 @@ static bool write_piece(FILE *stream, const char *name, const json_t *data) {
     else if (strcmp(name, "chart") == 0) fputs(vw_html_chart, stream);
     else if (strcmp(name, "widgets") == 0) fputs(vw_html_widgets, stream);
     else if (strcmp(name, "script") == 0) fputs(vw_html_script, stream);
+    else if (strcmp(name, "tradeoff") == 0) fputs(vw_html_tradeoff, stream);
     else if (strcmp(name, "tables") == 0) fputs(vw_html_tables, stream);
     else if (strcmp(name, "data") == 0)
         return json_dump_callback(data, write_escaped, stream, JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;

@@ -312,7 +312,7 @@ function drawScatter([a, b]) {
   const line = [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end})), decimals = decimalsFor(ends);
   const kinds = [['photos', false, 'circle', 'helps'], ['spoiled on purpose', true, 'crossRot', 'harms']];
   drawChart('agreement-chart', {
-    square: true,
+    shape: 'square',
     label: 'Scores of one run against those of another',
     caption: 'r = ' + fixed(r, 3) + ' (Pearson), rho = ' + fixed(rho, 3) + ' (Spearman), ' + plural(points.length, 'photo') + ', by ' +
       chosen.method,
@@ -380,4 +380,5 @@ function fill() {
   fillDuplicates();
   fillComparisons();
   fillBenchmarks();
+  fillTradeoffs();
 }

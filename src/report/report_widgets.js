@@ -239,7 +239,8 @@ const PALETTE = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 4], [1, 2]]; // told apart in grey as well
 const POINTS = ['circle', 'rect', 'triangle', 'rectRot', 'cross', 'star', 'crossRot'];
 const PAPER = {ink: '#1b1f24', quiet: '#59636e', line: '#d9dee3', page: '#ffffff', helps: '#0072b2', harms: '#c65102'};
-const PAPER_WIDTH_PX = 680, PAPER_SQUARE_PX = 420, PAPER_CHART_HEIGHT_PX = 260, HEAT_COLUMN_PX = 44;
+const PAPER_WIDTH_PX = 680, HEAT_COLUMN_PX = 44;
+const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 200]}; // width, height
 const charts = new Map(); // by the place they are drawn in
 let onPaper = false;
 
@@ -254,23 +255,22 @@ function axis(title, more = {}) {
 
 function legendLabels(more = {}) { return {color: colour('ink'), usePointStyle: true, boxWidth: 8, boxHeight: 8, ...more}; }
 
-// Draws into a place, in place of what was drawn there before: {config, caption, label, square, behind}; `config` is a function, so that a
-// chart can be drawn anew in other colours.
-function drawChart(id, {config, caption, label, square = false, behind}) {
+// Draws into a place, in place of what was drawn there before: {config, caption, label, shape, behind}; `config` is a function, so that a
+// chart can be drawn anew in other colours, and `shape` 'square', or 'small' for one that stands beside others.
+function drawChart(id, {config, caption, label, shape = '', behind}) {
   const before = charts.get(id);
   if (before) before.chart.destroy();
   const canvas = element('canvas', {role: 'img', 'aria-label': label});
-  byId(id).replaceChildren(element('figure', {}, element('div', {class: square ? 'chart square' : 'chart'}, canvas),
+  byId(id).replaceChildren(element('figure', {}, element('div', {class: ('chart ' + shape).trim()}, canvas),
     caption ? element('figcaption', {}, caption) : null), behind);
   const settings = config();
   settings.options = {animation: false, responsive: !onPaper, maintainAspectRatio: false, ...settings.options};
   settings.options.plugins = {legend: {display: settings.data.datasets.length > 1, labels: legendLabels()}, ...settings.options.plugins};
   if (onPaper) {
-    canvas.width = square ? PAPER_SQUARE_PX : PAPER_WIDTH_PX;
-    canvas.height = square ? PAPER_SQUARE_PX : PAPER_CHART_HEIGHT_PX;
+    [canvas.width, canvas.height] = PAPER_CHARTS_PX[shape];
     settings.options.devicePixelRatio = 2;
   }
-  charts.set(id, {chart: new Chart(canvas, settings), drawing: {config, caption, label, square, behind}});
+  charts.set(id, {chart: new Chart(canvas, settings), drawing: {config, caption, label, shape, behind}});
 }
 
 function redrawCharts() { for (const [id, {drawing}] of [...charts]) drawChart(id, drawing); }

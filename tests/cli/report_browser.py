@@ -1,6 +1,7 @@
 """Looks at reports in a headless Chromium, for test_report.sh:
 
-    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, compared.html, hostile and large, as that script makes them
+    report_browser.py FOLDER    with FOLDER/run, other, both.html, all.html, compared.html, hostile, large, trade* and traded.html,
+                                as that script makes them
 
 Prints a line per check: "ok WHAT" or "failed WHAT: why"; or "no browser WHY" where it cannot be started.
 """
@@ -21,6 +22,7 @@ from selenium.webdriver.chrome.service import Service
 # From opening the report of 2,000 photos to a ranking that has been sorted by a click. On a machine that others keep busy the wall's clock
 # says little: then what the page's thread computed must stay below half of it (it takes about 0.4 s of one core).
 LARGE_LIMIT_S = 3
+TRADEOFFS = ('trade/report.html', 'trade_one/report.html', 'trade_many/report.html', 'trade_hostile/report.html')
 LARGE_TRIES = 3 # other work only ever adds: the fastest try says what the page takes
 
 
@@ -111,7 +113,7 @@ def numbers(texts):
 
 @check('a report loads without a word on the console and without a request')
 def loads_quietly(browser, folder):
-    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html'):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'traded.html', *TRADEOFFS):
         page = Page(browser, f'{folder}/{name}')
         page.run("document.querySelectorAll('details').forEach(one => { one.open = true })")
         expect(not (found := page.errors()), f'{name}: {found}')
@@ -124,7 +126,8 @@ def charts_are_drawn(browser, folder):
         const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height), seen = new Set();
         for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200) seen.add(data[i] * 65536 + data[i + 1] * 256 + data[i + 2]);
         return seen.size; })"""
-    for name, charts in (('run/report.html', 2), ('both.html', 3), ('all.html', 4)):
+    for name, charts in (('run/report.html', 2), ('both.html', 3), ('all.html', 4), ('trade/report.html', 5),
+                         ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 9)):
         colours = Page(browser, f'{folder}/{name}').run(count)
         expect(len(colours) == charts, f'{name}: {len(colours)} charts')
         expect(min(colours) > 5, f'{name}: blank: {colours} colours') # text alone has shades of grey; axes, lines and points more
@@ -250,6 +253,97 @@ def disagreements_have_pictures(browser, folder):
         expect(isinstance(width, int) and width > 20, f'{name}: {width}')
 
 
+def drawn(page, chart):
+    """The points of a chart of tradeoff.csv by the name of their kind, or None where no chart is drawn."""
+    sets = page.run("""const {chart} = charts.get('tradeoff-0-' + arguments[0]) || {};
+        return chart ? chart.data.datasets.map(set => [set.label, set.data]) : null""", chart)
+    return sets and {label: [point for other, points in sets if other == label for point in points] for label, _ in sets}
+
+
+def read_tradeoff(folder, name, method):
+    with open(f'{folder}/{name}/tradeoff.csv', newline='', encoding='utf-8') as file:
+        return [row for row in csv.DictReader(file) if row['method'] == method]
+
+
+@check('time is drawn against PSNR and the chosen scores, as tradeoff.csv has them, with what no other point matches joined')
+def tradeoff_is_right(browser, folder):
+    page = Page(browser, f'{folder}/trade/report.html')
+    page.choose('tradeoff-0-choose-method', 'dv_loss')
+    rows = read_tradeoff(folder, 'trade', 'dv_loss')
+    for chart, key, front in (('psnr', 'val_psnr', 'psnr_front'), ('score', 'agreement_pearson', 'score_front')):
+        sets = drawn(page, chart)
+        line = sets.pop('fastest for what they reach')
+        wanted = sorted((row['point'], float(row['run_seconds']), float(row[key])) for row in rows if row[key])
+        shown = sorted((point['name'], point['x'], point['y']) for points in sets.values() for point in points)
+        expect(shown == wanted, f'{chart}: {shown}, not {wanted}')
+        joined = [row['point'] for row in rows if row[front] == '1' and row[key]]
+        expect([point['name'] for point in line] == joined and len(joined) > 2, f'{chart}: {line}, not {joined}')
+        expect([point['name'] for point in sets['base']] == ['base'] and len(sets['rays']) == 3, sets)
+    measures = page.run("return [...document.getElementById('tradeoff-0-choose-measure').options].map(one => one.value)")
+    expect(measures == ['agreement_pearson', 'seed_pearson', 'seed_spearman', 'lds'], measures) # without truth there is no AUC
+    page.choose('tradeoff-0-choose-measure', 'lds')
+    expect([point['y'] for point in drawn(page, 'score')['base']] == [0.62] and len(drawn(page, 'score')) == 1, drawn(page, 'score'))
+    expect(drawn(page, 'knob-score') is None, 'a chart of nothing')
+    expect('No setting of rays' in page.run("return document.getElementById('tradeoff-0-knob-score').textContent"), 'no word why')
+
+
+@check('the settings of a knob stand in their order, what is no number last')
+def knobs_are_right(browser, folder):
+    page = Page(browser, f'{folder}/trade/report.html')
+    knobs = page.run("return [...document.getElementById('tradeoff-0-choose-knob').options].map(one => one.value)")
+    expect(knobs == ['rays', 'val-rays'], knobs) # of one setting there is nothing to draw
+    page.choose('tradeoff-0-choose-knob', 'val-rays')
+    for chart, title, key in (('knob-score', 'agreement r', 'agreement_pearson'), ('knob-psnr', 'validation PSNR, dB', 'val_psnr'),
+                              ('knob-time', 'seconds of a run', 'run_seconds')):
+        points, rows = drawn(page, chart)[title], read_tradeoff(folder, 'trade', 'dv_psnr')
+        wanted = [(row['setting'], float(row[key])) for row in rows if row['knob'] == 'val-rays']
+        expect([(point['setting'], point['y']) for point in points] == wanted, f'{chart}: {points}, not {wanted}')
+        x = [point['x'] for point in points]
+        expect(abs(x[1] - x[0] - 0.602) < 0.001 and x[2] > x[1], x) # log10(1024 / 256)
+        expect({point['y'] for point in drawn(page, chart)['base']} == {float(rows[0][key])}, drawn(page, chart))
+    expect([point['y'] for point in drawn(page, 'knob-score')['with all validation pixels, r']] == [0.9] * 3, drawn(page, 'knob-score'))
+
+
+@check('the table of points is that of the method, and sorts')
+def tradeoff_table_is_right(browser, folder):
+    page = Page(browser, f'{folder}/trade/report.html')
+    cells = "return [...document.querySelectorAll('#tradeoff-0-table tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))"
+    for method in ('dv_psnr', 'dv_loss'):
+        page.choose('tradeoff-0-choose-method', method)
+        rows = read_tradeoff(folder, 'trade', method)
+        shown = page.run(cells)
+        expect([row[0] for row in shown] == [row['point'] for row in rows], shown)
+        wanted = [f"{float(row['agreement_pearson']):.3f}" if row['agreement_pearson'] else '–' for row in rows]
+        expect([row[7] for row in shown] == wanted, shown)
+    expect(shown[0][1:] == ['10.0', '10.00', '1.25', '20.25', '0.900', '0.800', '0.430', '–', '0.62 (0.40 to 0.80)', 'PSNR'], shown[0])
+    expect([row[10] for row in shown[1:4]] == ['–', 'both', '–'], shown)
+    page.run("[...document.querySelectorAll('#tradeoff-0-table th button')].find(one => one.textContent === 'Agrees r').click()")
+    agreement = [row[7] for row in page.run(cells)]
+    expect(agreement[-1] == '–' and agreement[:-1] == sorted(agreement[:-1], reverse=True), agreement)
+    summary = page.run("return document.getElementById('subtitle').textContent")
+    expect(summary == '11 points, 2 methods; a run takes 10 s to 110 s. The base takes 10 s and reaches 20.25 dB.', summary)
+
+
+@check('hostile texts and figures of tradeoff.csv are text, and nothing of them runs')
+def hostile_tradeoff_is_text(browser, folder):
+    page = Page(browser, f'{folder}/trade_hostile/report.html')
+    methods = page.run("return [...document.getElementById('tradeoff-0-choose-method').options].map(one => one.value)")
+    expect(len(methods) == 2 and methods[0].startswith('<img src=x'), methods)
+    page.choose('tradeoff-0-choose-method', methods[1])
+    page.run("document.querySelectorAll('details').forEach(one => { one.open = true })")
+    page.run("""for (const one of document.querySelectorAll('main *'))
+        for (const kind of ['mouseover', 'mousemove', 'focus', 'error']) one.dispatchEvent(new Event(kind))""")
+    expect(page.run("return document.querySelectorAll('#tradeoff-0-table tbody tr').length") == 11, 'rows are missing')
+    expect(page.run('return window.broken === undefined'), 'a name was executed')
+    expect(page.run("return document.querySelectorAll('img, [onerror]').length") == 0, 'a name became an element')
+    expect(page.run('return document.scripts.length') == 6, 'a name became a script')
+    times = sorted(point['x'] for points in drawn(page, 'psnr').values() for point in points)
+    expect(set(times) == {9, 10, 11, 12, 13}, times) # an axis has no place for the others
+    heights = [point['y'] for point in drawn(page, 'knob-psnr')['validation PSNR, dB']]
+    expect(heights == [21], heights)
+    expect(not (found := page.errors()), found)
+
+
 @check('hostile names are text, and nothing of them runs')
 def hostile_names_are_text(browser, folder):
     page = Page(browser, f'{folder}/hostile/report.html')
@@ -261,14 +355,14 @@ def hostile_names_are_text(browser, folder):
         for (const kind of ['mouseover', 'focus', 'error']) one.dispatchEvent(new Event(kind))""")
     expect(page.run('return window.broken === undefined'), 'a name was executed')
     expect(page.run("return document.querySelectorAll('img, [onmouseover], [onerror]').length") == 0, 'a name became an element')
-    expect(page.run("return document.scripts.length") == 5, 'a name became a script')
+    expect(page.run("return document.scripts.length") == 6, 'a name became a script')
     scene = page.run("return document.querySelector('#runs-table tbody').innerText")
     expect('scenes/</title><script>window.broken = 6</script>' in scene, scene[:300])
 
 
 @check('a phone of 390 px shows it without scrolling sideways')
 def fits_a_phone(browser, folder):
-    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html'):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html', *TRADEOFFS):
         width = Page(browser, f'{folder}/{name}', 390).run('return document.documentElement.scrollWidth')
         expect(width <= 390, f'{name}: {width} px')
 
@@ -278,7 +372,7 @@ def fits_paper(browser, folder):
     cut = """return [...document.querySelectorAll('table, canvas, p, h2')].filter(one => one.getClientRects().length)
         .map(one => [one.tagName + ' ' + (one.closest('section') || {}).id, Math.round(one.getBoundingClientRect().right)])
         .filter(([, right]) => right > innerWidth + 1)"""
-    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html'):
+    for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'large/report.html', *TRADEOFFS):
         page = Page(browser, f'{folder}/{name}')
         page.run("window.dispatchEvent(new Event('beforeprint'))")
         browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': 'print'})

@@ -123,7 +123,7 @@ check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j,
 check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
 check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
 mkdir "$folder/edited"
-for name in benchmark providers payout duplicates; do
+for name in benchmark tradeoff providers payout duplicates; do
     printf 'scene,method,value,low,high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
     check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
     rm "$folder/edited/$name.csv"
@@ -160,6 +160,63 @@ check "so is one of others" warns 'padded: its ledger names other photos' report
 
 check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
     "$folder/run/report.html" "$folder/hostile/report.html"'
+
+# ---- What accuracy costs in time ----------------------------------------------------------------------------------------
+
+# tradeoff NAME [KIND]: a folder that tradeoff might have made. Its points are the base, one knob after another, and the exhaustive one; the
+# rows of a point are its methods. Without KIND there are 11 points by 2 methods and no truth; of "one", one by one; of "many", 60 by 20.
+# "hostile": texts that would run, and figures that no axis can show.
+tradeoff() {
+    mkdir -p "$folder/$1"
+    awk -v kind="${2-}" 'BEGIN {
+        OFS = ","
+        print "point,knob,setting,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_front,method," \
+            "score_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds," \
+            "lds_low,lds_high"
+        count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
+            "exhaustive:all", points, " ")
+        if (kind == "one") count = 1
+        if (kind == "many") for (count = 1; count < 60; count++) points[count + 1] = "knob" int(count / 5) ":" 2 ^ (count % 5) + count
+        method_count = kind == "one" ? 1 : kind == "many" ? 20 : 2
+        for (p = 1; p <= count; p++)
+            for (m = 1; m <= method_count; m++) {
+                split(points[p], pair, ":")
+                knob = pair[1]; setting = pair[2]
+                point = p == 1 ? "base" : knob "-" setting
+                method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
+                seconds = 10 * p; agreement = setting == "all" && knob == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
+                all_pixels = knob == "val-rays" ? 0.9 : ""
+                lds = p == 1 ? "0.62,0.4,0.8" : ",,"
+                psnr = 20 + p / 4
+                if (kind == "hostile") {
+                    hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
+                    point = "\"" hurt point "\""; knob = "\"" hurt knob "\""; setting = "\"__proto__" hurt setting "\""
+                    method = "\"" hurt m "\""
+                    split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
+                    seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
+                    psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
+                }
+                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
+                    0.8, agreement, agreement, all_pixels, all_pixels, "", lds
+            }
+    }' >"$folder/$1/tradeoff.csv"
+}
+tradeoff trade && mkdir -p "$folder/trade/points/base" && cp -r "$folder/run" "$folder/trade/points/base/seed_0"
+tradeoff trade_one one && tradeoff trade_many many && tradeoff trade_hostile hostile
+for name in trade trade_one trade_many trade_hostile; do
+    check "a page of $name" eval 'report "$folder/$name" && [[ ! -s $folder/stderr ]]'
+done
+check "shows none of the runs of its points" test "$(runs_of "$folder/trade/report.html")" -eq 0
+check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
+check "a tradeoff that lacks any column it needs" eval 'for column in point run_seconds psnr_front score_front lds_high; do
+    sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
+        refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
+done'
+mkdir "$folder/trade_linked" && ln -s ../trade/tradeoff.csv "$folder/trade_linked/tradeoff.csv"
+check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is a link that leads out of' "$folder/trade_linked"
+check "an empty one" eval ': >"$folder/edited/tradeoff.csv" && refuses "edited/tradeoff.csv: is empty; remove it" "$folder/edited"'
+check "one whose quotes are broken" eval '{ cat "$folder/trade/tradeoff.csv" && echo "\"open"; } >"$folder/edited/tradeoff.csv" &&
+    refuses "edited/tradeoff.csv:24: " "$folder/edited"'
 
 # ---- In a browser -------------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,252 @@
+'use strict';
+// The section of the report on tradeoff.csv: how long a run takes at each point, and what its PSNR and its scores are then worth.
+
+const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson', 'seed_spearman',
+  'agreement_pearson', 'all_pixels_pearson', 'auc', 'lds', 'lds_low', 'lds_high'];
+const TRADEOFF_MEASURES = [
+  {key: 'agreement_pearson', title: 'agreement r', digits: 3, means: 'agreement with the exhaustive scores (Pearson’s r)'},
+  {key: 'seed_pearson', title: 'seeds r', digits: 3, means: 'agreement of two seeds (Pearson’s r)'},
+  {key: 'seed_spearman', title: 'seeds rho', digits: 3, means: 'agreement of two seeds (Spearman’s rho)'},
+  {key: 'auc', title: 'AUC', digits: 3, means: 'spoiled photos found (AUC)'},
+  {key: 'lds', title: 'LDS', digits: 3, means: 'effects of leaving photos out foreseen (LDS)'},
+];
+const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips have more
+
+const clipped = (text, length = LONGEST_NAME) => text.length > length ? text.slice(0, length - 1) + '…' : text;
+
+// An edited file may hold any number: those that no axis can show count as unknown, and no logarithmic one shows others than these.
+const bounded = value => Math.abs(value) < 1e9 ? value : NaN;
+const drawable = value => value > 1e-6 && value < 1e9;
+
+function timeOf(seconds) {
+  if (!drawable(seconds)) return '–';
+  const [count, unit] = seconds < 120 ? [seconds, 's'] : seconds < 7200 ? [seconds / 60, 'min'] : [seconds / 3600, 'h'];
+  return (count < 10 ? Number(count.toPrecision(2)) : Math.round(count)) + ' ' + unit;
+}
+
+// ---- Points and methods -------------------------------------------------------------------------------------------------
+
+// Rows by point and method: {rows, methods, points}, where points are the first rows of each, in the order of the file.
+function tradeoffOf(table) {
+  const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_front: row.psnr_front === '1',
+    score_front: row.score_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
+  const points = new Map();
+  for (const row of rows) if (!points.has(row.point)) points.set(row.point, row);
+  return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))], points: [...points.values()]};
+}
+
+// A row per point: that of the method, or where it has none, what belongs to the point alone.
+function rowsOfMethod({rows, points}, method) {
+  const scored = new Map(rows.filter(row => row.method === method).map(row => [row.point, row]));
+  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_low', 'lds_high'];
+  const none = {score_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
+  return points.map(point => scored.get(point.point) || {...point, ...none});
+}
+
+function tradeoffSummary({points, methods}) {
+  const times = points.map(row => row.run_seconds).filter(drawable), base = points.find(row => row.base);
+  const range = [...new Set([Math.min(...times), Math.max(...times)].map(timeOf))].join(' to ');
+  return plural(points.length, 'point') + ', ' + plural(methods.length, 'method') + (times.length ? '; a run takes ' + range : '') +
+    (base ? '. The base takes ' + timeOf(base.run_seconds) + ' and reaches ' + fixed(base.val_psnr, 2) + ' dB' : '') + '.';
+}
+
+// ---- Axes ---------------------------------------------------------------------------------------------------------------
+
+// Places to write at on a logarithmic axis: 1, 2 and 5 times powers of ten, powers alone over many, finer steps within less than one.
+function logTicks(low, high) {
+  const first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high)), stride = Math.ceil((last - first) / 8);
+  const between = factors => {
+    const ticks = [];
+    for (let power = first; power <= last; power += stride) ticks.push(...factors.map(factor => factor * 10 ** power));
+    return ticks.filter(tick => tick >= low && tick <= high);
+  };
+  const coarse = between(stride > 1 || last - first > 4 ? [1] : [1, 2, 5]);
+  if (coarse.length > 2) return coarse;
+  const step = roundUp((high - low) / 5), ticks = [];
+  for (let tick = Math.ceil(low / step) * step; tick <= high; tick += step) ticks.push(Number(tick.toPrecision(6)));
+  return ticks;
+}
+
+// A logarithmic axis around the values, which are positive.
+function logAxis(title, values) {
+  const low = Math.min(...values) / 1.15, high = Math.max(...values) * 1.15;
+  return axis(title, {type: 'logarithmic', min: low, max: high,
+    afterBuildTicks: scale => { scale.ticks = logTicks(low, high).map(value => ({value})); },
+    ticks: {color: colour('quiet'), maxRotation: 0, autoSkipPadding: 14, callback: value => short(value)}});
+}
+
+// ---- Time against quality -----------------------------------------------------------------------------------------------
+
+// Colour and shape of a knob together are its own: there are more knobs than colours.
+function knobStyle(place) {
+  const shape = POINTS[(place + Math.floor(place / PALETTE.length)) % POINTS.length], tint = PALETTE[place % PALETTE.length];
+  return {pointStyle: shape, borderColor: tint, backgroundColor: tint, radius: 5, hoverRadius: 7,
+    borderWidth: /cross|star/.test(shape) ? 2 : 1};
+}
+
+// Points over their time, by the column `key`; `front` is the column that marks the points to be joined, or empty, and `about` begins the
+// caption.
+function drawCost({id, rows, key, title, digits, front, about = ''}) {
+  const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
+  if (!shown.length) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
+  const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.point}));
+  const knobs = [...new Set(rows.filter(row => !row.base).map(row => row.knob))];
+  const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
+  const line = joined.length > 1 ? points(joined) : [];
+  drawChart(id, {
+    shape: 'square',
+    label: 'Seconds of a run against ' + title,
+    caption: about + 'Further left is faster, higher is better; the ring is the base.' +
+      (joined.length > 1 ? ' The line joins the points that no other matches in less time.' : ''),
+    behind: tableBehind('Table of the points', ['point', 'seconds of a run', title],
+      () => shown.map(row => [element('td', {class: 'long'}, row.point), short(row.run_seconds), fixed(row[key], digits)]), [1, 2]),
+    config: () => ({type: 'scatter', data: {datasets: [
+      {label: 'base', data: points(shown.filter(row => row.base)), pointStyle: 'circle', radius: 7, hoverRadius: 9, borderWidth: 3,
+        borderColor: colour('ink'), backgroundColor: 'transparent'},
+      ...knobs.map((knob, i) => ({label: clipped(knob), ...knobStyle(i),
+        data: points(shown.filter(row => !row.base && row.knob === knob))})),
+      {label: 'fastest for what they reach', type: 'line', data: line, borderColor: colour('quiet'), borderWidth: 1.5,
+        radius: 0, hitRadius: 0, pointStyle: 'line'}].filter(set => set.data.length)},
+    options: {scales: {x: logAxis('seconds of a run', shown.map(row => row.run_seconds)), y: axis(title, {grace: '6%'})},
+      plugins: {legend: {display: true, position: 'bottom', labels: legendLabels()}, tooltip: {
+        filter: item => item.dataset.type !== 'line',
+        callbacks: {label: ({raw}) => clipped(raw.name, 60) + ': ' + short(raw.x) + ' s, ' + fixed(raw.y, digits)}}}}}),
+  });
+}
+
+// ---- One knob -----------------------------------------------------------------------------------------------------------
+
+function knobsOf({points}) {
+  const settings = new Map();
+  for (const {knob, setting, base} of points) if (!base) settings.set(knob, (settings.get(knob) || new Set()).add(setting));
+  return [...settings.keys()].filter(knob => settings.get(knob).size > 1);
+}
+
+// Places of settings on an axis: numbers by their logarithm, then what is none ("all"), a step apart.
+function placesOf(settings) {
+  const numbers = settings.filter(text => drawable(number(text))).sort((a, b) => number(a) - number(b));
+  const ends = numbers.map(text => Math.log10(number(text))), span = ends.length > 1 ? ends[ends.length - 1] - ends[0] : 0;
+  const step = span > 0 ? span / (ends.length - 1) : 1, places = new Map(numbers.map((text, i) => [text, ends[i]]));
+  let last = ends.length ? ends[ends.length - 1] : 0;
+  for (const text of settings) if (!places.has(text)) places.set(text, last += step);
+  return {places, step, isScale: numbers.length > 1};
+}
+
+function settingAxis(knob, {places, step}) {
+  const ticks = [...places].map(([text, value]) => ({value, label: clipped(text, 12)})).sort((a, b) => a.value - b.value);
+  const labels = new Map(ticks.map(tick => [tick.value, tick.label])), characters = ticks.reduce((sum, tick) => sum + tick.label.length, 0);
+  return axis(clipped(knob), {type: 'linear', min: ticks[0].value - step / 3, max: ticks[ticks.length - 1].value + step / 3,
+    afterBuildTicks: scale => { scale.ticks = ticks.map(({value}) => ({value})); },
+    ticks: {color: colour('quiet'), minRotation: characters > (onPaper ? 12 : 24) ? 40 : 0, maxRotation: 50, autoSkipPadding: 4,
+      callback: value => labels.get(value) ?? ''}});
+}
+
+// The settings of a knob against one column, with the base's value as a dashed line; `also` is a second column, {key, title}.
+function drawKnob({id, rows, knob, key, title, digits, log = false, also, caption}) {
+  const fits = row => log ? drawable(row[key]) : known(row[key]);
+  const ofKnob = rows.filter(row => row.knob === knob && !row.base), shown = ofKnob.filter(fits), base = rows.find(row => row.base);
+  if (!shown.length) return clearChart(id, 'No setting of ' + clipped(knob) + ' has a value of ' + title + '.');
+  const scale = placesOf([...new Set(ofKnob.map(row => row.setting))]), ends = [...scale.places.values()];
+  const points = column => ofKnob.filter(row => known(row[column]))
+    .map(row => ({x: scale.places.get(row.setting), y: row[column], setting: row.setting})).sort((a, b) => a.x - b.x);
+  const level = base && fits(base) ? [Math.min(...ends) - scale.step / 3, Math.max(...ends) + scale.step / 3]
+    .map(x => ({x, y: base[key], setting: 'base'})) : [];
+  const extra = also && ofKnob.some(row => known(row[also.key])) ? points(also.key) : [];
+  const heights = [...shown, ...level.length ? [base] : []].map(row => row[key]);
+  const lineOf = name => ({borderColor: colour(name), backgroundColor: colour(name), borderWidth: 1.8, radius: 4, showLine: scale.isScale});
+  drawChart(id, {
+    shape: 'small',
+    label: title + ' by the setting of ' + clipped(knob),
+    caption,
+    behind: tableBehind('Table of the points', ['setting', title, ...extra.length ? [also.title] : []],
+      () => ofKnob.map(row => [element('td', {class: 'long'}, row.setting), fixed(row[key], digits),
+        ...extra.length ? [fixed(row[also.key], digits)] : []]), [1, 2]),
+    config: () => ({type: 'line', data: {datasets: [
+      {label: title, data: points(key), ...lineOf('helps')},
+      {label: also && also.title, data: extra, ...lineOf('harms'), borderDash: [7, 4], pointStyle: 'rect'},
+      {label: 'base', data: level, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1.5, radius: 0, hitRadius: 0,
+        pointStyle: 'line'}].filter(set => set.data.length)},
+    options: {scales: {x: settingAxis(knob, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
+      plugins: {legend: {display: extra.length > 0, position: 'bottom', labels: legendLabels()}, tooltip: {
+        filter: item => item.raw.setting !== undefined,
+        callbacks: {title: () => '', label: ({raw}) => clipped(raw.setting, 60) + ': ' + fixed(raw.y, digits)}}}}}),
+  });
+}
+
+// ---- The table ----------------------------------------------------------------------------------------------------------
+
+function tradeoffTable(place) {
+  const figure = (title, key, digits, more = {}) =>
+    ({title, key: row => row[key], cell: row => fixed(row[key], digits), number: true, descending: true, ...more});
+  const front = row => row.psnr_front ? row.score_front ? 'both' : 'PSNR' : row.score_front ? 'scores' : '';
+  const lds = row => known(row.lds) ? fixed(row.lds, 2) + (known(row.lds_low) && known(row.lds_high) ?
+    ' (' + fixed(row.lds_low, 2) + ' to ' + fixed(row.lds_high, 2) + ')' : '') : '–';
+  return new SortedTable(place, [
+    {title: 'Point', key: row => row.point, class: 'long', cell: row => row.base ? element('b', {}, row.point) : row.point},
+    {title: 'Run, s', key: row => row.run_seconds, number: true, hint: 'seconds, with scoring', cell: row => fixed(row.run_seconds, 1)},
+    figure('Step, ms', 'value_ms', 2, {descending: false, class: 'wide', hint: 'a training step with its scoring'}),
+    figure('Ratio', 'scoring_ratio', 2, {descending: false, class: 'wide', hint: 'step with scoring / without'}),
+    figure('PSNR, dB', 'val_psnr', 2, {hint: 'of whole validation photos'}),
+    figure('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
+    figure('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
+    figure('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the exhaustive scores'}),
+    figure('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a spoiled photo scores below a clean one'}),
+    {title: 'LDS', key: row => row.lds, descending: true, number: true, class: 'wide', cell: lds, hint: 'with its 95 % interval'},
+    {title: 'Front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
+      hint: 'in which of them no other point is as good in less time'},
+  ], {sort: 1});
+}
+
+// ---- All of it ----------------------------------------------------------------------------------------------------------
+
+function clearChart(id, text) {
+  const before = charts.get(id);
+  if (before) before.chart.destroy();
+  charts.delete(id);
+  byId(id).replaceChildren(element('p', {class: 'quiet'}, text));
+}
+
+function drawTradeoff(one) {
+  const rows = rowsOfMethod(one.tradeoff, one.method), measure = TRADEOFF_MEASURES.find(({key}) => key === one.measure);
+  const agrees = measure && measure.key === 'agreement_pearson', method = clipped(one.method, 40);
+  one.table.setRows(rows);
+  drawCost({id: one.id + '-psnr', rows, key: 'val_psnr', title: 'validation PSNR, dB', digits: 2, front: 'psnr_front'});
+  if (measure)
+    drawCost({id: one.id + '-score', rows, ...measure, front: agrees ? 'score_front' : '',
+      about: 'By ' + method + ': ' + measure.means + '. '});
+  if (!one.knob) return;
+  const draw = (name, more) => drawKnob({id: one.id + '-' + name, rows, knob: one.knob, digits: 2, ...more});
+  if (measure)
+    draw('knob-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper setting does as well.',
+      also: agrees ? {key: 'all_pixels_pearson', title: 'with all validation pixels, r'} : undefined});
+  draw('knob-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'What the setting gains or costs in quality.'});
+  draw('knob-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'What it costs in time; dashed is the base.'});
+}
+
+function addTradeoff(table, place) {
+  const tradeoff = tradeoffOf(table), {methods} = tradeoff, knobs = knobsOf(tradeoff), id = 'tradeoff-' + place;
+  if (!tradeoff.points.length) return;
+  show('tradeoffs');
+  const measures = TRADEOFF_MEASURES.filter(({key}) => tradeoff.rows.some(row => known(row[key])));
+  const summary = tradeoffSummary(tradeoff), leads = !runs.length && !place; // what the page begins with
+  const one = {id, tradeoff, knob: knobs[0], measure: measures.length ? measures[0].key : '',
+    method: methods.includes(data.default_method) ? data.default_method : methods[0] || ''};
+  const choice = (name, title, entries) => entries.length > 1 ? [selectBox(id + '-choose-' + name, title, entries, one[name],
+    value => { one[name] = value; drawTradeoff(one); })] : [];
+  const spot = name => element('div', {id: id + '-' + name}), target = element('div', {id: id + '-table'});
+  byId('tradeoffs').append(
+    element('p', {class: 'quiet'}, table.label + ': each point is the base setting with one knob changed. ' + (leads ? '' : summary)),
+    element('div', {class: 'filters'}, ...choice('method', 'Method', methods.map(name => [name, name])),
+      ...choice('measure', 'Measure of the scores', measures.map(({key, means}) => [key, means]))),
+    element('div', {class: 'beside'}, spot('psnr'), spot('score')));
+  if (knobs.length)
+    byId('tradeoffs').append(element('h3', {}, 'One knob at a time'),
+      element('div', {class: 'filters'}, ...choice('knob', 'Knob', knobs.map(name => [name, clipped(name)]))),
+      element('div', {class: 'beside three'}, spot('knob-score'), spot('knob-psnr'), spot('knob-time')));
+  byId('tradeoffs').append(element('h3', {}, 'Points'), target);
+  one.table = tradeoffTable(target);
+  drawTradeoff(one);
+  if (leads) byId('subtitle').textContent = summary;
+}
+
+function fillTradeoffs() { tablesNamed('tradeoff.csv').forEach(addTradeoff); }
