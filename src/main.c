@@ -54,7 +54,8 @@ static const struct vw_command commands[] = {
     {"tradeoff", "SCENE", "Show what accuracy costs in time, knob by knob",
      "Values the scene at the setting of the options and at points around it, each with one knob changed, and at an exhaustive one (all "
      "validation pixels, most rays), which the others' scores are held against. Times the steps of all points first, in turn, and says how "
-     "long the rest takes; a higher --downscale makes it affordable. Leaves points/, tradeoff.db, trials.db, tradeoff.csv and report.html in "
+     "long the rest takes; a higher --downscale makes it affordable. Leaves points/, tradeoff.db, trials.db, tradeoff.csv and report.html "
+     "in "
      "the --out folder; the same command goes on where it was stopped.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF | VW_OPTIONS_JSON,
      vw_command_tradeoff},

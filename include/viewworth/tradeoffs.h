@@ -29,7 +29,7 @@ struct vw_tradeoff_figure {
     double val_psnr;     // dB, of the trained field on whole validation photos; mean over the seeds
     uint32_t psnr_front; // no other point takes less time for as high a val_psnr
     const char *method;
-    uint32_t score_front; // likewise for agreement_pearson
+    uint32_t score_front;                           // likewise for agreement_pearson
     double seed_pearson, seed_spearman;             // scores of two seeds; mean over pairs
     double agreement_pearson, agreement_spearman;   // with the scores of the exhaustive point with the same seed; mean over the seeds
     double all_pixels_pearson, all_pixels_spearman; // likewise with those of the same trainings, scored on all validation pixels

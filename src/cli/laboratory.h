@@ -30,8 +30,8 @@ void vw_laboratory_close(struct vw_laboratory *laboratory);
 // The id of a trial, of all that decides its bits: the same on the same device and driver.
 void vw_laboratory_name(const struct vw_laboratory *laboratory, const struct vw_trial *trial, char id[VW_HASH_HEX_BYTES]);
 
-// What every photo that may be trained on is: "clean", or what spoils it; `known` tells whether any is said to be either. The array is owned
-// by the caller, NULL when memory is short; the texts are the scene's.
+// What every photo that may be trained on is: "clean", or what spoils it; `known` tells whether any is said to be either. The array is
+// owned by the caller, NULL when memory is short; the texts are the scene's.
 const char **vw_laboratory_list_truths(const struct vw_laboratory *laboratory, bool *known);
 
 // A vw_trial_function; `context` is the laboratory. Photos are image_ids of train views. VW_ERROR_INTERRUPTED between two trials when the

@@ -91,10 +91,10 @@ json_t *vw_measurement_to_json(const struct vw_measurement *measurement) {
     const struct vw_measured_training *all = &measurement->trainings[0];
     for (uint32_t i = 1; array && i < measurement->count; i++) {
         const struct vw_measured_training *off = &measurement->trainings[i];
-        json_t *entry = json_pack("{s:s, s:f, s:f, s:I, s:I, s:o}", "effect", off->without, "ms_per_step_on", all->ms_per_step,
-                                  "ms_per_step_off", off->ms_per_step, "params", (json_int_t)(all->param_count - off->param_count), "bytes",
-                                  (json_int_t)(all->device_bytes - off->device_bytes), "psnr_gained_db",
-                                  vw_json_real(all->psnr_db - off->psnr_db));
+        json_t *entry =
+            json_pack("{s:s, s:f, s:f, s:I, s:I, s:o}", "effect", off->without, "ms_per_step_on", all->ms_per_step, "ms_per_step_off",
+                      off->ms_per_step, "params", (json_int_t)(all->param_count - off->param_count), "bytes",
+                      (json_int_t)(all->device_bytes - off->device_bytes), "psnr_gained_db", vw_json_real(all->psnr_db - off->psnr_db));
         if (json_array_append_new(array, entry)) {
             json_decref(array);
             array = NULL;

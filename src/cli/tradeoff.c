@@ -136,8 +136,7 @@ static enum vw_status conclude(struct vw_tradeoff *tradeoff) {
     const struct vw_report_options report = {.scene = tradeoff->laboratory.stage.scene, .no_thumbnails = true};
     char *report_path = NULL, *csv_path = vw_path_join(options->out, "tradeoff.csv");
     enum vw_status status = csv_path ? vw_tradeoff_make_figures(tradeoff) : VW_ERROR_MEMORY;
-    if (!status)
-        status = vw_tradeoffs_set_figures(tradeoff->tradeoffs, tradeoff->point_ids[0], tradeoff->figures, tradeoff->figure_count);
+    if (!status) status = vw_tradeoffs_set_figures(tradeoff->tradeoffs, tradeoff->point_ids[0], tradeoff->figures, tradeoff->figure_count);
     if (!status) status = vw_tradeoff_write_csv(tradeoff, csv_path);
     if (!status) report_path = vw_report_folder_conclude(options->out, &report);
     if (!status && options->json) status = vw_tradeoff_print_json(tradeoff, csv_path, report_path);

@@ -47,8 +47,10 @@ static const char *next_word(const char *word) {
 enum vw_status vw_tradeoff_check_knobs(const char *knobs) {
     for (const char *word = knobs; word; word = next_word(word))
         if (!is_knob(word, strcspn(word, ",")))
-            return vw_fail(VW_ERROR_USAGE, "--knobs: \"%.*s\" is none of rays, samples, val-rays, downscale, levels, log2-table, width, epochs, "
-                           "effects", (int)strcspn(word, ","), word);
+            return vw_fail(VW_ERROR_USAGE,
+                           "--knobs: \"%.*s\" is none of rays, samples, val-rays, downscale, levels, log2-table, width, epochs, "
+                           "effects",
+                           (int)strcspn(word, ","), word);
     return VW_OK;
 }
 

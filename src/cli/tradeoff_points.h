@@ -20,7 +20,7 @@ struct vw_tradeoff_point {
 
 struct vw_tradeoff_points {
     struct vw_tradeoff_point points[VW_POINTS_MAX];
-    uint32_t count; // the first is the base
+    uint32_t count;                  // the first is the base
     uint32_t exhaustive, all_pixels; // the points of these names; UINT32_MAX where `all_pixels` is not tried
 };
 

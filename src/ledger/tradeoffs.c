@@ -10,7 +10,8 @@
 enum { TRADEOFFS_VERSION = 2001 };
 static const char hashed_as[] = "viewworth measured row 1";
 
-#define COLUMN(member, of_kind) {#member, VW_TRADEOFF_##of_kind, offsetof(struct vw_tradeoff_figure, member)}
+#define COLUMN(member, of_kind)                                                                                                            \
+    { #member, VW_TRADEOFF_##of_kind, offsetof(struct vw_tradeoff_figure, member) }
 static const struct vw_tradeoff_column columns[] = {
     COLUMN(point, TEXT),
     COLUMN(knob, TEXT),
@@ -77,8 +78,9 @@ static enum vw_status make_tables(struct vw_database *database) {
                                  "CREATE TABLE figure (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
                                  true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2001;");
     _Static_assert(TRADEOFFS_VERSION == 2001, "write it into the statement, too");
-    enum vw_status status =
-        schema_sql ? vw_database_make_tables(database, schema_sql, TRADEOFFS_VERSION, "the figures of a sweep over settings") : VW_ERROR_MEMORY;
+    enum vw_status status = schema_sql
+                                ? vw_database_make_tables(database, schema_sql, TRADEOFFS_VERSION, "the figures of a sweep over settings")
+                                : VW_ERROR_MEMORY;
     free(schema_sql);
     return status;
 }

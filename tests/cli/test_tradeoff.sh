@@ -11,7 +11,8 @@ cat >"$folder/tiny.json" <<'RECIPE'
     "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 0.6,
                 "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
     "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
-                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50, "split": "val"}],
+                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50,
+                 "split": "val"}],
     "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
 }
 RECIPE

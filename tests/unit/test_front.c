@@ -17,7 +17,7 @@ static void a_front_by_hand(void **state) {
 
 static bool is_beaten(const double *costs, const double *worths, uint32_t count, uint32_t i) {
     for (uint32_t j = 0; j < count; j++) {
-        bool cheaper = costs[j] < costs[i], better = worths[j] > worths[i];
+        bool cheaper = costs[j]<costs[i], better = worths[j]> worths[i];
         if ((cheaper && !(worths[j] < worths[i])) || (better && !(costs[j] > costs[i]))) return true;
     }
     return false;
