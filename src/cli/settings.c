@@ -1,6 +1,7 @@
 #include "cli/settings.h"
 
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "viewworth/memory.h"
@@ -23,11 +24,34 @@ const struct vw_setting *vw_setting_find(const char *name) {
     return NULL;
 }
 
-void vw_setting_apply(const struct vw_setting *setting, struct vw_config *config) {
-    config->rays = setting->rays;
-    config->samples = setting->samples;
-    config->val_rays = setting->val_rays;
-    config->log2_table = setting->log2_table;
-    config->width = setting->width;
-    config->epochs = setting->epochs;
+// The parts of a setting: the option of that name, and its places in the setting and in the config.
+static const struct {
+    const char *option;
+    size_t here, there;
+} parts[] = {
+#define PART(option, field)                                                                                                                \
+    { option, offsetof(struct vw_setting, field), offsetof(struct vw_config, field) }
+    PART("rays", rays),   PART("samples", samples), PART("val-rays", val_rays), PART("log2-table", log2_table),
+    PART("width", width), PART("epochs", epochs),
+};
+
+static const uint32_t *part_of(const void *whole, size_t offset) { return (const uint32_t *)((const char *)whole + offset); }
+
+static void apply(const struct vw_setting *setting, const struct vw_options *options, struct vw_config *config) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
+        if (!options || !vw_options_have(options, parts[i].option))
+            *(uint32_t *)((char *)config + parts[i].there) = *part_of(setting, parts[i].here);
+}
+
+void vw_setting_apply(const struct vw_setting *setting, struct vw_config *config) { apply(setting, NULL, config); }
+
+void vw_setting_apply_beside(const struct vw_setting *setting, const struct vw_options *options, struct vw_config *config) {
+    apply(setting, options, config);
+}
+
+void vw_setting_options(const struct vw_config *config, char text[VW_SETTING_TEXT_BYTES]) {
+    size_t used = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
+        used += (size_t)snprintf(text + used, VW_SETTING_TEXT_BYTES - used, "%s--%s %u", i ? " " : "", parts[i].option,
+                                 *part_of(config, parts[i].there));
 }
