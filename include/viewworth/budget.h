@@ -21,7 +21,7 @@ struct vw_budget_task {
     double left_s; // for steps
     uint32_t photos;
     uint32_t burn_in_epochs;
-    uint32_t epochs_most; // that are to be taken at most
+    uint32_t epochs_most; // that are to be taken at most; more than burn-in
 };
 
 struct vw_budget_plan {

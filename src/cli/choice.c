@@ -146,7 +146,10 @@ static enum vw_status choose_budget(struct vw_options *options, struct vw_stage 
     uint32_t count = 1;
     const struct vw_setting *settings = accuracy ? accuracy : vw_settings(&count);
     struct vw_budget_plan chosen = {0};
+    uint32_t burn_in = options->config.burn_in_epochs;
     choice->epochs_most = vw_options_have(options, "epochs") ? options->config.epochs : EPOCHS_MOST;
+    if (choice->epochs_most <= burn_in)
+        return vw_fail(VW_ERROR_USAGE, "--budget: --epochs %u leaves no epoch after --burn-in %u; take more", choice->epochs_most, burn_in);
     enum vw_status status = vw_out_check(options->out);
     if (!status) status = vw_stage_open(options, stage);
     if (!status) status = vw_stage_decide_effects(options, stage);
@@ -156,7 +159,7 @@ static enum vw_status choose_budget(struct vw_options *options, struct vw_stage 
     if (!status) status = record_plan(options, &settings[chosen.rung], choice, chosen.epochs);
     if (status) return status;
     say(choice, &options->config);
-    if (chosen.rung == 0 && chosen.epochs < options->config.burn_in_epochs + EPOCHS_WORTH_IT && chosen.epochs < choice->epochs_most)
+    if (chosen.rung == 0 && chosen.epochs < burn_in + EPOCHS_WORTH_IT && chosen.epochs < choice->epochs_most)
         vw_log_warning("--budget %s: there is time for about %u epochs of the cheapest setting, which say little about photos; allow more",
                        options->budget, chosen.epochs);
     return VW_OK;

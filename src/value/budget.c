@@ -50,9 +50,6 @@ enum vw_status vw_budget_plan(const struct vw_budget_rung *rungs, uint32_t count
         if (i == 0 || (fit >= least && 3 * (uint64_t)fit >= 2 * (uint64_t)rungs[i].epochs)) *plan = (struct vw_budget_plan){i, fit};
     }
     if (plan->epochs >= least) return VW_OK;
-    if (task->epochs_most < least)
-        return vw_fail(VW_ERROR_USAGE, "--budget: --epochs %u leaves no epoch after --burn-in %u; take more", task->epochs_most,
-                       task->burn_in_epochs);
     double missing_s = least * rungs[0].step_s * task->photos - task->left_s;
     return vw_fail(VW_ERROR_USAGE,
                    "--budget: too short by %.0f s for the %u epochs that scores need, at %.3g ms a step; allow more time, choose fewer "
