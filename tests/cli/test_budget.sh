@@ -25,18 +25,22 @@ refuses() { # refuses PATTERN [OPTION]...: and leaves nothing
 # ---- What cannot be ----------------------------------------------------------------------------------------------------------
 
 check "a budget without a unit is refused with the remedy" refuses '"90" 90s or 90min' --budget 90
-for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do check "so is --budget '$time'" refuses '--budget takes' --budget "$time"; done
+for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
+    check "so is --budget '$time'" refuses '--budget takes' --budget "$time"
+done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
 check "states cannot lie by epochs that are not known" refuses '--same-state' --budget 90s --same-state 3
 check "epochs that leave none to score are refused" refuses '--burn-in 1; take more' --budget 90s --epochs 1
 check "what a budget cannot buy is refused" refuses 'allow more time' --budget 10s --burn-in 50000 --epochs 60000 "${tiny[@]}"
-check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" --budget 9h
+check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" \
+    --budget 9h
 
 # ---- An accuracy -------------------------------------------------------------------------------------------------------------
 
-check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none --device llvmpipe
-check "sets what is not given" test "$(for key in rays samples val_rays log2_table width epochs; do config draft $key; done | tr '\n' ' ')" = \
-    '64 16 256 12 16 2 '
+check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none \
+    --device llvmpipe
+setting() { for key in rays samples val_rays log2_table width epochs; do config "$1" $key; done | tr '\n' ' '; }
+check "sets what is not given" test "$(setting draft)" = '64 16 256 12 16 2 '
 check "is recorded" test "$(query draft "SELECT choice_json ->> '\$.accuracy' FROM run")" = draft
 read -ra options <<<"$(again)"
 check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe
