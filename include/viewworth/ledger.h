@@ -37,7 +37,7 @@ struct vw_ledger_run {
     const char *started_utc;        // ISO 8601, "2026-11-21T03:04:05Z"
     const char *scene_options_json; // the options the scene was opened with, "{}" without any, or the hash of an imported log (appended)
     const char *effects_json;       // the verdict on every effect, with its evidence (appended column; decision 7)
-    const char *choice_json;        // what --accuracy or --budget chose and why (cli/budget.h); "{}" or NULL: nothing was chosen (appended)
+    const char *choice_json;        // what --accuracy or --budget chose (cli/choice.h); "{}" or NULL: nothing was chosen (appended)
     const char *status;             // "running", "finished", "interrupted", "failed"; ignored by vw_ledger_create: "running"
     const char *finished_utc;       // when it had last ended when the ledger was opened, NULL: not yet; ignored by vw_ledger_create
 };

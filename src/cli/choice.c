@@ -21,6 +21,8 @@ enum {
 };
 // What cannot be timed beforehand of the end of a run: field, scores and tables, and the rows of the ledger, which are read twice.
 static const double CONCLUSION_S = 0.3, ROW_S = 4e-6;
+// Of the budget, after which no further setting is measured.
+static const double MEASURING_SHARE = 0.1;
 
 // ---- The record -------------------------------------------------------------------------------------------------------
 
@@ -82,13 +84,10 @@ static enum vw_status choose_accuracy(struct vw_options *options, const struct v
     return status;
 }
 
-// A trainer of the setting takes its first steps. Without burn-in, so that what is probed behind it is paid for as well.
-static enum vw_status measure(const struct vw_options *options, const struct vw_stage *stage, const struct vw_setting *setting,
-                              struct vw_budget_rung *rung) {
-    struct vw_config config = options->config;
+// A trainer takes its first steps. Without burn-in, so that what is probed behind it is paid for as well.
+static enum vw_status measure(const struct vw_config *setting, const struct vw_stage *stage, double *step_s) {
+    struct vw_config config = *setting;
     struct vw_estimate estimate = {0};
-    vw_setting_apply_beside(setting, options, &config);
-    rung->epochs = config.epochs;
     config.epochs = EPOCHS_MOST;
     config.burn_in_epochs = 0;
     enum vw_status status = vw_config_check(&config);
@@ -100,7 +99,8 @@ static enum vw_status measure(const struct vw_options *options, const struct vw_
                                                                     .effect_count = stage->effect_count,
                                                                     .validate = true},
                                         &estimate);
-    rung->step_s = estimate.seconds_per_step;
+    *step_s = estimate.seconds_per_step;
+    if (!status && !(*step_s > 0)) status = vw_fail(VW_ERROR_USAGE, "--budget: no step could be timed; give --accuracy instead");
     return status;
 }
 
@@ -109,25 +109,43 @@ static void estimate_conclusion(const struct vw_options *options, const struct v
     choice->conclusion_step_s = ROW_S * (2 + stage->scene->split_count[VW_SPLIT_VAL]);
 }
 
-// From the cheapest setting on, until one is too dear: what is dearer still need not be measured.
+// Among the first `count` rungs.
+static enum vw_status plan_among(const struct vw_options *options, const struct vw_stage *stage, const struct vw_budget_rung *rungs,
+                                 uint32_t count, const struct vw_choice *choice, struct vw_budget_plan *chosen) {
+    const struct vw_budget_task task = {.left_s = vw_choice_left_s(choice, 0),
+                                        .photos = stage->scene->split_count[VW_SPLIT_TRAIN],
+                                        .burn_in_epochs = options->config.burn_in_epochs,
+                                        .epochs_most = choice->epochs_most};
+    return vw_budget_plan(rungs, count, &task, chosen);
+}
+
+// Whether there is any sense in measuring this rung, too: it would have to fit if it were no dearer than the one below it, and measuring
+// has to leave the time to the run (of a device that has not seen a setting's shaders yet it can ask a lot).
+static bool is_worth_measuring(const struct vw_options *options, const struct vw_stage *stage, struct vw_budget_rung *rungs, uint32_t rung,
+                               const struct vw_choice *choice, double begun_s) {
+    struct vw_budget_plan hoped = {0};
+    if (rung == 0) return true;
+    rungs[rung].step_s = rungs[rung - 1].step_s;
+    return vw_now_s() - begun_s < MEASURING_SHARE * choice->budget_s && !plan_among(options, stage, rungs, rung + 1, choice, &hoped) &&
+           hoped.rung == rung;
+}
+
+// From the cheapest setting on, until one is too dear.
 static enum vw_status plan(const struct vw_options *options, const struct vw_stage *stage, const struct vw_setting *settings,
                            uint32_t count, struct vw_choice *choice, struct vw_budget_plan *chosen) {
     struct vw_budget_rung rungs[RUNGS_MOST];
-    const struct vw_scene *scene = stage->scene;
+    double begun_s = vw_now_s();
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < count && i < RUNGS_MOST; i++) {
-        status = measure(options, stage, &settings[i], &rungs[i]);
+    for (uint32_t i = 0; !status && chosen->rung + 1 >= i && i < count && i < RUNGS_MOST; i++) {
+        struct vw_config config = options->config;
+        vw_setting_apply_beside(&settings[i], options, &config);
+        rungs[i] = (struct vw_budget_rung){.epochs = config.epochs};
+        if (!is_worth_measuring(options, stage, rungs, i, choice, begun_s)) return VW_OK;
+        status = measure(&config, stage, &rungs[i].step_s);
         if (status && i > 0) return VW_OK; // as where the device has no room for it
-        if (!status && !(rungs[i].step_s > 0))
-            status = vw_fail(VW_ERROR_USAGE, "--budget: no step could be timed; give --accuracy instead");
         rungs[i].step_s += choice->conclusion_step_s;
-        const struct vw_budget_task task = {.left_s = vw_choice_left_s(choice, 0),
-                                            .photos = scene->split_count[VW_SPLIT_TRAIN],
-                                            .burn_in_epochs = options->config.burn_in_epochs,
-                                            .epochs_most = choice->epochs_most};
-        if (!status) status = vw_budget_plan(rungs, i + 1, &task, chosen);
+        if (!status) status = plan_among(options, stage, rungs, i + 1, choice, chosen);
         if (!status) choice->step_s = rungs[chosen->rung].step_s - choice->conclusion_step_s;
-        if (chosen->rung < i) return status;
     }
     return status;
 }
