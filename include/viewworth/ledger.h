@@ -6,7 +6,7 @@
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows.
 // - step.row_hash: the row_hash before it (step 0: the run's), the step's other columns, its view rows and its probe rows.
 // - run.seal_hash: the last row_hash (of the run itself while its status is "running"), scene_path, config_json, scene_options_json,
-//   effects_json, started_utc, finished_utc, status, and all score rows.
+//   effects_json, choice_json, started_utc, finished_utc, status, and all score rows.
 // So the chain of the steps depends only on what the run is: the same command gives it again, and a run that is later extended
 // keeps it. (What config_json says of the run's identity is in run_id.)
 //
@@ -37,6 +37,7 @@ struct vw_ledger_run {
     const char *started_utc;        // ISO 8601, "2026-11-21T03:04:05Z"
     const char *scene_options_json; // the options the scene was opened with, "{}" without any, or the hash of an imported log (appended)
     const char *effects_json;       // the verdict on every effect, with its evidence (appended column; decision 7)
+    const char *choice_json;        // what --accuracy or --budget chose (cli/choice.h); "{}" or NULL: nothing was chosen (appended)
     const char *status;             // "running", "finished", "interrupted", "failed"; ignored by vw_ledger_create: "running"
     const char *finished_utc;       // when it had last ended when the ledger was opened, NULL: not yet; ignored by vw_ledger_create
 };

@@ -33,7 +33,7 @@ static enum vw_status measure(struct vw_trainer *trainer, struct vw_estimate *es
     return status;
 }
 
-static enum vw_status take_first_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
+enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_stats stats;
     enum vw_status status = vw_trainer_create(params, &trainer);
@@ -54,7 +54,7 @@ void vw_estimate_run(const struct vw_options *options, const struct vw_scene *sc
     snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(gpu)->name);
     const struct vw_trainer_params params = {
         .gpu = gpu, .scene = scene, .config = &options->config, .effects = effects, .effect_count = effect_count, .validate = true};
-    if (take_first_steps(&params, estimate))
+    if (vw_estimate_take_steps(&params, estimate))
         snprintf(estimate->missing, sizeof estimate->missing, "%.*s", (int)sizeof estimate->missing - 1, vw_error_message());
 }
 

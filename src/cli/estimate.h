@@ -24,6 +24,9 @@ struct vw_estimate {
 // estimate; that is no failure.
 void vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
                      const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate);
+// Creates a trainer, takes steps for a fraction of a second behind the first batch, and fills in what they tell: params, device_bytes,
+// steps, measured_steps and seconds_per_step (0 where the first batch took all steps).
+enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate);
 void vw_estimate_print(const struct vw_estimate *estimate);
 json_t *vw_estimate_to_json(const struct vw_estimate *estimate); // NULL when memory is short
 

@@ -99,6 +99,12 @@ static const struct option_row rows[] = {
     {"until-stable", "R",
      "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, below 1; 0: never",
      VW_OPTIONS_ONE_VALUE, REAL, FIELD(until_stable)},
+    {"accuracy", "NAME",
+     "rays, samples, val-rays, log2-table, width and epochs at once: draft, quick, standard or reference; those given themselves win",
+     VW_OPTIONS_ONE_VALUE, TEXT, FIELD(accuracy)},
+    {"budget", "TIME",
+     "choose these so that the whole command ends within 90s, 10min or 1.5h, and stop at an epoch's end; --epochs is then the most",
+     VW_OPTIONS_ONE_VALUE, TEXT, FIELD(budget)},
     {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth", VW_OPTIONS_ONE_VALUE,
      TEXT, FIELD(payout)},
     {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
@@ -156,6 +162,8 @@ static const struct option_row rows[] = {
 };
 
 enum { ROW_COUNT = VW_ARRAY_COUNT(rows), FIRST_CODE = 256 }; // getopt's code of row i is FIRST_CODE + i
+
+_Static_assert(ROW_COUNT <= 128, "struct vw_options has a bit for each");
 
 static const struct vw_options defaults = {.downscale = 1, .seeds = 3, .subsets = 200, .halves = 24, .views = 2};
 
@@ -295,13 +303,21 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
     int code;
     while ((code = getopt_long(argc, argv, ":", list, NULL)) != -1) {
         if (code == ':' || code == '?') return refuse(command, code == ':', argv[optind - 1]);
-        enum vw_status status = store(&rows[code - FIRST_CODE], optarg, options);
+        int row = code - FIRST_CODE;
+        options->given[row / 64] |= UINT64_C(1) << row % 64;
+        enum vw_status status = store(&rows[row], optarg, options);
         if (status) return status;
     }
     if (options->help) return VW_OK;
     enum vw_status status = parse_operands(command, argc - optind, argv + optind, options);
     if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);
     return status;
+}
+
+bool vw_options_have(const struct vw_options *options, const char *name) {
+    for (int i = 0; i < ROW_COUNT; i++)
+        if ((options->given[i / 64] >> i % 64 & 1) && strcmp(rows[i].name, name) == 0) return true;
+    return false;
 }
 
 static void format_default(const struct option_row *row, const struct vw_options *options, char *text, size_t text_bytes) {

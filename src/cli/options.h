@@ -37,6 +37,8 @@ struct vw_options {
     uint32_t seeds; // runs to compare
     const char *payout;
     double until_stable; // 0: take all epochs
+    const char *accuracy, *budget;
+    struct vw_choice *choice; // what these led to (cli/choice.h); NULL: nothing was chosen
     const char *expect;
     uint32_t replay_steps;
     uint32_t subsets;
@@ -55,6 +57,7 @@ struct vw_options {
     uint32_t views;
     bool no_thumbnails;
     bool json, quiet, help;
+    uint64_t given[2]; // private: a bit per option
 };
 
 // Groups of options, as commands take them. --quiet and --help belong to every command.
@@ -94,6 +97,8 @@ struct vw_command {
 // Reads a command's arguments (argv[0] is the command's name) over the defaults. VW_ERROR_USAGE names the option and what it takes.
 // With --help nothing else is demanded.
 enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options);
+// Whether the command line had the option of that name, without dashes.
+bool vw_options_have(const struct vw_options *options, const char *name);
 // A command's usage and options with their defaults, to stdout.
 void vw_options_print_help(const struct vw_command *command);
 

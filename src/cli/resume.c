@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/choice.h"
 #include "cli/run_row.h"
 #include "cli/until_stable.h"
 #include "viewworth/file.h"
@@ -44,11 +45,11 @@ static enum vw_status compare_extent(struct vw_training_run *run, const struct v
     bool finished = strcmp(recorded->status, "finished") == 0, stable = false;
     enum vw_status status = finished ? vw_until_stable_measure(run, &stable) : VW_OK;
     if (status) return status;
-    run->complete = finished && (end >= wanted || stable);
+    run->complete = finished && (end >= wanted || stable || vw_choice_clock(run->options));
     if (run->complete) say_complete(run, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE, "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",
-                       run->options->out, end - 1, run->options->config.epochs);
+                       run->options->out, end - 1, vw_choice_epochs_most(run->options));
     return VW_OK;
 }
 

@@ -6,6 +6,7 @@
 #include "cli/open.h"
 #include "viewworth/file.h"
 #include "viewworth/image.h"
+#include "viewworth/log.h"
 #include "viewworth/memory.h"
 
 enum { THUMBNAIL_HEIGHT_PX = 96 }; // twice what the page shows, for screens of fine pixels
@@ -17,6 +18,22 @@ static enum vw_status make_one(const struct vw_scene *scene, uint32_t view, stru
     if (!made->names[view]) return VW_ERROR_MEMORY;
     if (scene->views[view].split == VW_SPLIT_EXCLUDED || !image->pixels) return VW_OK;
     return vw_image_make_thumbnail(image, THUMBNAIL_HEIGHT_PX, scene->background, &picture->data, &picture->size_bytes);
+}
+
+double vw_thumbnails_foresee_s(const struct vw_scene *scene) {
+    double started_s = 0;
+    uint32_t made = 0;
+    for (uint32_t v = 0; v < scene->view_count && made < 2; v++) { // the first also loads the library
+        const struct vw_image *image = &scene->views[v].image;
+        void *data = NULL;
+        size_t size_bytes = 0;
+        if (scene->views[v].split == VW_SPLIT_EXCLUDED || !image->pixels) continue;
+        started_s = vw_now_s();
+        (void)vw_image_make_thumbnail(image, THUMBNAIL_HEIGHT_PX, scene->background, &data, &size_bytes); // that fails again, in its place
+        free(data);
+        made++;
+    }
+    return made ? (vw_now_s() - started_s) * scene->view_count : 0;
 }
 
 enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbnails *thumbnails) {

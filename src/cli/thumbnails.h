@@ -21,6 +21,8 @@ struct vw_recorded_scene {
     const char *path, *options_json, *hash; // as vw_reopen_scene() takes them, and its hash in hex
 };
 
+// Seconds that those of all photos would take, by timing one.
+double vw_thumbnails_foresee_s(const struct vw_scene *scene);
 enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbnails *thumbnails);
 // The same of a scene that is opened again for it, on `device` where it takes one. An error says why there are none: nothing else is lost
 // by it.

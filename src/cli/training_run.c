@@ -7,7 +7,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "cli/choice.h"
 #include "cli/effects_table.h"
+#include "cli/epoch_ends.h"
 #include "cli/interrupt.h"
 #include "cli/json_output.h"
 #include "cli/open.h"
@@ -16,7 +18,6 @@
 #include "cli/run_row.h"
 #include "cli/scoring.h"
 #include "cli/utc.h"
-#include "cli/until_stable.h"
 #include "viewworth/file.h"
 #include "viewworth/log.h"
 #include "viewworth/memory.h"
@@ -67,11 +68,11 @@ static enum vw_status decide_effects(struct vw_training_run *run, struct vw_stag
     return VW_OK;
 }
 
-static void say_field(const struct vw_trainer *trainer) {
+static void say_field(const struct vw_training_run *run) {
     struct vw_trainer_stats stats;
-    vw_trainer_get_stats(trainer, &stats);
-    vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %" PRIu64 " steps", stats.param_count,
-                (double)stats.device_bytes / 0x1p20, vw_trainer_total_steps(trainer));
+    vw_trainer_get_stats(run->trainer, &stats);
+    vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %s%" PRIu64 " steps", stats.param_count,
+                (double)stats.device_bytes / 0x1p20, vw_choice_clock(run->options) ? "about " : "", vw_epoch_ends_foreseen(run));
 }
 
 enum vw_status vw_training_open(const struct vw_options *options, bool validate, struct vw_stage *stage, struct vw_training_run *run) {
@@ -84,15 +85,17 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
     status = decide_effects(run, stage);
     if (status) return status;
     say_effects(run);
+    struct vw_config config = options->config;
+    config.epochs = vw_choice_epochs_most(options);
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
-                                             .config = &options->config,
+                                             .config = &config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
                                              .validate = validate};
     status = vw_trainer_create(&params, &run->trainer);
     if (status) return status;
-    say_field(run->trainer);
+    say_field(run);
     return vw_file_exists(run->ledger_path) ? vw_training_resume(run) : VW_OK;
 }
 
@@ -135,6 +138,7 @@ static enum vw_status write_first_rows(struct vw_training_run *run, const struct
     vw_utc_now(started_utc);
     first.row.started_utc = started_utc;
     first.row.scene_options_json = scene_options_json;
+    first.row.choice_json = run->options->choice ? run->options->choice->json : NULL;
     if (!status) status = vw_ledger_create(run->ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
     vw_run_row_free(&first);
     free(scene_options_json);
@@ -222,8 +226,12 @@ static enum vw_status take_batches(struct vw_training_run *run, struct vw_progre
         if (!status && count > 0) show(run, &records[count - 1], progress);
         moved |= count > 0;
         bool goes_on = false; // with the next epoch
-        if (!status && count == 0 && !settle) status = vw_until_stable_pass(run, &goes_on);
-        if (goes_on) continue;
+        if (!status && count == 0 && !settle) status = vw_epoch_ends_pass(run, &goes_on);
+        if (goes_on) {
+            progress->total_steps = vw_epoch_ends_foreseen(run);
+            progress->epochs = (uint32_t)(progress->total_steps / vw_trainer_epoch_end(run->trainer, 1));
+            continue;
+        }
         if (!status && count == 0 && (settle || moved)) {
             vw_checkpoints_save(&run->checkpoints, run->trainer); // which also says when the next is due
             moved = false;
@@ -236,15 +244,15 @@ static enum vw_status take_batches(struct vw_training_run *run, struct vw_progre
 enum vw_status vw_training_take_steps(struct vw_training_run *run) {
     if (run->complete) return VW_OK;
     struct vw_progress progress = {
-        .total_steps = vw_trainer_total_steps(run->trainer),
+        .total_steps = vw_epoch_ends_foreseen(run),
         .done_steps = run->started_after,
-        .epochs = run->options->config.epochs,
+        .epochs = (uint32_t)(vw_epoch_ends_foreseen(run) / vw_trainer_epoch_end(run->trainer, 1)),
         .val_psnr_db = NAN,
     };
     vw_interrupt_watch();
     enum vw_status status = check_nonfinite(run);
+    if (!status) status = vw_epoch_ends_begin(run);
     if (status) return status;
-    vw_until_stable_begin(run);
     vw_progress_begin(&progress);
     vw_checkpoints_begin(&run->checkpoints);
     status = take_batches(run, &progress);

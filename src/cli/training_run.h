@@ -35,6 +35,10 @@ struct vw_training_run {
     struct vw_profile profile;     // of the steps taken, once they are; without rows unless asked for
     uint64_t started_after;        // the step of the checkpoint that the run went on from; 0: from the start
     struct vw_tally tally;         // of the steps in the ledger
+    struct {
+        uint64_t first_step; // of those up to which the run is held
+        double started_s;    // vw_now_s() before it
+    } stretch;               // private to cli/epoch_ends.c
     struct vw_stability stability; // of its scores, when the run was last held; all 0 without --until-stable
 };
 

@@ -29,24 +29,6 @@ enum vw_status vw_until_stable_measure(struct vw_training_run *run, bool *stable
     return status;
 }
 
-static void hold_at_end_of_epoch(struct vw_training_run *run, uint64_t step) {
-    vw_trainer_hold_after(run->trainer, vw_trainer_epoch_end(run->trainer, step));
-}
-
-void vw_until_stable_begin(struct vw_training_run *run) {
-    if (is_asked_for(run)) hold_at_end_of_epoch(run, run->tally.steps);
-}
-
-enum vw_status vw_until_stable_pass(struct vw_training_run *run, bool *goes_on) {
-    bool stable = false;
-    *goes_on = false;
-    if (!is_asked_for(run)) return VW_OK;
-    enum vw_status status = vw_until_stable_measure(run, &stable);
-    *goes_on = !status && !stable && run->tally.steps < vw_trainer_total_steps(run->trainer);
-    if (*goes_on) hold_at_end_of_epoch(run, run->tally.steps + 1);
-    return status;
-}
-
 void vw_until_stable_print(const struct vw_training_run *run) {
     const struct vw_stability *stability = &run->stability;
     if (!is_asked_for(run)) return;

@@ -1,4 +1,5 @@
-// `value --until-stable R`: a run is held at the end of every epoch, and ends there once its scores are stable (viewworth/stability.h).
+// `value --until-stable R`: a run is held at the end of every epoch (cli/epoch_ends.h), and ends there once its scores are stable
+// (viewworth/stability.h).
 // The decision looks at the recorded steps alone, so that a run that was killed and went on ends where it would have ended. It is no part
 // of what the run is: --resume with a higher R, or without, goes on with it.
 #ifndef VIEWWORTH_CLI_UNTIL_STABLE_H
@@ -10,12 +11,6 @@
 enum vw_status vw_until_stable_check_option(const struct vw_options *options); // VW_ERROR_USAGE unless R is 0 or in (0,1)
 // Measures run->stability from the ledger. False without --until-stable.
 enum vw_status vw_until_stable_measure(struct vw_training_run *run, bool *stable);
-// Holds the trainer at the end of the epoch that is recorded last, or of the first.
-void vw_until_stable_begin(struct vw_training_run *run);
-// At the end of an epoch: tells whether the run goes on with the next one, to whose end the trainer is then held. False where all steps are
-// taken, and without --until-stable.
-enum vw_status vw_until_stable_pass(struct vw_training_run *run, bool *goes_on);
-
 void vw_until_stable_print(const struct vw_training_run *run);      // a line for people; none without --until-stable
 json_t *vw_until_stable_to_json(const struct vw_training_run *run); // NULL without --until-stable
 

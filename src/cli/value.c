@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/json_output.h"
 #include "cli/probe_costs.h"
@@ -95,6 +96,7 @@ static void print_text(const struct vw_training_run *run, const struct ranking *
     print_ranking(run->scene, ranking);
     vw_sharing_print(&findings->sharing);
     vw_until_stable_print(run);
+    vw_choice_print(run->options);
     if (run->options->config.noise_floor && floor->repeats > 0) print_noise_floor(floor);
     else if (run->options->config.noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
     vw_probe_costs_print(&findings->probe_costs);
@@ -139,14 +141,14 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
     const struct vw_probe_costs *costs = &findings->probe_costs;
     json_t *root = vw_training_to_json(run);
     json_t *values = json_pack("{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", run->scores_path, "report",
-                               findings->report_path, "val_psnr_start_db",
-                               vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db", vw_json_real(run->tally.last_val_psnr_db),
-                               "noise_floor", run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL,
-                               "stability", vw_until_stable_to_json(run), "same_state", vw_probe_costs_same_state_to_json(costs),
-                               "first_order", vw_probe_costs_first_order_to_json(costs), "most_valuable",
-                               photos_to_json(run->scene, ranking, true), "least_valuable", photos_to_json(run->scene, ranking, false));
+                               findings->report_path, "val_psnr_start_db", vw_json_real(run->tally.first_val_psnr_db), "val_psnr_end_db",
+                               vw_json_real(run->tally.last_val_psnr_db), "noise_floor",
+                               run->options->config.noise_floor ? noise_floor_to_json(findings->noise_floor) : NULL, "stability",
+                               vw_until_stable_to_json(run), "same_state", vw_probe_costs_same_state_to_json(costs), "first_order",
+                               vw_probe_costs_first_order_to_json(costs), "most_valuable", photos_to_json(run->scene, ranking, true),
+                               "least_valuable", photos_to_json(run->scene, ranking, false));
     bool failed = !root || json_object_update(root, values) || !vw_sharing_add_json(&findings->sharing, root) ||
-                  !vw_validation_report_add_json(&findings->validation, root);
+                  !vw_validation_report_add_json(&findings->validation, root) || !vw_choice_add_json(run->options, root);
     json_decref(values);
     if (!failed) return vw_json_print(root);
     json_decref(root);
@@ -154,8 +156,8 @@ static enum vw_status print_json(const struct vw_training_run *run, const struct
 }
 
 static char *write_report(const struct vw_training_run *run) {
-    return vw_report_folder_conclude(
-        run->options->out, &(struct vw_report_options){.scene = run->scene, .no_thumbnails = run->options->no_thumbnails});
+    return vw_report_folder_conclude(run->options->out,
+                                     &(struct vw_report_options){.scene = run->scene, .no_thumbnails = run->options->no_thumbnails});
 }
 
 // Keeps the scores, and writes and prints the outputs.
@@ -179,21 +181,28 @@ static enum vw_status conclude(struct vw_training_run *run) {
     return status;
 }
 
-enum vw_status vw_command_value(const struct vw_options *options) {
-    const struct vw_config *config = &options->config;
-    enum vw_status status = vw_sharing_check_options(options);
-    if (!status) status = vw_until_stable_check_option(options);
-    if (status) return status;
-    if (config->epochs <= config->burn_in_epochs)
-        vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", config->epochs,
-                       config->burn_in_epochs);
-    struct vw_stage stage = {0};
+static enum vw_status make_run(const struct vw_options *options, struct vw_stage *stage) {
     struct vw_training_run run;
-    status = vw_training_open(options, true, &stage, &run);
+    uint32_t epochs = vw_choice_epochs_most(options), burn_in = options->config.burn_in_epochs;
+    if (epochs <= burn_in)
+        vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", epochs, burn_in);
+    enum vw_status status = vw_training_open(options, true, stage, &run);
     if (!status) status = vw_sharing_check_scene(options, run.scene);
     if (!status) status = vw_training_take_steps(&run);
     if (!status) status = conclude(&run);
     vw_training_close(&run);
+    return status;
+}
+
+enum vw_status vw_command_value(const struct vw_options *options) {
+    struct vw_options chosen = *options; // with what --accuracy and --budget choose
+    struct vw_choice choice = {.started_s = vw_now_s()};
+    struct vw_stage stage = {0};
+    enum vw_status status = vw_sharing_check_options(options);
+    if (!status) status = vw_until_stable_check_option(options);
+    if (!status) status = vw_choice_make(&chosen, &stage, &choice);
+    if (!status) status = make_run(&chosen, &stage);
     vw_stage_close(&stage);
+    vw_choice_free(&choice);
     return status;
 }

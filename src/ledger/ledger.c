@@ -38,8 +38,8 @@ static enum vw_status insert_run(struct vw_database *database, const struct vw_l
     enum vw_status status = vw_database_prepare(
         database,
         "INSERT INTO run (run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version,"
-        " started_utc, scene_options_json, effects_json, status, row_hash, seal_hash)"
-        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, '" VW_LEDGER_RUNNING "', '', '')",
+        " started_utc, scene_options_json, effects_json, choice_json, status, row_hash, seal_hash)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, '" VW_LEDGER_RUNNING "', '', '')",
         &row.statement);
     if (status) return status;
     vw_row_add_text(&row, run->run_id);
@@ -55,6 +55,7 @@ static enum vw_status insert_run(struct vw_database *database, const struct vw_l
     vw_row_add_text(&row, run->started_utc);
     vw_row_add_text(&row, run->scene_options_json);
     vw_row_add_text(&row, run->effects_json);
+    vw_row_add_text(&row, run->choice_json ? run->choice_json : "{}");
     status = vw_row_write(&row, database, "record the run");
     sqlite3_finalize(row.statement);
     return status;

@@ -40,7 +40,9 @@ enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, running ? run_hash : head); // so that a batch of a running run need not touch the seal
     status = hash_rows(
-        database, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run", &hasher);
+        database,
+        "SELECT scene_path, config_json, scene_options_json, effects_json, choice_json, started_utc, finished_utc, status FROM run",
+        &hasher);
     if (!status)
         status = hash_rows(database,
                            "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low,"

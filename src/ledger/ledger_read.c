@@ -45,7 +45,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
     enum vw_status status = vw_database_prepare(
         &ledger->database,
         "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, started_utc,"
-        " scene_options_json, effects_json, status, row_hash, seal_hash, finished_utc FROM run",
+        " scene_options_json, effects_json, status, row_hash, seal_hash, finished_utc, choice_json FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found)
@@ -65,6 +65,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .started_utc = keep_some_text(ledger, statement, 10, &status),
             .scene_options_json = keep_some_text(ledger, statement, 11, &status),
             .effects_json = keep_some_text(ledger, statement, 12, &status),
+            .choice_json = keep_some_text(ledger, statement, 17, &status),
             .status = keep_some_text(ledger, statement, 13, &status),
             .finished_utc = keep_text(ledger, statement, 16, &status),
         };

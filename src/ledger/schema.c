@@ -9,7 +9,7 @@ static const char schema_sql[] =
     " config_json TEXT NOT NULL, subset_hash TEXT NOT NULL, device TEXT NOT NULL, driver TEXT NOT NULL,"
     " shader_hash TEXT NOT NULL, version TEXT NOT NULL, started_utc TEXT NOT NULL,"
     " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, seal_hash TEXT NOT NULL, scene_options_json TEXT NOT NULL,"
-    " effects_json TEXT NOT NULL);"
+    " effects_json TEXT NOT NULL, choice_json TEXT NOT NULL);"
     "CREATE TABLE image ("
     " image_id INTEGER NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL,"
     " split TEXT NOT NULL CHECK (split IN ('train', 'val', 'test', 'excluded')),"
@@ -36,9 +36,9 @@ static const char schema_sql[] =
     " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, sampling_error REAL, low REAL, high REAL,"
     " rank_low INTEGER, rank_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 3;";
+    "PRAGMA user_version = 4;";
 
-_Static_assert(VW_SCHEMA_VERSION == 3, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
+_Static_assert(VW_SCHEMA_VERSION == 4, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
 
 enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
 

@@ -163,6 +163,9 @@ function fillRuns() {
     ['hash of the scene', one => one.run.scene_hash], ['hash of the photos trained on', one => one.run.subset_hash],
     ['hash of the shaders', one => one.run.shader_hash], ['head of the ledger', one => one.run.head],
   ];
+  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', setting: 'setting chosen', gives_up: 'which gives up'};
+  for (const [key, title] of Object.entries(chosen))
+    if (runs.some(one => (one.choice || {})[key] !== undefined)) facts.push([title, one => textOf((one.choice || {})[key])]);
   const row = ([title, value]) => [element('th', {scope: 'row'}, title), ...runs.map(one =>
     element('td', {class: /hash|run_id|head/.test(title) ? 'hash' : 'long'}, value(one)))];
   byId('runs-table').replaceChildren(plainTable(['', ...runs.map(nameOfRun)], facts.map(row)));

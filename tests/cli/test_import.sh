@@ -73,7 +73,8 @@ check "verify finds an edited configuration" refuses 1 'run row was edited' veri
 seal() {
     local text
     query "$1" "SELECT row_hash FROM step ORDER BY step DESC LIMIT 1;
-        SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run" | tr '|' '\n' |
+        SELECT scene_path, config_json, scene_options_json, effects_json, choice_json, started_utc, finished_utc, status
+        FROM run" | tr '|' '\n' |
         while read -r text; do
             printf "t\\x$(printf %02x "${#text}")\\0\\0\\0\\0\\0\\0\\0%s" "$text"
         done | b2sum -l 256 | cut -d ' ' -f 1

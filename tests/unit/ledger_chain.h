@@ -84,11 +84,13 @@ static inline bool chain_holds(const char *path) {
     crypto_generichash_init(&state, NULL, 0, 32);
     if (is_running(raw)) feed_rows(&state, raw, "SELECT row_hash FROM run", 0);
     else feed_text(&state, head);
-    feed_rows(&state, raw, "SELECT scene_path, config_json, scene_options_json, effects_json, started_utc, finished_utc, status FROM run",
+    feed_rows(&state, raw,
+              "SELECT scene_path, config_json, scene_options_json, effects_json, choice_json, started_utc, finished_utc, status FROM run",
               0);
     feed_rows(&state, raw,
               "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low, rank_high FROM score"
-              " ORDER BY image_id, method", 0);
+              " ORDER BY image_id, method",
+              0);
     holds = hash_is(&state, raw, SQL_SEAL, 0, head) && holds;
     sqlite3_close(raw);
     return holds;

@@ -72,6 +72,7 @@ static inline struct vw_ledger_run test_run(const char *config_json) {
         .started_utc = "2026-11-21T03:04:05Z",
         .scene_options_json = "{\"downscale\":2}",
         .effects_json = "[{\"name\":\"distortion\",\"on\":false}]",
+        .choice_json = "{\"accuracy\":\"draft\"}",
     };
 }
 

@@ -18,6 +18,7 @@ static void rows_read_back(void **state) {
     assert_string_equal(run.started_utc, expected.started_utc);
     assert_string_equal(run.scene_options_json, expected.scene_options_json);
     assert_string_equal(run.effects_json, expected.effects_json);
+    assert_string_equal(run.choice_json, expected.choice_json);
     assert_string_equal(run.status, "finished");
     assert_true(run.seed == expected.seed);
     assert_int_equal(vw_ledger_next_step(ledger), RECORD_COUNT);
@@ -116,7 +117,7 @@ static void tables_are_as_contracted(void **state) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     const char *tables[][2] = {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_utc,finished_utc,"
-                "status,row_hash,seal_hash,scene_options_json,effects_json"},
+                "status,row_hash,seal_hash,scene_options_json,effects_json,choice_json"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
         {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
@@ -148,7 +149,7 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "3");
+    assert_answer(path, "PRAGMA user_version", "4");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -174,6 +175,7 @@ static void chain_of_steps_is_the_run(void **state) {
     run.scene_path = "elsewhere/small.json";
     run.scene_options_json = "{}";
     run.effects_json = "[]";
+    run.choice_json = NULL; // nothing was chosen
     run.started_utc = "2027-01-01T00:00:00Z";
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_create(other, &run, test_images, TEST_IMAGE_COUNT, &ledger));
@@ -245,10 +247,10 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 4");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 5");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
-    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 2");
+    sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "older viewworth"));
     assert_null(ledger);

@@ -291,7 +291,7 @@ static void rows_moved_and_added_are_found(void **state) {
          "table score", true},
         {"a second run",
          "INSERT INTO run SELECT 'other', scene_hash, scene_path, seed, config_json, subset_hash, device, driver,"
-         " shader_hash, version, started_utc, finished_utc, status, row_hash, seal_hash, scene_options_json, effects_json"
+         " shader_hash, version, started_utc, finished_utc, status, row_hash, seal_hash, scene_options_json, effects_json, choice_json"
          " FROM run",
          "", true},
     };

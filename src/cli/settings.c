@@ -1,0 +1,57 @@
+#include "cli/settings.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "viewworth/memory.h"
+
+static const struct vw_setting settings[] = {
+    {"draft", 125, 16, 256, 12, 16, 15, "fine detail, and part of the agreement of scores between seeds"},
+    {"quick", 250, 24, 512, 14, 32, 20, "some of the agreement of scores between seeds"},
+    {"standard", 500, 32, 512, 14, 32, 30, "the finest detail, and validation on more rays"},
+    {"reference", 1000, 64, 2048, 16, 64, 40, ""},
+};
+
+const struct vw_setting *vw_settings(uint32_t *count) {
+    *count = VW_ARRAY_COUNT(settings);
+    return settings;
+}
+
+const struct vw_setting *vw_setting_find(const char *name) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(settings); i++)
+        if (strcmp(settings[i].name, name) == 0) return &settings[i];
+    return NULL;
+}
+
+// The parts of a setting: the option of that name, and its places in the setting and in the config.
+static const struct {
+    const char *option;
+    size_t here, there;
+} parts[] = {
+#define PART(option, field)                                                                                                                \
+    { option, offsetof(struct vw_setting, field), offsetof(struct vw_config, field) }
+    PART("rays", rays),   PART("samples", samples), PART("val-rays", val_rays), PART("log2-table", log2_table),
+    PART("width", width), PART("epochs", epochs),
+};
+
+static const uint32_t *part_of(const void *whole, size_t offset) { return (const uint32_t *)((const char *)whole + offset); }
+
+static void apply(const struct vw_setting *setting, const struct vw_options *options, struct vw_config *config) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
+        if (!options || !vw_options_have(options, parts[i].option))
+            *(uint32_t *)((char *)config + parts[i].there) = *part_of(setting, parts[i].here);
+}
+
+void vw_setting_apply(const struct vw_setting *setting, struct vw_config *config) { apply(setting, NULL, config); }
+
+void vw_setting_apply_beside(const struct vw_setting *setting, const struct vw_options *options, struct vw_config *config) {
+    apply(setting, options, config);
+}
+
+void vw_setting_options(const struct vw_config *config, char text[VW_SETTING_TEXT_BYTES]) {
+    size_t used = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
+        used += (size_t)snprintf(text + used, VW_SETTING_TEXT_BYTES - used, "%s--%s %u", i ? " " : "", parts[i].option,
+                                 *part_of(config, parts[i].there));
+}
