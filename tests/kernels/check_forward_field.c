@@ -180,7 +180,8 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     float *params = vw_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     if (kind == INPUT_ORDINARY) return params;
-    size_t features = 2 * (size_t)bench->model.pair_count, rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
+    size_t features = 2 * (size_t)bench->model.pair_count,
+           rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
     float *grid = vw_allocate(features, sizeof *grid);
     input_fill(kind, &random, grid, features);
     step_bench_put_grid(bench, grid, params);
