@@ -59,10 +59,10 @@ struct vw_config {
     uint32_t features;        // per entry, 2 or 4
     uint32_t log2_table;      // entries per level at most 2^log2_table, 0 to 22
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
-    enum vw_table_precision table_precision;
-    double growth;  // resolution ratio of neighbouring levels, 1 to 4
-    uint32_t width; // of the hidden layers: 16, 32 or 64
+    double growth;            // resolution ratio of neighbouring levels, 1 to 4
+    uint32_t width;           // of the hidden layers: 16, 32 or 64
     enum vw_background_form background;
+    enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
     bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
     // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one per such epoch, 0:

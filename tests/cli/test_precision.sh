@@ -14,7 +14,9 @@ sed -i -E '/grid_pair\.glsl/d; s/GRID_PAIR/vec2/g; s/(LOAD|STORE)_PAIR\(moved\)/
 # compile FOLDER STEM OUT [ARGUMENT]...
 compile() { glslangValidator --quiet --target-env vulkan1.2 "-I$1" "${@:4}" -o "$3" "$1/$2.comp"; }
 
-same_code() { compile "$root/shaders" "$1" "$folder/usual.spv" && compile "$plain" "$1" "$folder/plain.spv" && cmp "$folder"/{usual,plain}.spv; }
+same_code() {
+    compile "$root/shaders" "$1" "$folder/usual.spv" && compile "$plain" "$1" "$folder/plain.spv" && cmp "$folder"/{usual,plain}.spv
+}
 other_code() { compile "$root/shaders" "$1" "$folder/half.spv" -DVW_HALF_GRID && ! cmp -s "$folder"/{usual,half}.spv; }
 
 mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
