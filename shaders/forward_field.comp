@@ -4,12 +4,13 @@
 // backward passes need. Chunks are padded to whole workgroups, since control flow around
 // the MLP costs more than the work it saves.
 #include "common.glsl"
+#include "grid_pair.glsl"
 #include "sampling.glsl"
 #include "spherical_harmonics.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
-BUFFER(VW_SLOT_GRID) readonly buffer Grid { vec2 grid[]; };
+BUFFER(VW_SLOT_GRID) readonly buffer Grid { GRID_PAIR grid[]; };
 layout(set = 0, binding = VW_SLOT_GRID_TEXEL) uniform samplerBuffer grid_texel;
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };

@@ -52,7 +52,7 @@ float grid_weight(grid_cell cell, uint corner) {
 }
 
 #ifdef GRID_READS // the including pass declares the bindings
-vec2 grid_pair(uint index) { return GRID_TEXEL != 0u ? texelFetch(grid_texel, int(index)).xy : grid[index]; }
+vec2 grid_pair(uint index) { return GRID_TEXEL != 0u ? texelFetch(grid_texel, int(index)).xy : LOAD_PAIR(grid[index]); }
 
 // The encoding of one level, feature pair `pair`.
 vec2 grid_encode(vec3 position, uint level, uint pair) {

@@ -127,8 +127,8 @@ VW_ENUM(RANDOM_OCCUPANCY, 7)
 VW_ENUM(VW_SLOT_CAMERAS, 0)          // vw_gpu_camera per view
 VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
-VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair: a range of the params
-VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F texels
+VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair, or two halves in a uint: a range of the params
+VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
 VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl, then the sky's: two ranges of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten

@@ -2,10 +2,12 @@
 viewworth_add_shader(generate_rays)
 viewworth_add_shader(mix_code)
 viewworth_add_shader(refresh_occupancy) # the four that skip empty space
+viewworth_add_shader(refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
 viewworth_add_shader(mark_samples)
 viewworth_add_shader(place_rays)
 viewworth_add_shader(list_samples)
 viewworth_add_shader(forward_field)
+viewworth_add_shader(forward_field VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(composite_rays)
 viewworth_add_shader(fit_views)
 viewworth_add_shader(reduce_views)
@@ -21,6 +23,7 @@ viewworth_add_shader(reduce_loss)
 viewworth_add_shader(update_appearance)
 viewworth_add_shader(update_code)
 viewworth_add_shader(update_grid)
+viewworth_add_shader(update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(update_weights)
 viewworth_add_shader(mix_params) # probes steps
 viewworth_add_shader(trace_recipe) # draws the photos of recipes

@@ -3,10 +3,11 @@
 // The density at one random point of each occupancy cell, one cell per invocation: the larger of it and what remains of the old one.
 // This is forward_field's way from position to density.
 #include "common.glsl"
+#include "grid_pair.glsl"
 #include "random.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
-BUFFER(VW_SLOT_GRID) readonly buffer Grid { vec2 grid[]; };
+BUFFER(VW_SLOT_GRID) readonly buffer Grid { GRID_PAIR grid[]; };
 layout(set = 0, binding = VW_SLOT_GRID_TEXEL) uniform samplerBuffer grid_texel;
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_OCCUPANCY) buffer Occupancy { float occupancy[]; };

@@ -5,9 +5,10 @@
 #include "common.glsl"
 #include "fixed_point.glsl"
 #include "adam.glsl"
+#include "grid_pair.glsl"
 layout(local_size_x = 64) in;
 
-BUFFER(VW_SLOT_GRID) buffer Grid { vec2 grid[]; };
+BUFFER(VW_SLOT_GRID) buffer Grid { GRID_PAIR grid[]; };
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uvec2 d_grid[]; };
 BUFFER(VW_SLOT_GRID_MOMENT1) buffer Moment1 { vec2 grid_moment1[]; };
 BUFFER(VW_SLOT_GRID_MOMENT2) buffer Moment2 { vec2 grid_moment2[]; };
@@ -32,8 +33,9 @@ void main() {
     uint visits = OPTIMIZER == OPTIMIZER_DENSE_ADAM ? push.step_low : min(grid_visits[pair], 0x7FFFFFFEu) + 1u;
     vec4 moment1 = MOMENTUM != 0u ? vec4(grid_moment1[pair], 0.0, 0.0) : vec4(0.0);
     vec4 moment2 = vec4(grid_moment2[pair], 0.0, 0.0);
-    vec2 moved = grid[pair] - adam_step(gradient, visits, moment1, moment2).xy;
-    if (!(finite(moved.x) && finite(moved.y))) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
+    GRID_PAIR moved = STORE_PAIR(LOAD_PAIR(grid[pair]) - adam_step(gradient, visits, moment1, moment2).xy);
+    // Params stay finite as they are stored, whatever the learning rate, and the row says so (decision 8).
+    if (!(finite(LOAD_PAIR(moved).x) && finite(LOAD_PAIR(moved).y))) {
         scalars[push.scalar_row].z = 1.0;
         return;
     }

@@ -109,7 +109,16 @@ struct vw_shader {
     size_t code_bytes;
 };
 
-enum vw_texel_format { VW_TEXEL_NONE, VW_TEXEL_FLOAT1, VW_TEXEL_FLOAT2, VW_TEXEL_FLOAT4, VW_TEXEL_UINT1, VW_TEXEL_UINT2, VW_TEXEL_UINT4 };
+enum vw_texel_format {
+    VW_TEXEL_NONE,
+    VW_TEXEL_FLOAT1,
+    VW_TEXEL_FLOAT2,
+    VW_TEXEL_FLOAT4,
+    VW_TEXEL_HALF2, // shaders read floats
+    VW_TEXEL_UINT1,
+    VW_TEXEL_UINT2,
+    VW_TEXEL_UINT4,
+};
 
 struct vw_binding {
     uint32_t slot; // VW_SLOT_* of shaders/interface.h

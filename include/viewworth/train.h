@@ -34,6 +34,12 @@ enum vw_vary {
     VW_VARY_INIT,   // of the params
 };
 
+// In which the hash grid's features are stored and read. There is no other copy of them; arithmetic and moments are float32 in both.
+enum vw_table_precision {
+    VW_TABLE_FLOAT32,
+    VW_TABLE_FLOAT16, // an entry moves to the half nearest to where it should; what would leave the halves (65504) stays
+};
+
 // Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
 struct vw_config {
     uint64_t seed;           // 0 to 2^63-1; of what varies
@@ -56,6 +62,7 @@ struct vw_config {
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // of the hidden layers: 16, 32 or 64
     enum vw_background_form background;
+    enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
     bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
     // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one per such epoch, 0:
@@ -75,14 +82,15 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // The same training without what probes it: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects. Without `vary` and
-// `base_seed` everything varies.
+// `base_seed` everything varies; without `table_precision` it is float32.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
-const char *vw_loss_name(enum vw_loss loss);                  // "l1", "l2", "huber"
-const char *vw_optimizer_name(enum vw_optimizer optimizer);   // "lazy-adam", "dense-adam", "sgd"
-const char *vw_background_name(enum vw_background_form form); // "fixed", "random"
-const char *vw_vary_name(enum vw_vary vary);                  // "all", "order", "pixels", "init"
+const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"
+const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
+const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
+const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", "pixels", "init"
+const char *vw_table_precision_name(enum vw_table_precision precision); // "float32", "float16"
 
 // ---- Effects (decision 7) ------------------------------------------------------------------------------------------
 

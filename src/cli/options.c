@@ -38,12 +38,13 @@ const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *table_precision_choice(uint32_t choice) { return vw_table_precision_name((enum vw_table_precision)choice); }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
                    sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
-                   sizeof(enum vw_equal) == sizeof(uint32_t),
+                   sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t),
                "KIND_CHOICE stores 32 bits");
 
 #define FIELD(field) .offset = offsetof(struct vw_options, field)
@@ -86,6 +87,8 @@ static const struct option_row rows[] = {
     {"levels", "N", "levels of the hash grid", VW_OPTIONS_TRAINING, COUNT, FIELD(config.levels)},
     {"features", "N", "features of a grid entry", VW_OPTIONS_TRAINING, COUNT, FIELD(config.features)},
     {"log2-table", "N", "binary logarithm of the entries of a level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.log2_table)},
+    {"table-precision", "NAME", "in which features of the hash grid are stored and read", VW_OPTIONS_TRAINING,
+     FIELD(config.table_precision), .kind = KIND_CHOICE, .choice_name = table_precision_choice, .choice_count = VW_TABLE_FLOAT16 + 1},
     {"base-resolution", "N", "cells along an axis of the coarsest level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.base_resolution)},
     {"growth", "X", "ratio of resolutions from level to level", VW_OPTIONS_TRAINING, REAL, FIELD(config.growth)},
     {"width", "N", "neurons of the hidden layers", VW_OPTIONS_TRAINING, COUNT, FIELD(config.width)},

@@ -60,9 +60,13 @@ static const struct {
     uint32_t bytes;
     bool is_float;
 } texel_formats[] = {
-    [VW_TEXEL_FLOAT1] = {VK_FORMAT_R32_SFLOAT, 4, true},           [VW_TEXEL_FLOAT2] = {VK_FORMAT_R32G32_SFLOAT, 8, true},
-    [VW_TEXEL_FLOAT4] = {VK_FORMAT_R32G32B32A32_SFLOAT, 16, true}, [VW_TEXEL_UINT1] = {VK_FORMAT_R32_UINT, 4, false},
-    [VW_TEXEL_UINT2] = {VK_FORMAT_R32G32_UINT, 8, false},          [VW_TEXEL_UINT4] = {VK_FORMAT_R32G32B32A32_UINT, 16, false},
+    [VW_TEXEL_FLOAT1] = {VK_FORMAT_R32_SFLOAT, 4, true},
+    [VW_TEXEL_FLOAT2] = {VK_FORMAT_R32G32_SFLOAT, 8, true},
+    [VW_TEXEL_FLOAT4] = {VK_FORMAT_R32G32B32A32_SFLOAT, 16, true},
+    [VW_TEXEL_HALF2] = {VK_FORMAT_R16G16_SFLOAT, 4, true},
+    [VW_TEXEL_UINT1] = {VK_FORMAT_R32_UINT, 4, false},
+    [VW_TEXEL_UINT2] = {VK_FORMAT_R32G32_UINT, 8, false},
+    [VW_TEXEL_UINT4] = {VK_FORMAT_R32G32B32A32_UINT, 16, false},
 };
 
 static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *slot, const struct vw_binding *binding) {

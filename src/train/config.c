@@ -34,11 +34,13 @@ static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
 static const char *const vary_names[] = {"all", "order", "pixels", "init"};
+static const char *const table_precision_names[] = {"float32", "float16"};
 
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
 const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
 const char *vw_vary_name(enum vw_vary vary) { return vary_names[vary]; }
+const char *vw_table_precision_name(enum vw_table_precision precision) { return table_precision_names[precision]; }
 
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
     return config->vary == VW_VARY_ALL || config->vary == draws ? config->seed : config->base_seed;
@@ -121,6 +123,10 @@ static enum vw_status check_together(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE,
                        "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
                        finest);
+    if (config->first_order && config->table_precision == VW_TABLE_FLOAT16)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--first-order goes a sixteenth of a step, which float16 may round away; leave it out or take --table-precision float32");
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
         return vw_fail(VW_ERROR_USAGE, "--same-state %u: at most one state per epoch behind --burn-in, which are %u; take more --epochs",
@@ -170,6 +176,8 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
         failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
         failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     }
+    if (config->table_precision != VW_TABLE_FLOAT32) // likewise
+        failed = failed || json_object_set_new(object, "table_precision", json_string(vw_table_precision_name(config->table_precision)));
     // Only where they are asked for: a run without them is what it was before there was a choice.
     failed = failed || (config->first_order && json_object_set_new(object, "first_order", json_true()));
     failed = failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
@@ -218,6 +226,10 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         status = name_from_json(object, "vary", vary_names, VW_ARRAY_COUNT(vary_names), &choice);
         if (status == VW_OK) parsed.vary = (enum vw_vary)choice;
         parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
+    }
+    if (status == VW_OK && json_object_get(object, "table_precision")) {
+        status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names), &choice);
+        if (status == VW_OK) parsed.table_precision = (enum vw_table_precision)choice;
     }
     const char *effects = json_string_value(json_object_get(object, "effects"));
     if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))

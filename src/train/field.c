@@ -19,6 +19,10 @@ struct vw_gpu_camera field_camera(const struct model *model, const struct vw_vie
     return camera;
 }
 
+const struct vw_shader *field_forward_shader(const struct model *model) {
+    return model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field;
+}
+
 static enum vw_status create_cameras(struct field *field, const struct vw_scene *scene) {
     uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
@@ -90,7 +94,10 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
     const struct vw_binding shared[] = {
         // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not read.
         {.slot = VW_SLOT_GRID, .buffer = field->params, .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes},
-        {.slot = VW_SLOT_GRID_TEXEL, .buffer = field->params, .size_bytes = grid_bytes, .texel = VW_TEXEL_FLOAT2},
+        {.slot = VW_SLOT_GRID_TEXEL,
+         .buffer = field->params,
+         .size_bytes = grid_bytes,
+         .texel = model->half_grid ? VW_TEXEL_HALF2 : VW_TEXEL_FLOAT2},
         {.slot = VW_SLOT_WEIGHTS,
          .buffer = field->params,
          .offset_bytes = model->weights.offset_bytes,
@@ -143,7 +150,7 @@ static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &evaluator->generate},
-        {&vw_shader_forward_field, &evaluator->forward},
+        {field_forward_shader(evaluator->field->model), &evaluator->forward},
         {&vw_shader_composite_rays, &evaluator->composite},
     };
     enum vw_status status = VW_OK;

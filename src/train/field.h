@@ -26,6 +26,9 @@ struct vw_gpu_camera field_camera(const struct model *model, const struct vw_vie
 // advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
 
+// forward_field, as the grid's features are stored.
+const struct vw_shader *field_forward_shader(const struct model *model);
+
 extern const char evaluator_role[]; // of its passes, in the timers
 
 struct evaluator {

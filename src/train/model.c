@@ -7,6 +7,7 @@
 
 #include "contraction.h"
 #include "effects.h"
+#include "half.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
 
@@ -19,13 +20,14 @@ _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND 
                "random purposes differ");
 
 enum {
-    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
-    ALIGNMENT_PAIRS = ALIGNMENT_BYTES / 8,
+    ALIGNMENT_BYTES = 256,       // the largest offset alignment Vulkan allows a device to ask for
     CHUNK_SAMPLES_CPU = 1 << 14, // long dispatches: cores that slept between short ones wake too late to share them
     CHUNK_SAMPLES_GPU = 1 << 18, // enough to fill a large GPU
     WALK_PROCESSORS_MAX = 4,     // with more, so many levels' walks keep too few of them busy
     WALK_SAMPLES_MAX = 65535,    // more trips of a loop are not taken by some drivers
 };
+
+static const float GRID_SCALE = 1e-4f; // of initial features
 
 static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
 
@@ -33,9 +35,9 @@ static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? gre
 
 uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
 
-// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first.
+// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may begin at any level.
 static void lay_out_levels(const struct vw_config *config, struct model *model) {
-    uint64_t table = UINT64_C(1) << config->log2_table;
+    uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / model->pair_bytes;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
         uint64_t lattice = (resolution + 1) * (resolution + 1) * (resolution + 1);
@@ -45,7 +47,7 @@ static void lay_out_levels(const struct vw_config *config, struct model *model) 
         model->specialization.resolution[level] = (uint32_t)resolution;
         model->specialization.first_pair[level] = model->pair_count;
         model->param_count += entries * config->features;
-        model->pair_count += (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_PAIRS);
+        model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
     }
 }
 
@@ -123,7 +125,7 @@ static void lay_out_weights(struct model *model) {
     model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
     model->row_count = VW_ROW_COUNT(encoding4, width4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
-    model->grid = (struct param_range){"grid", 0, 8 * (uint64_t)model->pair_count};
+    model->grid = (struct param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
     model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
     model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
@@ -161,7 +163,8 @@ static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
 
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
-    *model = (struct model){0};
+    *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
+    model->pair_bytes = model->half_grid ? 4 : 8;
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
@@ -206,28 +209,48 @@ static void fill_uniform(float *values, uint64_t count, uint64_t first_index, fl
     }
 }
 
+// The grid, whose draws come first.
+static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
+    uint64_t count = 2 * (uint64_t)model->pair_count;
+    if (!model->half_grid) {
+        fill_uniform(grid, count, 0, GRID_SCALE, seed);
+        return;
+    }
+    uint16_t *halves = grid;
+    for (uint64_t i = 0; i < count; i += 4) { // a level has whole fours
+        float values[4];
+        fill_uniform(values, 4, i, GRID_SCALE, seed);
+        for (uint64_t j = 0; j < 4; j++) halves[i + j] = half_nearest(values[j]);
+    }
+}
+
+// Behind the grid: its numbers are keyed as if the grid's were floats, too.
+struct drawn {
+    const float *weights;
+    uint64_t first_index, seed;
+};
+
 // He's bound for layers behind a ReLU, so that the signal keeps its size; `inputs` is the fan-in.
-static float *fill_matrix(float *values, const float *params, uint32_t out4, uint32_t in4, uint64_t seed) {
-    uint64_t count = 16 * (uint64_t)out4 * in4;
-    fill_uniform(values, count, (uint64_t)(values - params), sqrtf(6.0f / (4.0f * (float)in4)), seed);
+static float *fill_matrix(float *values, const struct drawn *drawn, uint32_t out4, uint32_t in4) {
+    uint64_t count = 16 * (uint64_t)out4 * in4, index = drawn->first_index + (uint64_t)(values - drawn->weights);
+    fill_uniform(values, count, index, sqrtf(6.0f / (4.0f * (float)in4)), drawn->seed);
     return values + count;
 }
 
 void model_initialise(const struct model *model, uint64_t seed, void *params) {
     uint32_t width4 = model->specialization.width4, encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
-    float *grid = params;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    fill_uniform(grid, 2 * (uint64_t)model->pair_count, 0, 1e-4f, seed);
-    float *next = fill_matrix(weights, grid, width4, encoding4, seed);
-    next = fill_matrix(next, grid, GEO4, width4, seed);
-    next = fill_matrix(next, grid, width4, COLOUR4, seed);
+    const struct drawn drawn = {weights, 2 * (uint64_t)model->pair_count, seed};
+    fill_grid(model, seed, params);
+    float *next = fill_matrix(weights, &drawn, width4, encoding4);
+    next = fill_matrix(next, &drawn, GEO4, width4);
+    next = fill_matrix(next, &drawn, width4, COLOUR4);
     float *last = next;
-    next = fill_matrix(next, grid, 1, width4, seed);
+    next = fill_matrix(next, &drawn, 1, width4);
     for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
     uint64_t filled = (uint64_t)((char *)next - (char *)params);
     assert(filled == model->weights.offset_bytes + model->weights.size_bytes);
     memset(next, 0, model->param_bytes - filled);
     // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the second visit on.
-    if (model->code_weights.size_bytes)
-        fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), grid, width4, CODE4, seed);
+    if (model->code_weights.size_bytes) fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn, width4, CODE4);
 }

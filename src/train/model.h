@@ -29,7 +29,7 @@ enum scatter_form {
 struct model {
     struct vw_specialization specialization; // with training = 1
     struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
-    struct param_range grid, weights;        // grid: vec2 per feature pair; weights: vec4 columns, see mlp.glsl
+    struct param_range grid, weights;        // grid: pair_bytes per feature pair; weights: vec4 columns, see mlp.glsl
     struct param_range sky;                  // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden unit][CODE4]; codes: vec4
     // [view][CODE4]. Those of views that are not trained on stay 0.
@@ -37,6 +37,8 @@ struct model {
     uint64_t param_bytes;
     uint64_t param_count;    // trainable numbers, without padding
     uint32_t pair_count;     // of all levels, with padding
+    uint32_t pair_bytes;     // of the grid: 8, two floats, or 4, two halves
+    bool half_grid;          // the latter: passes that touch the grid take their half form
     uint32_t weight_columns; // of the networks
     uint32_t moved_columns;  // by update_weights: theirs and the sky's
     uint32_t weight_tiles;   // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
@@ -50,8 +52,8 @@ struct model {
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4, weights uniform for unit gain, the sky mid
-// grey, what belongs to photos 0. A function of the seed alone.
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights uniform for unit
+// gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.

@@ -56,7 +56,8 @@ static enum vw_status create_pass(const struct field *field, const struct vw_sha
 
 enum vw_status occupancy_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
                                        struct occupancy *occupancy) {
-    enum vw_status status = create_pass(field, &vw_shader_refresh_occupancy, bindings, count, &occupancy->refresh);
+    const struct vw_shader *refresh = field->model->half_grid ? &vw_shader_refresh_occupancy_half : &vw_shader_refresh_occupancy;
+    enum vw_status status = create_pass(field, refresh, bindings, count, &occupancy->refresh);
     if (status == VW_OK) status = create_pass(field, &vw_shader_mark_samples, bindings, count, &occupancy->mark);
     if (status == VW_OK) status = create_pass(field, &vw_shader_place_rays, bindings, count, &occupancy->place);
     if (status == VW_OK) status = create_pass(field, &vw_shader_list_samples, bindings, count, &occupancy->list);

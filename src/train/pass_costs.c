@@ -8,7 +8,7 @@
 
 // Per sample, and sizes of the model.
 struct sizes {
-    double samples, rays, encoding4, width4, blocks, gathers, levels, pairs;
+    double samples, rays, encoding4, width4, blocks, gathers, levels, pairs, pair_bytes;
 };
 
 static struct sizes sizes_of(const struct model *model, uint32_t rays) {
@@ -21,7 +21,8 @@ static struct sizes sizes_of(const struct model *model, uint32_t rays) {
                           .blocks = VW_WEIGHT_BLOCKS(encoding4, s->width4),
                           .gathers = 8.0 * s->levels * s->feature_pairs,
                           .levels = s->levels,
-                          .pairs = model->pair_count};
+                          .pairs = model->pair_count,
+                          .pair_bytes = model->pair_bytes};
 }
 
 static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) {
@@ -33,7 +34,7 @@ static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass
     const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
     add(costs, count,
         (struct vw_pass_cost){"refresh_occupancy", NULL, refreshes, cells * (16 * n->width4 * (n->encoding4 + 1) + 2 * n->gathers),
-                              cells * (8 * n->gathers + 8)});
+                              cells * (n->pair_bytes * n->gathers + 8)});
     add(costs, count, (struct vw_pass_cost){"mark_samples", NULL, chunks, 0, n->rays * sizeof(struct vw_ray) + 4 * n->samples});
     add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
     add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
@@ -50,7 +51,7 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
     add(costs, count, (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
     add(costs, count,
         (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
-                              n.samples * (8 * n.gathers + 16 * (forward_rows + 2))});
+                              n.samples * (n.pair_bytes * n.gathers + 16 * (forward_rows + 2))});
     add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     add(costs, count,
         (struct vw_pass_cost){"backward_field", NULL, chunks, n.samples * 16 * n.width4 * (1 + 2 * GEO4 + n.encoding4),
@@ -75,7 +76,8 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
         add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
     }
     add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
-    add(costs, count, (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 16 + 16 * moments + 8)});
+    add(costs, count,
+        (struct vw_pass_cost){"update_grid", NULL, windows, 0, n.pairs * (2 * word_bytes + 2 * n.pair_bytes + 16 * moments + 8)});
 }
 
 // `times` per step.
@@ -85,7 +87,7 @@ static void add_validation(const struct vw_trainer *trainer, double times, struc
     uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays, first = *count;
     add(costs, count,
         (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
-                              n.samples * (8 * n.gathers + 16)});
+                              n.samples * (n.pair_bytes * n.gathers + 16)});
     add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
     if (trainer->view_fit.pass) // twice the rays that are not scored
         add(costs, count, (struct vw_pass_cost){"fit_views", NULL, 1, 0, 2 * (n.rays - trainer->val_rays) * (sizeof(struct vw_ray) + 16)});

@@ -69,7 +69,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &step->generate},
-        {&vw_shader_forward_field, &step->forward},
+        {field_forward_shader(step->field->model), &step->forward},
         {&vw_shader_backward_rays, &step->backward_rays},
         {&vw_shader_backward_field, &step->backward_field},
         {&vw_shader_gradient_weights, &step->gradient_weights},
@@ -92,7 +92,7 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
     const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
                                                [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
                                                [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model);
+    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model), pair = field->model->pair_bytes;
     bool momentum = field->model->specialization.momentum;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
@@ -101,8 +101,8 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_SCALARS, .buffer = scalars},
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
-         .offset_bytes = field->model->grid.offset_bytes + 8 * first,
-         .size_bytes = 8 * pairs},
+         .offset_bytes = field->model->grid.offset_bytes + pair * first,
+         .size_bytes = pair * pairs},
         {.slot = VW_SLOT_D_GRID, .buffer = step->d_grid, .offset_bytes = word * first, .size_bytes = word * pairs},
         {.slot = VW_SLOT_GRID_MOMENT1,
          .buffer = step->grid_moment1,
@@ -115,7 +115,8 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
     occupancy_bind(field, &step->occupancy, bindings, &count);
     enum vw_status status = create_pass(step, scatter[field->model->scatter], bindings, count, &step->scatter[index]);
     if (status != VW_OK) return status;
-    return create_pass(step, &vw_shader_update_grid, bindings, count, &step->update_grid[index]);
+    const struct vw_shader *update = field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid;
+    return create_pass(step, update, bindings, count, &step->update_grid[index]);
 }
 
 enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,

@@ -15,7 +15,7 @@
 #include "viewworth/memory.h"
 #include "viewworth/train.h"
 
-static const char USAGE[] = "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--profile] [NAME=NUMBER]...\n"
+static const char USAGE[] = "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [NAME=NUMBER]...\n"
                             "names: steps rounds photos width_px height_px rays samples val_rays levels log2_table width\n";
 
 struct setup {
@@ -86,6 +86,7 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
         const char *equals = strchr(argv[i], '=');
         if (!strcmp(argv[i], "--profile")) setup->profile = true;
         else if (!strcmp(argv[i], "--run-defaults")) choose_run_defaults(setup);
+        else if (!strcmp(argv[i], "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
         else if (equals) good = set_number(setup, argv[i], (size_t)(equals - argv[i]), equals + 1);
         else if (bare_count < VW_ARRAY_COUNT(bare)) {
             good = set_number(setup, bare[bare_count], strlen(bare[bare_count]), argv[i]);

@@ -64,7 +64,7 @@ void weight_gradients_run(struct step_bench *bench, const float *rows);
 
 // update_grid: all that the optimiser may change of the grid.
 struct grid_state {
-    float *grid, *moment1, *moment2; // per feature; moment1 NULL without momentum
+    float *grid, *moment1, *moment2; // per feature; moment1 NULL without momentum. Behind the grid the other params
     uint32_t *visits;                // per pair
 };
 struct grid_state grid_read(struct step_bench *bench);

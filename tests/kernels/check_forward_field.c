@@ -180,8 +180,14 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
     float *params = vw_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     if (kind == INPUT_ORDINARY) return params;
-    bool all = kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO;
-    input_fill(kind, &random, params, (all ? bench->model.param_bytes : bench->model.grid.size_bytes) / sizeof *params);
+    size_t features = 2 * (size_t)bench->model.pair_count,
+           rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
+    float *grid = vw_allocate(features, sizeof *grid);
+    input_fill(kind, &random, grid, features);
+    step_bench_put_grid(bench, grid, params);
+    free(grid);
+    if (kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO)
+        input_fill(kind, &random, params + bench->model.weights.offset_bytes / sizeof *params, rest);
     return params;
 }
 

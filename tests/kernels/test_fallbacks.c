@@ -23,6 +23,8 @@ static const struct step_case momentum_case = {.name = "fallback with momentum, 
                                                .base_resolution = 24,
                                                .appearance = true,
                                                .appearance_code = true};
+static const struct step_case half_case = {
+    .name = "fallback with halves", .seed = 114, .rays = 64, .base_resolution = 24, .half_grid = true};
 enum { STEPS = 3 };
 
 struct outcome {
@@ -66,8 +68,8 @@ static void storage_buffers_instead_of_texels_change_no_bit(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.texel_elements = 65536;
-    const struct step_case *setups[] = {&base_case, &momentum_case};
-    for (int i = 0; i < 2; i++) {
+    const struct step_case *setups[] = {&base_case, &momentum_case, &half_case};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
         struct step_bench *storage = step_bench_open_clamped(setups[i], &clamp);
         assert_int_equal(storage->model.specialization.grid_texel, 0);
         assert_int_equal(storage->model.specialization.rows_texel, 0);
@@ -79,14 +81,14 @@ static void windows_of_the_grid_change_no_bit(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.storage_binding_bytes = 600000;
-    const struct step_case *setups[] = {&base_case, &momentum_case};
-    for (int i = 0; i < 2; i++) {
+    const struct step_case *setups[] = {&base_case, &momentum_case, &half_case};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
         struct step_case chunked = *setups[i];
         chunked.chunk_samples = 256; // whose activations fit such a binding
         struct step_bench *windows = step_bench_open_clamped(&chunked, &clamp);
         assert_true(windows->model.window_count > 1);
         assert_int_equal(windows->model.specialization.grid_texel, 1);
-        assert_int_equal(windows->model.specialization.wide_gradient, i);
+        assert_int_equal(windows->model.specialization.wide_gradient, i == 1);
         expect_same(setups[i], windows);
     }
 }

@@ -15,7 +15,7 @@
 #include "viewworth/memory.h"
 
 static const struct pass {
-    const char *name;
+    const char *name; // with _half behind it: on a grid of halves
     const struct vw_shader *shader;
     pass_check *check;
     enum scatter_form scatter;
@@ -26,10 +26,12 @@ static const struct pass {
     {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
     {"generate_rays", &vw_shader_generate_rays, check_generate_rays, SCATTER_ATOMICS},
     {"refresh_occupancy", &vw_shader_refresh_occupancy, check_refresh_occupancy, SCATTER_ATOMICS},
+    {"refresh_occupancy_half", &vw_shader_refresh_occupancy_half, check_refresh_occupancy, SCATTER_ATOMICS},
     {"mark_samples", &vw_shader_mark_samples, check_mark_samples, SCATTER_ATOMICS},
     {"place_rays", &vw_shader_place_rays, check_place_rays, SCATTER_ATOMICS},
     {"list_samples", &vw_shader_list_samples, check_list_samples, SCATTER_ATOMICS},
     {"forward_field", &vw_shader_forward_field, check_forward_field, SCATTER_ATOMICS},
+    {"forward_field_half", &vw_shader_forward_field_half, check_forward_field, SCATTER_ATOMICS},
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
     {"reduce_views", &vw_shader_reduce_views, check_reduce_views, SCATTER_ATOMICS},
     {"backward_rays", &vw_shader_backward_rays, check_backward_rays, SCATTER_ATOMICS},
@@ -42,6 +44,7 @@ static const struct pass {
     {"scatter_grid_walk", &vw_shader_scatter_grid_walk, check_scatter_grid, SCATTER_WALK},
     {"reduce_loss", &vw_shader_reduce_loss, check_reduce_loss, SCATTER_ATOMICS},
     {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
+    {"update_grid_half", &vw_shader_update_grid_half, check_update_grid, SCATTER_ATOMICS},
     {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
     {"mix_params", &vw_shader_mix_params, check_mix_params, SCATTER_ATOMICS},
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
@@ -59,8 +62,12 @@ static int open_benches(void **state) {
     return 0;
 }
 
+static bool takes_halves(const struct pass *pass) { return strstr(pass->name, "_half") != NULL; }
+
 static struct step_bench *open_for(const struct pass *pass, struct step_case setup) {
     setup.scatter = pass->scatter;
+    setup.half_grid = takes_halves(pass);
+    if (setup.half_grid) return step_bench_open(&setup);
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics = false; // the other forms can do without
     return step_bench_open_clamped(&setup, &clamp);
@@ -78,7 +85,8 @@ static void run_kinds(const struct pass *pass, const struct step_case *setup, st
 static void run_pass(void **state) {
     const struct pass *pass = *state;
     for (uint32_t i = 0; i < step_case_count; i++) {
-        struct step_bench *bench = pass->scatter == SCATTER_ATOMICS ? benches[i] : open_for(pass, step_cases[i]);
+        bool shared = pass->scatter == SCATTER_ATOMICS && !takes_halves(pass);
+        struct step_bench *bench = shared ? benches[i] : open_for(pass, step_cases[i]);
         run_kinds(pass, &step_cases[i], bench);
         if (bench != benches[i]) step_bench_close(bench);
     }

@@ -62,6 +62,15 @@ void reference_grid_encode(const struct vw_specialization *s, const double *grid
 // Accumulates.
 void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding, double *d_grid);
 
+// ---- half.c: tables of halves --------------------------------------------------------------------------------------------
+
+// The half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
+double reference_half(double value);
+// What the bits of a half say.
+double reference_half_value(uint16_t bits);
+// Feature `index` of the grid in a params block, in either precision.
+double reference_feature(const struct model *model, const void *params, uint64_t index);
+
 // ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------------
 
 void reference_spherical_harmonics(const double direction[3], double values[9]);

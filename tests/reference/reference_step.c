@@ -9,7 +9,7 @@
 struct reference_params *reference_params_create(const struct model *model, const float *params) {
     struct reference_params *twin = vw_allocate(1, sizeof *twin);
     twin->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *twin->grid);
-    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) twin->grid[i] = params[i];
+    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) twin->grid[i] = reference_feature(model, params, i);
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params, &twin->weights);
     reference_sky_read(model, params, twin->sky);
     uint32_t photos = reference_photo_count(model);

@@ -12,6 +12,7 @@
 
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
+#include "train/half.h"
 #include "train/pixels.h"
 #include "viewworth/memory.h"
 #include "viewworth/random.h"
@@ -55,6 +56,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;
     config.background = c->random_background ? VW_BACKGROUND_RANDOM : VW_BACKGROUND_FIXED;
+    config.table_precision = c->half_grid ? VW_TABLE_FLOAT16 : VW_TABLE_FLOAT32;
     choose_effects(c, &config);
     return config;
 }
@@ -86,7 +88,10 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     model_initialise(&bench->model, c->seed, bench->params);
     size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
-    for (size_t i = 0; i < grid; i++) bench->params[i] = grid_scale * test_random_next(&random);
+    float *features = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
+    for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++) features[i] = grid_scale * test_random_next(&random);
+    step_bench_put_grid(bench, features, bench->params);
+    free(features);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
     for (size_t i = sky; i < sky_end; i++) bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
@@ -200,6 +205,24 @@ int step_bench_teardown(void **state) {
         open_benches[i] = NULL;
     }
     return test_gpu_close(state);
+}
+
+void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params) {
+    size_t count = 2 * (size_t)bench->model.pair_count;
+    uint16_t *halves = params;
+    if (!bench->model.half_grid) memcpy(params, features, count * sizeof *features);
+    for (size_t i = 0; i < count && bench->model.half_grid; i++) halves[i] = half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
+}
+
+float *step_bench_read_params(struct step_bench *bench) {
+    const struct model *model = &bench->model;
+    size_t features = 2 * (size_t)model->pair_count, rest_bytes = model->param_bytes - model->grid.size_bytes;
+    char *block = step_bench_read(bench, bench->field.params);
+    float *params = vw_allocate(features * sizeof *params + rest_bytes, 1);
+    for (size_t i = 0; i < features; i++) params[i] = (float)reference_feature(model, block, i);
+    memcpy(params + features, block + model->grid.size_bytes, rest_bytes);
+    free(block);
+    return params;
 }
 
 void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }

@@ -25,6 +25,7 @@ struct step_case {
     bool random_background;    // its form
     bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
+    bool half_grid;            // --table-precision float16
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     float grid_scale;          // the grid is uniform in +-this [0.5]
     float weight_scale;        // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
@@ -45,7 +46,7 @@ struct step_bench {
     struct evaluator evaluator; // after step_bench_evaluator
     struct vw_pixel *pixels;    // config.rays of them, of view 0 and 1
     uint32_t view;              // of the first, whose photo the step takes for its own
-    float *params;              // what the params block was set to
+    float *params;              // what the params block was set to; its grid may be halves
     uint32_t padded_samples;    // of the step
 };
 
@@ -62,6 +63,10 @@ int step_bench_teardown(void **state);
 // The evaluator over the bench's field for its padded rays, made at the first call.
 struct evaluator *step_bench_evaluator(struct step_bench *bench);
 
+// Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
+void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
+// The params on the device with every feature of the grid as a float and the rest behind them; to be freed by the caller.
+float *step_bench_read_params(struct step_bench *bench);
 // Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
 // Runs step `number` up to the loss and the gradients, without the optimiser; the grid's gradient keeps adding up.

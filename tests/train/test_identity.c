@@ -38,6 +38,7 @@ static void change_learning_rate(struct parts *parts) { parts->config.learning_r
 static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++; }
 static void change_validation(struct parts *parts) { parts->validate = false; }
 static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
+static void change_table_precision(struct parts *parts) { parts->config.table_precision = VW_TABLE_FLOAT16; }
 static void change_background(struct parts *parts) { parts->config.background = VW_BACKGROUND_RANDOM; }
 static void change_to_unbounded(struct parts *parts) { strcpy(parts->config.effects, "+unbounded"); }
 static void change_box(struct parts *parts) { // which depends on points, that the scene's hash does not cover
@@ -57,7 +58,8 @@ static void every_part_of_a_run_names_it(void **state) {
     static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,           change_rays,
                                                       change_learning_rate, change_burn_in, change_validation,     change_effects,
                                                       change_background,    change_device,  change_driver,         change_to_unbounded,
-                                                      change_box,           change_vary,    change_vary_to_pixels, change_base_seed};
+                                                      change_box,           change_vary,    change_vary_to_pixels, change_base_seed,
+                                                      change_table_precision};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

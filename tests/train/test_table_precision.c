@@ -1,0 +1,226 @@
+// --table-precision: how floats become halves, where a run on halves begins, what it saves, and that neither precision takes the files of
+// the other. What its passes compute is in tests/kernels and tests/hard_cases.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+#include "train/half.h"
+#include "viewworth/memory.h"
+
+// Every level is hashed, so that both precisions lay it out alike.
+static struct vw_config config_of(enum vw_table_precision precision) {
+    struct vw_config config = test_config();
+    config.base_resolution = 16;
+    config.table_precision = precision;
+    return config;
+}
+
+// ---- Rounding ------------------------------------------------------------------------------------------------------------
+
+static void assert_nearest(float value) {
+    double expected = reference_half(value), found = reference_half_value(half_nearest(value));
+    if (found != expected || signbit(found) != signbit(expected)) fail_msg("%.9g becomes %.9g, not %.9g", value, found, expected);
+}
+
+// All halves, the middles between neighbours, and the floats beside both.
+static void every_float_becomes_the_nearest_half(void **state) {
+    (void)state;
+    for (uint32_t bits = 0; bits < 0x7C00; bits++) {
+        double value = reference_half_value((uint16_t)bits), next = bits < 0x7BFF ? reference_half_value((uint16_t)(bits + 1)) : 65536.0;
+        const float at[] = {(float)value, (float)(0.5 * (value + next))};
+        assert_int_equal(half_nearest(at[0]), bits);
+        for (int i = 0; i < 2; i++) {
+            for (int sign = -1; sign <= 1; sign += 2) {
+                assert_nearest((float)sign * at[i]);
+                assert_nearest((float)sign * nextafterf(at[i], INFINITY));
+                assert_nearest((float)sign * nextafterf(at[i], -INFINITY));
+            }
+        }
+    }
+    assert_int_equal(half_nearest(NAN) & 0x7FFF, 0x7C00);
+    assert_int_equal(half_nearest(-INFINITY), 0xFC00);
+    assert_int_equal(half_nearest(3e38f), 0x7C00);
+}
+
+// ---- Params --------------------------------------------------------------------------------------------------------------
+
+static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    const struct vw_config configs[] = {config_of(VW_TABLE_FLOAT32), config_of(VW_TABLE_FLOAT16)};
+    struct vw_trainer *floats = test_trainer_create(scene, &configs[0], false, 0),
+                      *halves = test_trainer_create(scene, &configs[1], false, 0);
+    const struct model *wide = &floats->model, *narrow = &halves->model;
+    char *before = vw_allocate(wide->param_bytes, 1), *after = vw_allocate(narrow->param_bytes, 1);
+    model_initialise(wide, 7, before);
+    model_initialise(narrow, 7, after);
+    assert_int_equal(wide->pair_count, narrow->pair_count);
+    for (uint64_t i = 0; i < 2 * (uint64_t)wide->pair_count; i++)
+        assert_true(reference_feature(narrow, after, i) == reference_half(reference_feature(wide, before, i)));
+    assert_int_equal(wide->weights.size_bytes, narrow->weights.size_bytes);
+    assert_memory_equal(before + wide->weights.offset_bytes, after + narrow->weights.offset_bytes, wide->weights.size_bytes);
+    free(before);
+    free(after);
+    vw_trainer_destroy(&floats);
+    vw_trainer_destroy(&halves);
+    vw_scene_close(&scene);
+}
+
+struct taken {
+    uint64_t param_bytes, param_count, device_bytes;
+    double update_bytes, field_bytes; // that update_grid and forward_field have to move, the latter in training and validation
+    double gathered_pairs;
+};
+
+static struct taken take(enum vw_table_precision precision) {
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = config_of(precision);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    struct vw_trainer_stats stats;
+    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
+    uint32_t count = 0;
+    vw_trainer_get_stats(trainer, &stats);
+    vw_trainer_pass_costs(trainer, costs, &count);
+    double samples = (double)(trainer->step.padded_rays + trainer->validation.ray_count) * config.samples;
+    struct taken taken = {.param_bytes = trainer->model.param_bytes,
+                          .param_count = stats.param_count,
+                          .device_bytes = stats.device_bytes,
+                          .gathered_pairs = samples * 8.0 * config.levels * config.features / 2};
+    assert_int_equal(vw_buffer_size_bytes(trainer->field.params), taken.param_bytes);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!strcmp(costs[i].name, "update_grid")) taken.update_bytes += costs[i].bytes;
+        if (!strcmp(costs[i].name, "forward_field")) taken.field_bytes += costs[i].bytes;
+    }
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+    return taken;
+}
+
+// 4 bytes of every pair: in the params block, on the device, and each time that a pass reads or writes one. 4 levels of 2^10 entries.
+static void halves_take_half_the_bytes(void **state) {
+    (void)state;
+    struct taken floats = take(VW_TABLE_FLOAT32), halves = take(VW_TABLE_FLOAT16);
+    const uint64_t saved_bytes = 4 * (4 << 10);
+    assert_int_equal(floats.param_bytes - halves.param_bytes, saved_bytes);
+    assert_int_equal(floats.device_bytes - halves.device_bytes, saved_bytes);
+    assert_int_equal(floats.param_count, halves.param_count);
+    assert_true(floats.update_bytes - halves.update_bytes == 2.0 * (double)saved_bytes);
+    assert_true(floats.field_bytes - halves.field_bytes == 4.0 * floats.gathered_pairs);
+}
+
+// ---- Runs ----------------------------------------------------------------------------------------------------------------
+
+// With the probes that put the state back, and without: whatever the batches, the same steps.
+static void a_run_on_halves_gives_the_same_bits_again(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_of(VW_TABLE_FLOAT16), wide = config_of(VW_TABLE_FLOAT32);
+    config.epochs = wide.epochs = 12;
+    struct vw_config probed = config;
+    probed.noise_floor = true;
+    probed.same_state = 2;
+    struct test_run *first = test_run(scene, &config, true, 0), *second = test_run(scene, &config, true, 3),
+                    *third = test_run(scene, &probed, true, 0), *other = test_run(scene, &wide, true, 0);
+    test_run_assert_same(first, second);
+    assert_true(third->probe_count > 0);
+    assert_int_equal(first->param_words, third->param_words);
+    assert_memory_equal(first->params, third->params, first->param_words * sizeof *first->params);
+    double last = first->records[first->count - 1].val_psnr, start = first->records[0].val_psnr;
+    print_message("from %.2f dB to %.2f, on floats %.2f\n", start, last, other->records[other->count - 1].val_psnr);
+    assert_true(last > start + 1.0);                                           // it learns,
+    assert_true(last != other->records[other->count - 1].val_psnr);            // in its own way,
+    assert_true(fabs(last - other->records[other->count - 1].val_psnr) < 1.0); // about as well
+    test_run_free(first);
+    test_run_free(second);
+    test_run_free(third);
+    test_run_free(other);
+    vw_scene_close(&scene);
+}
+
+static void assert_refused(enum vw_status status, const char *words) {
+    assert_int_equal(status, VW_ERROR_INPUT);
+    if (!strstr(vw_error_message(), words)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), words);
+    assert_null(strchr(vw_error_message(), '\n'));
+}
+
+// The files of each precision go to a trainer of the other, whose params stay as they are.
+static void files_of_the_other_precision_are_refused(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *field = temporary_path(folder, "field"), *checkpoint = temporary_path(folder, "checkpoint");
+    struct vw_scene *scene = test_scene();
+    for (int i = 0; i < 2; i++) {
+        struct vw_config ours = config_of((enum vw_table_precision)i), theirs = config_of((enum vw_table_precision)(1 - i));
+        struct vw_trainer *trainer = test_trainer_create(scene, &theirs, true, 0);
+        struct test_run *run = vw_allocate(1, sizeof *run), *whole = test_run(scene, &ours, true, 0),
+                        *after = vw_allocate(1, sizeof *after);
+        uint64_t step = 0;
+        test_run_finish(trainer, run);
+        assert_ok(vw_trainer_save_field(trainer, field));
+        assert_ok(vw_trainer_save_checkpoint(trainer, checkpoint));
+        vw_trainer_destroy(&trainer);
+        trainer = test_trainer_create(scene, &ours, true, 0);
+        assert_refused(vw_trainer_load_field(trainer, field), "trained with another configuration");
+        assert_refused(vw_trainer_load_checkpoint(trainer, checkpoint, UINT64_MAX, &step), "of another run");
+        test_run_finish(trainer, after);
+        test_run_assert_same(whole, after);
+        vw_trainer_destroy(&trainer);
+        test_run_free(run);
+        test_run_free(whole);
+        test_run_free(after);
+    }
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+// ---- The configuration -----------------------------------------------------------------------------------------------------
+
+static void the_json_names_halves_alone(void **state) {
+    (void)state;
+    struct vw_config config = vw_config_default, read;
+    char *json = vw_config_to_json(&config, true);
+    assert_null(strstr(json, "precision")); // as in ledgers from before there was a choice
+    free(json);
+    config.table_precision = VW_TABLE_FLOAT16;
+    json = vw_config_to_json(&config, false);
+    assert_ok(vw_config_from_json(json, &read));
+    assert_int_equal(read.table_precision, VW_TABLE_FLOAT16);
+    memcpy(strstr(json, "float16"), "float17", 7);
+    assert_refused(vw_config_from_json(json, &read), "table_precision: \"float17\" is not known");
+    memcpy(strstr(json, "\"table_precision\""), "\"table_precisio_\"", 17);
+    assert_ok(vw_config_from_json(json, &read));
+    assert_int_equal(read.table_precision, VW_TABLE_FLOAT32);
+    free(json);
+}
+
+static void halves_have_no_slope_along_a_step(void **state) {
+    (void)state;
+    struct vw_config config = config_of(VW_TABLE_FLOAT16);
+    assert_ok(vw_config_check(&config));
+    config.first_order = true;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    config.table_precision = VW_TABLE_FLOAT32;
+    assert_ok(vw_config_check(&config));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_float_becomes_the_nearest_half),
+        cmocka_unit_test(a_run_on_halves_begins_where_one_on_floats_does),
+        cmocka_unit_test(halves_take_half_the_bytes),
+        cmocka_unit_test(a_run_on_halves_gives_the_same_bits_again),
+        cmocka_unit_test(files_of_the_other_precision_are_refused),
+        cmocka_unit_test(the_json_names_halves_alone),
+        cmocka_unit_test(halves_have_no_slope_along_a_step),
+    };
+    return cmocka_run_group_tests_name("table precision", tests, NULL, test_gpu_close);
+}
