@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/tradeoff_points.h"
 #include "viewworth/memory.h"
 
 enum kind {
@@ -155,8 +156,7 @@ static const struct option_row rows[] = {
     {"views", "N", "test photos (validation photos where there are none) to render side by side", VW_OPTIONS_COMPARE, COUNT, FIELD(views),
      .least = 0, .most = 1000},
     {"seeds", "K", "runs of every point, of the seeds from --seed on", VW_OPTIONS_TRADEOFF, COUNT, FIELD(seeds), .least = 2, .most = 50},
-    {"knobs", "LIST", "what is turned (default: all): rays, samples, val-rays, downscale, levels, log2-table, width, epochs, effects",
-     VW_OPTIONS_TRADEOFF, TEXT, FIELD(knobs)},
+    {"knobs", "LIST", "what is turned (default: all): " VW_TRADEOFF_KNOBS, VW_OPTIONS_TRADEOFF, TEXT, FIELD(knobs)},
     {"halves", "N", "random halves of the photos that scores are judged by, each trained on twice; 0: none, and no LDS",
      VW_OPTIONS_TRADEOFF, COUNT, FIELD(halves), .least = 0, .most = 10000},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/settings.h"
 #include "viewworth/memory.h"
 
 enum how { TIMES, PLUS, SET };
@@ -26,7 +27,7 @@ static const struct sweep {
     {"epochs", offsetof(struct vw_config, epochs), TIMES, {0.25, 0.5, 2}},
 };
 static const double downscales[] = {2, 4}; // times the base's
-static const char *const other_knobs[] = {"downscale", "effects"};
+static const char *const other_knobs[] = {"table-precision", "downscale", "effects", "accuracy"};
 static const double EXHAUSTIVE_RAYS = 2; // times the base's: the most that are tried
 
 // ---- Which knobs --------------------------------------------------------------------------------------------------------
@@ -47,10 +48,7 @@ static const char *next_word(const char *word) {
 enum vw_status vw_tradeoff_check_knobs(const char *knobs) {
     for (const char *word = knobs; word; word = next_word(word))
         if (!is_knob(word, strcspn(word, ",")))
-            return vw_fail(VW_ERROR_USAGE,
-                           "--knobs: \"%.*s\" is none of rays, samples, val-rays, downscale, levels, log2-table, width, epochs, "
-                           "effects",
-                           (int)strcspn(word, ","), word);
+            return vw_fail(VW_ERROR_USAGE, "--knobs: \"%.*s\" is none of " VW_TRADEOFF_KNOBS, (int)strcspn(word, ","), word);
     return VW_OK;
 }
 
@@ -170,6 +168,39 @@ static enum vw_status add_effects(const struct vw_stage *stage, struct vw_tradeo
     return status;
 }
 
+static enum vw_status add_table_precisions(struct vw_tradeoff_points *points) {
+    enum vw_status status = VW_OK;
+    for (enum vw_table_precision precision = VW_TABLE_FLOAT32; precision <= VW_TABLE_FLOAT16 && !status; precision++) {
+        struct vw_config config = points->points[0].config;
+        if (precision == config.table_precision) continue;
+        config.table_precision = precision;
+        if (vw_config_check(&config)) continue;
+        struct vw_tradeoff_point *point = add(points, "table-precision", vw_table_precision_name(precision));
+        status = check_room(point);
+        if (!status) point->config = config;
+    }
+    return status;
+}
+
+// The settings of --accuracy, with epochs of their own: but for one that is the base.
+static enum vw_status add_accuracies(struct vw_tradeoff_points *points) {
+    uint32_t count = 0;
+    const struct vw_setting *settings = vw_settings(&count);
+    char of_base[VW_SETTING_TEXT_BYTES], ours[VW_SETTING_TEXT_BYTES];
+    vw_setting_options(&points->points[0].config, of_base);
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count && !status; i++) {
+        struct vw_config config = points->points[0].config;
+        vw_setting_apply(&settings[i], &config);
+        vw_setting_options(&config, ours);
+        if (strcmp(ours, of_base) == 0) continue;
+        struct vw_tradeoff_point *point = add(points, "accuracy", settings[i].name);
+        status = check_room(point);
+        if (!status) point->config = config;
+    }
+    return status;
+}
+
 static enum vw_status add_exhaustive(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
     struct vw_tradeoff_point *point = add(points, "exhaustive", "");
     enum vw_status status = check_room(point);
@@ -193,7 +224,9 @@ enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const s
         status = add_sweep(stage, &sweeps[i], points);
         if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays)) status = add_all_pixels(stage, points);
     }
+    if (!status && is_wanted(options, "table-precision")) status = add_table_precisions(points);
     if (!status && is_wanted(options, "downscale")) status = add_downscales(points);
     if (!status && is_wanted(options, "effects")) status = add_effects(stage, points);
+    if (!status && is_wanted(options, "accuracy")) status = add_accuracies(points);
     return status;
 }

@@ -24,6 +24,8 @@ struct vw_tradeoff_points {
     uint32_t exhaustive, all_pixels; // the points of these names; UINT32_MAX where `all_pixels` is not tried
 };
 
+// What can be turned, for messages and --help.
+#define VW_TRADEOFF_KNOBS "rays, samples, val-rays, levels, log2-table, width, epochs, table-precision, downscale, effects, accuracy"
 // VW_ERROR_USAGE unless `knobs` is NULL (all of them) or names of knobs with commas between.
 enum vw_status vw_tradeoff_check_knobs(const char *knobs);
 // Lists the points for the options and a stage on which effects are decided. Settings that the config does not admit, or that come to the

@@ -113,6 +113,8 @@ for wrong in "--knobs: \"ray\" is none of rays|--knobs rays,ray" "--seeds takes 
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
 done
+all=$("$program" tradeoff --help | sed -n 's/.*(default: all): //p' | tr -d ' ')
+check "every knob of the help is one" fails 2 '"none-such" is none of' sweep_it none --knobs "$all,none-such"
 check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.csv
 check "nothing is written" test ! -e "$folder/none"
 conclude
