@@ -26,6 +26,8 @@ void vw_progress_begin(struct vw_progress *progress);  // after setting total_st
 void vw_progress_update(struct vw_progress *progress); // after changing done_steps, epoch, val_psnr_db
 void vw_progress_end(struct vw_progress *progress);    // leaves the last state on a line of its own
 
-double vw_now_s(void); // monotonic seconds; for display only, never for a decision that affects bits
+// For display only, never for a decision that affects bits.
+double vw_now_s(void); // monotonic seconds
+double vw_cpu_s(void); // that all threads of the program have computed
 
 #endif

@@ -22,7 +22,7 @@ struct vw_tradeoff_figure {
     uint32_t base; // 1 for the base itself, else 0; likewise the fronts
     uint32_t epochs;
     uint32_t steps;
-    double train_ms, value_ms; // wall clock of a step without and with scoring
+    double train_ms, value_ms; // wall clock of a step without and with scoring, as taken in turn with the base's
     double scoring_ratio;      // value_ms / train_ms
     double run_seconds;        // steps with scoring
     double device_mib;

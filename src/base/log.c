@@ -39,11 +39,15 @@ void vw_log_warning(const char *format, ...) {
     va_end(arguments);
 }
 
-double vw_now_s(void) {
+static double read_clock_s(clockid_t clock) {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
+
+double vw_now_s(void) { return read_clock_s(CLOCK_MONOTONIC); }
+
+double vw_cpu_s(void) { return read_clock_s(CLOCK_PROCESS_CPUTIME_ID); }
 
 static void format_duration(double duration_s, char *text, size_t text_bytes) {
     unsigned long long seconds = (unsigned long long)(duration_s + 0.5);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cli/interrupt.h"
 #include "viewworth/file.h"
@@ -15,12 +14,6 @@
 // A view is measured on all its pixels where the views of its split have no more than so many in all, or on an even share of so many.
 enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10, WHOLE_VIEWS = 0 };
 static const double PROGRESS_S = 20;
-
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static uint32_t epochs_of(const struct vw_laboratory *laboratory, const struct vw_trial *trial) {
     return trial->epochs ? trial->epochs : laboratory->options->config.epochs;
@@ -188,12 +181,12 @@ static enum vw_status measure(const struct vw_laboratory *laboratory, struct vw_
 static enum vw_status train_and_measure(struct vw_laboratory *laboratory, const struct vw_trial *trial, const char *id,
                                         struct vw_outcome *outcome) {
     struct vw_trainer *trainer = NULL;
-    double started_s = cpu_seconds();
+    double started_s = vw_cpu_s();
     enum vw_status status = create_trainer(laboratory, trial, &trainer);
     if (!status) status = train(trainer);
     if (!status) status = measure(laboratory, trainer, id, outcome);
     vw_trainer_destroy(&trainer);
-    outcome->seconds = cpu_seconds() - started_s;
+    outcome->seconds = vw_cpu_s() - started_s;
     return status;
 }
 

@@ -73,12 +73,13 @@ static enum vw_status open_sweep(struct vw_tradeoff *tradeoff) {
 
 // From what steps take. Trainings on halves take half the base's steps; setting up and measuring are not in it.
 static void say_duration(const struct vw_tradeoff *tradeoff) {
-    double seconds = 0, base_ms = vw_tradeoff_value_ms(tradeoff, 0);
-    const struct vw_measured_point *base = &tradeoff->measured[0];
-    for (uint32_t i = 0; i < tradeoff->points.count; i++)
-        seconds += 1e-3 * vw_tradeoff_value_ms(tradeoff, i) * (double)vw_tradeoff_steps(tradeoff, i) * tradeoff->options->seeds;
-    seconds += 1e-3 * base_ms / base->value_ms * base->train_ms * (double)vw_tradeoff_steps(tradeoff, 0) / 2 * tradeoff->options->halves *
-               VW_SUBSET_SEEDS;
+    double seconds = 0, train_ms, value_ms;
+    for (uint32_t i = 0; i < tradeoff->points.count; i++) {
+        vw_tradeoff_step_ms(tradeoff, i, &train_ms, &value_ms);
+        seconds += 1e-3 * value_ms * (double)vw_tradeoff_steps(tradeoff, i) * tradeoff->options->seeds;
+    }
+    vw_tradeoff_step_ms(tradeoff, 0, &train_ms, &value_ms);
+    seconds += 1e-3 * train_ms * (double)vw_tradeoff_steps(tradeoff, 0) / 2 * tradeoff->options->halves * VW_SUBSET_SEEDS;
     vw_log_info("tradeoff %u points with %u seeds each, and %u trainings on halves: about %.0f min in all, less what is done already",
                 tradeoff->points.count, tradeoff->options->seeds, tradeoff->options->halves * VW_SUBSET_SEEDS, ceil(seconds / 60));
 }

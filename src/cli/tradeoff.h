@@ -10,10 +10,15 @@
 #include "viewworth/status.h"
 #include "viewworth/tradeoffs.h"
 
+// What steps took, median over turns.
+struct vw_step_times {
+    double wall_ms, cpu_ms; // wall clock; what all threads of the program computed
+};
+
 // What was measured at a point.
 struct vw_measured_point {
-    double train_ms, value_ms; // wall clock of a step without and with scoring, median over turns
-    double base_ms;            // of the base with scoring, in the same turns
+    struct vw_step_times train, value; // steps without and with scoring
+    struct vw_step_times base;         // of the base with scoring, in the same turns
     double device_bytes;
     double val_psnr; // dB, mean over the seeds
 };
@@ -41,9 +46,10 @@ enum vw_status vw_tradeoff_recall_psnr(struct vw_tradeoff *tradeoff, uint32_t po
 enum vw_status vw_tradeoff_measure_psnr(struct vw_tradeoff *tradeoff, uint32_t point);
 // Steps of a point's run.
 uint64_t vw_tradeoff_steps(const struct vw_tradeoff *tradeoff, uint32_t point);
-// A step of a point with scoring, in ms: what its turns took beside the base's, times what the base takes in the median over all points,
-// so that a machine that was busy for one point's turns does not make that point dearer.
-double vw_tradeoff_value_ms(const struct vw_tradeoff *tradeoff, uint32_t point);
+// Wall clock of a step of a point without and with scoring, in ms: what its turns took beside the base's, times what the base takes in the
+// median over all points, so that a machine that was busy for one point's turns does not make that point dearer. Turns are compared by
+// wall clock, or on a device that is the CPU by CPU time, which other programs do not lengthen.
+void vw_tradeoff_step_ms(const struct vw_tradeoff *tradeoff, uint32_t point, double *train_ms, double *value_ms);
 
 // ---- tradeoff_figures.c ----
 

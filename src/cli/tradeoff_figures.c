@@ -112,7 +112,8 @@ static enum vw_status judge(const struct vw_tradeoff *tradeoff, const struct vw_
 static struct vw_tradeoff_figure begin_figure(const struct vw_tradeoff *tradeoff, uint32_t point) {
     const struct vw_tradeoff_point *of_point = &tradeoff->points.points[point];
     const struct vw_measured_point *measured = &tradeoff->measured[point];
-    double value_ms = vw_tradeoff_value_ms(tradeoff, point), ratio = measured->value_ms / measured->train_ms;
+    double train_ms, value_ms;
+    vw_tradeoff_step_ms(tradeoff, point, &train_ms, &value_ms);
     uint64_t steps = vw_tradeoff_steps(tradeoff, point);
     return (struct vw_tradeoff_figure){.point = of_point->name,
                                        .knob = of_point->knob,
@@ -120,9 +121,9 @@ static struct vw_tradeoff_figure begin_figure(const struct vw_tradeoff *tradeoff
                                        .base = point == 0,
                                        .epochs = of_point->config.epochs,
                                        .steps = (uint32_t)steps,
-                                       .train_ms = value_ms / ratio,
+                                       .train_ms = train_ms,
                                        .value_ms = value_ms,
-                                       .scoring_ratio = ratio,
+                                       .scoring_ratio = value_ms / train_ms,
                                        .run_seconds = 1e-3 * value_ms * (double)steps,
                                        .device_mib = measured->device_bytes / 0x1p20,
                                        .val_psnr = measured->val_psnr,

@@ -18,10 +18,13 @@ enum { ROUNDS = 8, STEPS_PER_BATCH = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
 static const struct measure {
     const char *name;
     size_t offset;
-} measures[] = {{"train_ms", offsetof(struct vw_measured_point, train_ms)},
-                {"value_ms", offsetof(struct vw_measured_point, value_ms)},
-                {"base_ms", offsetof(struct vw_measured_point, base_ms)},
-                {"device_bytes", offsetof(struct vw_measured_point, device_bytes)}};
+} measures[] = {
+#define MEASURE(name, field)                                                                                                               \
+    { name, offsetof(struct vw_measured_point, field) }
+    MEASURE("train_ms", train.wall_ms),    MEASURE("train_cpu_ms", train.cpu_ms), MEASURE("value_ms", value.wall_ms),
+    MEASURE("value_cpu_ms", value.cpu_ms), MEASURE("base_ms", base.wall_ms),      MEASURE("base_cpu_ms", base.cpu_ms),
+    MEASURE("device_bytes", device_bytes),
+};
 
 static double *field_of(struct vw_measured_point *measured, const struct measure *measure) {
     return (double *)((char *)measured + measure->offset);
@@ -65,6 +68,11 @@ static enum vw_status choose_effects(const struct vw_tradeoff *tradeoff, uint32_
     return vw_effects_choose(tradeoff->points.points[point].config.effects, effects, stage->effect_count);
 }
 
+static struct vw_step_times times_of(const struct vw_turn_taker *taker) {
+    struct vw_turn_result result = vw_turn_taker_conclude(taker, ROUNDS);
+    return (struct vw_step_times){result.ms_per_step, result.cpu_ms_per_step};
+}
+
 // The base, the point without scoring, and the point with it, in turn.
 static enum vw_status time_point(struct vw_tradeoff *tradeoff, uint32_t point) {
     enum { BASE, TRAIN, VALUE, TAKERS };
@@ -79,9 +87,9 @@ static enum vw_status time_point(struct vw_tradeoff *tradeoff, uint32_t point) {
     for (int i = 0; i < TAKERS && !status; i++) status = vw_turn_taker_enter(&params[i], ROUNDS, &takers[i]);
     if (!status) status = vw_turns_take(takers, TAKERS, ROUNDS);
     if (!status)
-        *measured = (struct vw_measured_point){.train_ms = vw_turn_taker_conclude(&takers[TRAIN], ROUNDS).ms_per_step,
-                                               .value_ms = vw_turn_taker_conclude(&takers[VALUE], ROUNDS).ms_per_step,
-                                               .base_ms = vw_turn_taker_conclude(&takers[BASE], ROUNDS).ms_per_step,
+        *measured = (struct vw_measured_point){.train = times_of(&takers[TRAIN]),
+                                               .value = times_of(&takers[VALUE]),
+                                               .base = times_of(&takers[BASE]),
                                                .device_bytes = (double)takers[VALUE].device_bytes};
     for (int i = 0; i < TAKERS; i++) vw_turn_taker_leave(&takers[i]);
     return status;
@@ -96,7 +104,8 @@ enum vw_status vw_tradeoff_time_steps(struct vw_tradeoff *tradeoff) {
         if (!status && !found) status = keep(tradeoff, point);
         if (!status && !found)
             vw_log_info("timed    %s: %.3g ms a step, %.3g with scoring (%u of %u)", tradeoff->points.points[point].name,
-                        tradeoff->measured[point].train_ms, tradeoff->measured[point].value_ms, point + 1, tradeoff->points.count);
+                        tradeoff->measured[point].train.wall_ms, tradeoff->measured[point].value.wall_ms, point + 1,
+                        tradeoff->points.count);
     }
     return status;
 }
@@ -105,11 +114,15 @@ uint64_t vw_tradeoff_steps(const struct vw_tradeoff *tradeoff, uint32_t point) {
     return (uint64_t)tradeoff->points.points[point].config.epochs * tradeoff->laboratory.train_count;
 }
 
-double vw_tradeoff_value_ms(const struct vw_tradeoff *tradeoff, uint32_t point) {
+void vw_tradeoff_step_ms(const struct vw_tradeoff *tradeoff, uint32_t point, double *train_ms, double *value_ms) {
     double base_ms[VW_POINTS_MAX];
-    for (uint32_t i = 0; i < tradeoff->points.count; i++) base_ms[i] = tradeoff->measured[i].base_ms;
+    bool cpu = vw_gpu_get_info(tradeoff->laboratory.stage.gpu)->kind == VW_GPU_CPU;
     const struct vw_measured_point *measured = &tradeoff->measured[point];
-    return measured->value_ms / measured->base_ms * vw_median(base_ms, tradeoff->points.count);
+    for (uint32_t i = 0; i < tradeoff->points.count; i++) base_ms[i] = tradeoff->measured[i].base.wall_ms;
+    double median_ms = vw_median(base_ms, tradeoff->points.count);
+    double of_base_ms = cpu ? measured->base.cpu_ms : measured->base.wall_ms;
+    *train_ms = (cpu ? measured->train.cpu_ms : measured->train.wall_ms) / of_base_ms * median_ms;
+    *value_ms = (cpu ? measured->value.cpu_ms : measured->value.wall_ms) / of_base_ms * median_ms;
 }
 
 // ---- PSNR ---------------------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ enum vw_status vw_turn_taker_enter(const struct vw_trainer_params *params, uint3
 static enum vw_status take_turn(struct vw_turn_taker *taker, uint32_t round, bool last) {
     const struct vw_step_record *records;
     uint32_t count = 1, steps = 0;
-    double started_s = vw_now_s();
+    double started_s = vw_now_s(), started_cpu_s = vw_cpu_s();
     enum vw_status status = vw_trainer_advance(taker->trainer, &records, &count);
     while (!status && count > 0) {
         for (uint32_t i = 0; i < count; i++) {
@@ -39,6 +39,7 @@ static enum vw_status take_turn(struct vw_turn_taker *taker, uint32_t round, boo
         status = vw_trainer_collect(taker->trainer, &records, &count);
     }
     taker->ms_per_step[round] = steps ? 1e3 * (vw_now_s() - started_s) / steps : NAN;
+    taker->cpu_ms_per_step[round] = steps ? 1e3 * (vw_cpu_s() - started_cpu_s) / steps : NAN;
     return status;
 }
 
@@ -53,9 +54,11 @@ enum vw_status vw_turns_take(struct vw_turn_taker *takers, uint32_t count, uint3
 }
 
 struct vw_turn_result vw_turn_taker_conclude(const struct vw_turn_taker *taker, uint32_t rounds) {
-    double sorted[VW_TURN_ROUNDS_MAX];
-    memcpy(sorted, taker->ms_per_step, sizeof sorted);
-    return (struct vw_turn_result){.ms_per_step = vw_median(sorted + 1, rounds - 1),
+    double wall_ms[VW_TURN_ROUNDS_MAX], cpu_ms[VW_TURN_ROUNDS_MAX];
+    memcpy(wall_ms, taker->ms_per_step, sizeof wall_ms);
+    memcpy(cpu_ms, taker->cpu_ms_per_step, sizeof cpu_ms);
+    return (struct vw_turn_result){.ms_per_step = vw_median(wall_ms + 1, rounds - 1),
+                                   .cpu_ms_per_step = vw_median(cpu_ms + 1, rounds - 1),
                                    .psnr_db = taker->psnr_count ? taker->psnr_sum_db / taker->psnr_count : NAN};
 }
 

@@ -14,15 +14,16 @@ enum { VW_TURN_ROUNDS_MAX = 16 };
 struct vw_turn_taker {
     struct vw_trainer *trainer; // owned
     uint64_t param_count, device_bytes;
-    double ms_per_step[VW_TURN_ROUNDS_MAX]; // wall clock, by round
-    double psnr_sum_db;                     // validation PSNR of the steps of the last rounds
+    double ms_per_step[VW_TURN_ROUNDS_MAX];     // wall clock, by round
+    double cpu_ms_per_step[VW_TURN_ROUNDS_MAX]; // of all of the program's threads
+    double psnr_sum_db;                         // validation PSNR of the steps of the last rounds
     uint32_t psnr_count;
 };
 
 // What turns have shown.
 struct vw_turn_result {
-    double ms_per_step; // median over all rounds but the first, which compiles and warms up
-    double psnr_db;     // mean over the steps of the last three rounds; NaN without validation
+    double ms_per_step, cpu_ms_per_step; // medians over all rounds but the first, which compiles and warms up
+    double psnr_db;                      // mean over the steps of the last three rounds; NaN without validation
 };
 
 // Creates the trainer, with room for so many rounds whatever params->config->epochs says. A turn is two batches of
