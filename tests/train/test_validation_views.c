@@ -97,7 +97,8 @@ static void judge(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_V
     hex[64] = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
         images[v] = (struct vw_ledger_image){.image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
-    const struct vw_ledger_run run = {hex, hex, "recipe", 0, "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z", "{}", "[]", NULL, NULL};
+    const struct vw_ledger_run run = {hex,  hex,  "recipe", 0,    "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z",
+                                      "{}", "[]", NULL,     NULL, NULL};
     assert_ok(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));
     const struct vw_step_record *records = NULL;
     struct vw_step_record *steps = NULL;
