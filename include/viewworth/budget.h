@@ -14,7 +14,7 @@ enum vw_status vw_budget_parse(const char *text, double *budget_s);
 // A setting that may be chosen.
 struct vw_budget_rung {
     double step_s;   // seconds that a step takes, validation included
-    uint32_t epochs; // that it wants: it is chosen only where at least two thirds of them fit, and burn-in and one
+    uint32_t epochs; // that it wants: it is chosen only where these fit, and burn-in and one
 };
 
 struct vw_budget_task {

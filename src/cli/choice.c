@@ -139,7 +139,8 @@ static enum vw_status plan(const struct vw_options *options, const struct vw_sta
     for (uint32_t i = 0; !status && chosen->rung + 1 >= i && i < count && i < RUNGS_MOST; i++) {
         struct vw_config config = options->config;
         vw_setting_apply_beside(&settings[i], options, &config);
-        rungs[i] = (struct vw_budget_rung){.epochs = config.epochs};
+        uint32_t wanted = settings[i].budget_epochs;
+        rungs[i] = (struct vw_budget_rung){.epochs = wanted < choice->epochs_most ? wanted : choice->epochs_most};
         if (!is_worth_measuring(options, stage, rungs, i, choice, begun_s)) return VW_OK;
         status = measure(&config, stage, &rungs[i].step_s);
         if (status && i > 0) return VW_OK; // as where the device has no room for it

@@ -7,10 +7,10 @@
 #include "viewworth/memory.h"
 
 static const struct vw_setting settings[] = {
-    {"draft", 125, 16, 256, 12, 16, 15, "fine detail, and part of the agreement of scores between seeds"},
-    {"quick", 250, 24, 512, 14, 32, 20, "some of the agreement of scores between seeds"},
-    {"standard", 500, 32, 512, 14, 32, 30, "the finest detail, and validation on more rays"},
-    {"reference", 1000, 64, 2048, 16, 64, 40, ""},
+    {"draft", 250, 16, 512, 14, 32, 12, 0, "detail, and part of how well scores of two seeds agree: few rays, samples and epochs"},
+    {"quick", 500, 16, 512, 14, 32, 24, 24, "detail along the rays: half the samples"},
+    {"standard", 500, 32, 512, 14, 32, 30, 45, "scores as on all validation pixels, and some detail: fewer rays"},
+    {"reference", 1000, 32, 2048, 14, 32, 60, 90, ""},
 };
 
 const struct vw_setting *vw_settings(uint32_t *count) {

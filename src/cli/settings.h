@@ -9,8 +9,10 @@
 
 struct vw_setting {
     const char *name; // "draft", "standard", "reference", and rungs between
-    // As the options of these names. `epochs`: what --accuracy takes, and what --budget wants two thirds of before it chooses the rung.
-    uint32_t rays, samples, val_rays, log2_table, width, epochs;
+    uint32_t rays, samples, val_rays, log2_table, width, epochs; // as the options of these names
+    // What --budget wants to have time for before it chooses the rung: below that, more epochs of the rung before are worth more (README,
+    // "What accuracy costs in time").
+    uint32_t budget_epochs;
     const char *gives_up; // one line: what it gives up against the next; "" for the dearest
 };
 

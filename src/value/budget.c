@@ -47,7 +47,7 @@ enum vw_status vw_budget_plan(const struct vw_budget_rung *rungs, uint32_t count
     uint32_t least = task->burn_in_epochs + 1;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t fit = vw_budget_epochs_that_fit(task->left_s, rungs[i].step_s * task->photos, task->epochs_most);
-        if (i == 0 || (fit >= least && 3 * (uint64_t)fit >= 2 * (uint64_t)rungs[i].epochs)) *plan = (struct vw_budget_plan){i, fit};
+        if (i == 0 || (fit >= least && fit >= rungs[i].epochs)) *plan = (struct vw_budget_plan){i, fit};
     }
     if (plan->epochs >= least) return VW_OK;
     double missing_s = least * rungs[0].step_s * task->photos - task->left_s;

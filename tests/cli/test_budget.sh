@@ -40,7 +40,7 @@ check "train takes neither" fails 2 'unknown option "--budget"' "$program" train
 check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none \
     --device llvmpipe
 setting() { for key in rays samples val_rays log2_table width epochs; do config "$1" $key; done | tr '\n' ' '; }
-check "sets what is not given" test "$(setting draft)" = '64 16 256 12 16 2 '
+check "sets what is not given" test "$(setting draft)" = '64 16 512 14 32 2 '
 check "is recorded" test "$(query draft "SELECT choice_json ->> '\$.accuracy' FROM run")" = draft
 read -ra options <<<"$(again)"
 check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe

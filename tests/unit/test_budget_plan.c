@@ -53,7 +53,7 @@ static void other_texts_are_refused(void **state) {
     assert_int_equal(vw_budget_parse(digits, &seconds), VW_ERROR_USAGE);
 }
 
-static const struct vw_budget_rung ladder[] = {{0.01, 15}, {0.02, 20}, {0.04, 30}, {0.4, 40}};
+static const struct vw_budget_rung ladder[] = {{0.01, 10}, {0.02, 14}, {0.04, 20}, {0.4, 27}};
 static const double NO = 1e9;
 
 static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, uint32_t rung, uint32_t epochs) {
@@ -64,16 +64,16 @@ static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, ui
         fail_msg("%g s for %u photos: rung %u with %u epochs, not %u with %u", left_s, photos, plan.rung, plan.epochs, rung, epochs);
 }
 
-// With 100 photos an epoch takes 1, 2, 4 and 40 s; rungs want 10, 14, 20 and 27 epochs of those.
+// With 100 photos an epoch takes 1, 2, 4 and 40 s; rungs want 10, 14, 20 and 27 of those.
 static void the_dearest_that_fits_is_chosen(void **state) {
     (void)state;
     assert_plan(2.5, 100, 1000, 0, 2);      // burn-in and one
     assert_plan(27.9, 100, 1000, 0, 27);    // 13 epochs of quick are too few
-    assert_plan(28.1, 100, 1000, 1, 14);    // 14 of 20 are two thirds
-    assert_plan(79.9, 100, 1000, 1, 39);    // 19 of 30 are not
-    assert_plan(80.1, 100, 1000, 2, 20);    // 20 of 30 are
-    assert_plan(1079.0, 100, 1000, 2, 269); // 26 of 40 are not
-    assert_plan(1080.1, 100, 1000, 3, 27);  // 27 of 40 are
+    assert_plan(28.1, 100, 1000, 1, 14);    // 14 are enough
+    assert_plan(79.9, 100, 1000, 1, 39);    // 19 of 20 are not
+    assert_plan(80.1, 100, 1000, 2, 20);    // 20 are
+    assert_plan(1079.0, 100, 1000, 2, 269); // 26 of 27 are not
+    assert_plan(1080.1, 100, 1000, 3, 27);  // 27 are
     assert_plan(1e9, 100, 1000, 3, 1000);   // no more than are asked for
     assert_plan(1e300, 100, UINT32_MAX, 3, UINT32_MAX);
     assert_plan(2.5, 1, 1000, 2, 62);
@@ -90,7 +90,7 @@ static void where_none_fits_it_is_the_cheapest_or_none(void **state) {
         assert_non_null(strstr(vw_error_message(), "allow more time"));
     }
     struct vw_budget_plan plan;
-    // Burn-in can be longer than two thirds of what a rung wants.
+    // Burn-in can be longer than what a rung wants.
     const struct vw_budget_task late = {100, 100, 39, 1000};
     assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &late, &plan), VW_OK);
     assert_true(plan.rung == 1 && plan.epochs == 50);
