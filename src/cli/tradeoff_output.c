@@ -62,15 +62,14 @@ static const struct column {
 };
 enum { COLUMN_COUNT = sizeof columns / sizeof columns[0], NAME_WIDTH = 24 };
 
-static double value_of(const struct vw_tradeoff_figure *figure, const struct column *column) {
-    return *(const double *)((const char *)figure + column->offset);
-}
+static double real_at(const struct vw_tradeoff_figure *figure, size_t offset) { return *(const double *)((const char *)figure + offset); }
 
 static bool is_shown(const struct vw_tradeoff_figure *figure) { return !strcmp(figure->method, vw_value_default_method); }
+static bool is_choice(const struct vw_tradeoff_figure *figure) { return is_shown(figure) && strcmp(figure->knob, "exhaustive") != 0; }
 
 static bool is_used(const struct vw_tradeoff *tradeoff, const struct column *column) {
     for (uint32_t i = 0; i < tradeoff->figure_count; i++)
-        if (is_shown(&tradeoff->figures[i]) && isfinite(value_of(&tradeoff->figures[i], column))) return true;
+        if (is_shown(&tradeoff->figures[i]) && isfinite(real_at(&tradeoff->figures[i], column->offset))) return true;
     return false;
 }
 
@@ -78,12 +77,31 @@ static void print_row(const struct vw_tradeoff *tradeoff, const struct vw_tradeo
     printf("%-*s", NAME_WIDTH, figure->point);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES] = "-";
-        double value = value_of(figure, &columns[c]);
+        double value = real_at(figure, columns[c].offset);
         if (!is_used(tradeoff, &columns[c])) continue;
         if (isfinite(value)) snprintf(text, sizeof text, "%.*f", columns[c].digits, value);
         printf("  %*s", columns[c].width, text);
     }
     printf("  %s%s\n", figure->psnr_front ? "P" : "", figure->score_front ? "S" : "");
+}
+
+// The cheapest point that comes within a tolerance of the best: what costs more buys little.
+static void print_knee(const struct vw_tradeoff *tradeoff, const char *what, size_t offset, double tolerance, int digits) {
+    const struct vw_tradeoff_figure *best = NULL, *knee = NULL;
+    for (uint32_t i = 0; i < tradeoff->figure_count; i++) {
+        const struct vw_tradeoff_figure *figure = &tradeoff->figures[i];
+        double worth = real_at(figure, offset);
+        if (!is_choice(figure) || !isfinite(worth)) continue;
+        if (!best || worth > real_at(best, offset)) best = figure;
+    }
+    for (uint32_t i = 0; i < tradeoff->figure_count && best; i++) {
+        const struct vw_tradeoff_figure *figure = &tradeoff->figures[i];
+        bool near = real_at(figure, offset) >= real_at(best, offset) - tolerance;
+        if (is_choice(figure) && near && (!knee || figure->run_seconds < knee->run_seconds)) knee = figure;
+    }
+    if (knee)
+        printf("knee     %s: %s reaches %.*f in %.3g s; the best, %s, %.*f in %.3g s\n", what, knee->point, digits, real_at(knee, offset),
+               knee->run_seconds, best->point, digits, real_at(best, offset), best->run_seconds);
 }
 
 void vw_tradeoff_print(const struct vw_tradeoff *tradeoff, const char *csv_path, const char *report_path) {
@@ -95,6 +113,9 @@ void vw_tradeoff_print(const struct vw_tradeoff *tradeoff, const char *csv_path,
     for (uint32_t i = 0; i < tradeoff->figure_count; i++)
         if (is_shown(&tradeoff->figures[i])) print_row(tradeoff, &tradeoff->figures[i]);
     printf("\nfront    P: no other point reaches that PSNR in less time; S: none agrees as well with the exhaustive scores in less time\n");
+    print_knee(tradeoff, "PSNR within 0.3 dB of the best", offsetof(struct vw_tradeoff_figure, val_psnr), 0.3, 2);
+    print_knee(tradeoff, "agreement within 0.02", offsetof(struct vw_tradeoff_figure, agreement_pearson), 0.02, 3);
+    print_knee(tradeoff, "r of two seeds within 0.02", offsetof(struct vw_tradeoff_figure, seed_pearson), 0.02, 3);
     for (uint32_t i = 0; i < tradeoff->points.count; i++)
         if (!strncmp(tradeoff->points.points[i].setting, "without-appearance", strlen("without-appearance")))
             printf("         without appearance whole photos are measured, with it their right halves: not the same PSNR\n");

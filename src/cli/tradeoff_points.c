@@ -9,7 +9,7 @@
 #include "viewworth/memory.h"
 
 enum how { TIMES, PLUS, SET };
-enum { SETTINGS_MAX = 8, VAL_RAYS_PER_VIEW = 32 }; // as validation takes at least
+enum { SETTINGS_MAX = 8, SETTING_BYTES = 32, VAL_RAYS_PER_VIEW = 32 }; // as validation takes at least
 
 // A number of the config and what it is set to, from its value at the base.
 static const struct sweep {
@@ -82,6 +82,17 @@ uint32_t vw_tradeoff_points_find(const struct vw_tradeoff_points *points, const 
     return UINT32_MAX;
 }
 
+// All that a sweep turns, as it is at the base.
+static void describe_base(struct vw_tradeoff_point *base) {
+    size_t used = 0, size_bytes = sizeof base->setting;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
+        used += (size_t)snprintf(base->setting + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].knob,
+                                 *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
+    if (used < size_bytes)
+        snprintf(base->setting + used, size_bytes - used, "table-precision %s, downscale %" PRIu32,
+                 vw_table_precision_name(base->config.table_precision), base->downscale);
+}
+
 // The effects that are on, as --effects takes them, but for one (NULL: none). False when the list is too long.
 static bool spell_effects(const struct vw_stage *stage, const char *without, char text[sizeof((struct vw_config *)0)->effects]) {
     const size_t text_bytes = sizeof((struct vw_config *)0)->effects;
@@ -118,7 +129,7 @@ static enum vw_status add_sweep(const struct vw_stage *stage, const struct sweep
     uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * stage->scene->split_count[VW_SPLIT_VAL] : 0, most = val_pixels(stage->scene);
     for (int i = 0; i < SETTINGS_MAX && sweep->settings[i] != 0 && !status; i++) {
         struct vw_config config = *base;
-        char setting[VW_POINT_SETTING_BYTES], name[VW_POINT_NAME_BYTES];
+        char setting[SETTING_BYTES], name[VW_POINT_NAME_BYTES];
         uint32_t number = number_of(sweep, of_base, sweep->settings[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
@@ -144,7 +155,7 @@ static enum vw_status add_all_pixels(const struct vw_stage *stage, struct vw_tra
 static enum vw_status add_downscales(struct vw_tradeoff_points *points) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
-        char setting[VW_POINT_SETTING_BYTES];
+        char setting[SETTING_BYTES];
         uint32_t downscale = (uint32_t)(points->points[0].downscale * downscales[i]);
         if (downscale > 64) continue; // what --downscale admits
         snprintf(setting, sizeof setting, "%" PRIu32, downscale);
@@ -158,7 +169,7 @@ static enum vw_status add_downscales(struct vw_tradeoff_points *points) {
 static enum vw_status add_effects(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < stage->effect_count && !status; i++) {
-        char setting[VW_POINT_SETTING_BYTES];
+        char setting[SETTING_BYTES];
         if (!stage->effects[i].on) continue;
         snprintf(setting, sizeof setting, "without-%s", stage->effects[i].name);
         struct vw_tradeoff_point *point = add(points, "effects", setting);
@@ -217,6 +228,7 @@ enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const s
     struct vw_tradeoff_point *base = add(points, "base", "");
     base->config = options->config;
     base->downscale = options->downscale;
+    describe_base(base);
     if (!spell_effects(stage, NULL, base->config.effects)) return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
     enum vw_status status = add_exhaustive(stage, points);
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {

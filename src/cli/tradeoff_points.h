@@ -8,13 +8,13 @@
 #include "cli/stage.h"
 #include "viewworth/status.h"
 
-enum { VW_POINT_NAME_BYTES = 48, VW_POINT_SETTING_BYTES = 32, VW_POINTS_MAX = 96 };
+enum { VW_POINT_NAME_BYTES = 48, VW_POINT_SETTING_BYTES = 200, VW_POINTS_MAX = 96 };
 
 struct vw_tradeoff_point {
-    char name[VW_POINT_NAME_BYTES]; // "base", "rays-125": also its folder's name
-    const char *knob;               // "base", "rays", ...; static
-    char setting[VW_POINT_SETTING_BYTES];
-    struct vw_config config; // of the first seed; effects are spelled out as the base decided them
+    char name[VW_POINT_NAME_BYTES];       // "base", "rays-125": also its folder's name
+    const char *knob;                     // "base", "rays", ...; static
+    char setting[VW_POINT_SETTING_BYTES]; // "125"; of the base, all of them: "rays 500, samples 32, ..."
+    struct vw_config config;              // of the first seed; effects are spelled out as the base decided them
     uint32_t downscale;
 };
 

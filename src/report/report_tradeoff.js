@@ -88,7 +88,7 @@ function knobStyle(place) {
 // caption.
 function drawCost({id, rows, key, title, digits, front, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
-  if (!shown.length) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
+  if (!shown.some(row => !row.base)) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
   const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.point}));
   const knobs = [...new Set(rows.filter(row => !row.base).map(row => row.knob))];
   const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
@@ -141,10 +141,18 @@ function settingAxis(knob, {places, step}) {
       callback: value => labels.get(value) ?? ''}});
 }
 
+// The base's setting of a knob, among all that its own setting names: "rays 500, samples 32, ...". '' where it names none.
+function settingOfBase(base, knob) {
+  const part = base.setting.split(', ').find(text => text.startsWith(knob + ' '));
+  return part ? part.slice(knob.length + 1) : '';
+}
+
 // The settings of a knob against one column, with the base's value as a dashed line; `also` is a second column, {key, title}.
 function drawKnob({id, rows, knob, key, title, digits, log = false, also, caption}) {
   const fits = row => log ? drawable(row[key]) : known(row[key]);
-  const ofKnob = rows.filter(row => row.knob === knob && !row.base), shown = ofKnob.filter(fits), base = rows.find(row => row.base);
+  const base = rows.find(row => row.base), own = base ? settingOfBase(base, knob) : '';
+  const ofKnob = [...rows.filter(row => row.knob === knob && !row.base), ...own ? [{...base, setting: own}] : []];
+  const shown = ofKnob.filter(fits);
   if (!shown.length) return clearChart(id, 'No setting of ' + clipped(knob) + ' has a value of ' + title + '.');
   const scale = placesOf([...new Set(ofKnob.map(row => row.setting))]), ends = [...scale.places.values()];
   const points = column => ofKnob.filter(row => known(row[column]))

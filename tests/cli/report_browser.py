@@ -292,6 +292,11 @@ def knobs_are_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
     knobs = page.run("return [...document.getElementById('tradeoff-0-choose-knob').options].map(one => one.value)")
     expect(knobs == ['rays', 'val-rays'], knobs) # of one setting there is nothing to draw
+    rows = read_tradeoff(folder, 'trade', 'dv_psnr')
+    wanted = [(setting, float(row['val_psnr'])) for setting in ('125', '500', '1000', '2000') for row in rows
+              if row['point'] == ('base' if setting == '1000' else 'rays-' + setting)]
+    points = [(point['setting'], point['y']) for point in drawn(page, 'knob-psnr')['validation PSNR, dB']]
+    expect(points == wanted, f'with the base among the rays: {points}, not {wanted}')
     page.choose('tradeoff-0-choose-knob', 'val-rays')
     for chart, title, key in (('knob-score', 'agreement r', 'agreement_pearson'), ('knob-psnr', 'validation PSNR, dB', 'val_psnr'),
                               ('knob-time', 'seconds of a run', 'run_seconds')):

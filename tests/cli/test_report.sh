@@ -183,6 +183,7 @@ tradeoff() {
                 split(points[p], pair, ":")
                 knob = pair[1]; setting = pair[2]
                 point = p == 1 ? "base" : knob "-" setting
+                if (p == 1 && kind != "hostile") setting = "\"rays 1000, samples 16\""
                 method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
                 seconds = 10 * p; agreement = setting == "all" && knob == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
                 all_pixels = knob == "val-rays" ? 0.9 : ""

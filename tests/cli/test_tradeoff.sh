@@ -36,6 +36,8 @@ check "the table has a row per point" test "$(grep -cE '^(base|exhaustive|rays-|
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "point,knob,setting,base,epochs,steps,train_ms,value_ms,\
 scoring_ratio,run_seconds,device_mib,val_psnr,psnr_front,method,score_front,seed_pearson,seed_spearman,agreement_pearson,\
 agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds,lds_low,lds_high"
+knees=$(grep -cE "^knee .*: (base|rays-|val-rays-|epochs-|downscale-).* reaches [0-9.]+ in " "$folder/stdout")
+check "it says where the knees are" test "$knees" = 3
 check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM figure')" = "$(($(wc -l <"$folder/whole/tradeoff.csv") - 1))"
 for point in base exhaustive rays-2 rays-32 val-rays-128 val-rays-all epochs-2 epochs-16 downscale-4; do
     check "a point $point with its runs" test -f "$folder/whole/points/$point/seed_1/scores.csv" -a -n "$(figure $point val_psnr)"
@@ -43,6 +45,8 @@ done
 check "no knob that was not named" test ! -e "$folder/whole/points/width-32"
 check "a setting like the base's is not tried twice" test ! -e "$folder/whole/points/val-rays-64" -a ! -e "$folder/whole/points/rays-16"
 check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT point) FROM figure WHERE base")" = base
+check "it says all that is turned" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
+    "$folder/whole/tradeoff.csv"
 check "steps are photos times epochs" test "$(figure epochs-2 steps)" = 12
 
 # ---- That figures are what the runs say ----
