@@ -53,14 +53,15 @@ static const struct vw_command commands[] = {
      vw_command_compare},
     {"tradeoff", "SCENE", "Show what accuracy costs in time, knob by knob",
      "Values the scene at the setting of the options and at points around it, each with one knob changed, and at an exhaustive one (all "
-     "validation pixels, most rays), which the others' scores are held against. Times the steps of all points first, in turn, and says how "
+     "validation pixels, twice the rays), which the others' scores are held against. Times the steps of all points first, in turn, and "
+     "says how "
      "long the rest takes; a higher --downscale makes it affordable. Leaves points/, tradeoff.db, trials.db, tradeoff.csv and report.html "
-     "in "
-     "the --out folder; the same command goes on where it was stopped.",
+     "in the --out folder; the same command goes on where it was stopped.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF | VW_OPTIONS_JSON,
      vw_command_tradeoff},
     {"report", "OUT...", "Write the report of what OUT holds, or one of several, anew",
-     "Takes what value, reproduce, benchmark and compare leave. Shows the photos where the scene can be opened as the training did: run it "
+     "Takes what value, reproduce, benchmark, compare and tradeoff leave. Shows the photos where the scene can be opened as the training "
+     "did: run it "
      "from the same folder when paths were relative.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
     {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",

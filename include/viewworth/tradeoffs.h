@@ -22,11 +22,15 @@ struct vw_tradeoff_figure {
     uint32_t base; // 1 for the base itself, else 0; likewise the fronts
     uint32_t epochs;
     uint32_t steps;
-    double train_ms, value_ms; // wall clock of a step without and with scoring, as taken in turn with the base's
-    double scoring_ratio;      // value_ms / train_ms
-    double run_seconds;        // steps with scoring
+    // A step without and with scoring, taken in turn with the base's: wall clock; where the device is the CPU, the base's wall clock times
+    // the ratio of CPU times. Of the first steps, before the effect occupancy skips any sample.
+    double train_ms, value_ms;
+    double scoring_ratio; // value_ms / train_ms
+    double run_seconds;   // steps with scoring
     double device_mib;
-    double val_psnr;     // dB, of the trained field on whole validation photos; mean over the seeds
+    double
+        val_psnr; // dB, of the trained field on validation photos of the base's size, on 65,536 pixels spread evenly over those that have
+                  // more; mean over the seeds. NaN where the point measures other pixels than the base (without masks, or appearance)
     uint32_t psnr_front; // no other point takes less time for as high a val_psnr
     const char *method;
     uint32_t score_front;                           // likewise for agreement_pearson
@@ -54,8 +58,13 @@ void vw_tradeoffs_close(struct vw_tradeoffs **tradeoffs);
 
 // Whether a measure of a point is there, and its value (NaN for NULL). VW_ERROR_MISMATCH when its row was edited.
 enum vw_status vw_tradeoffs_find(struct vw_tradeoffs *tradeoffs, const char *point_id, const char *measure, bool *found, double *value);
-// Appends one. A measure that is there already keeps its first value.
-enum vw_status vw_tradeoffs_keep(struct vw_tradeoffs *tradeoffs, const char *point_id, const char *measure, double value);
+// Keeps some of a point at once, in place of what is there of the same names.
+struct vw_tradeoff_measure {
+    const char *name;
+    double value;
+};
+enum vw_status vw_tradeoffs_keep(struct vw_tradeoffs *tradeoffs, const char *point_id, const struct vw_tradeoff_measure *measures,
+                                 uint32_t count);
 // Replaces the figures of a sweep.
 enum vw_status vw_tradeoffs_set_figures(struct vw_tradeoffs *tradeoffs, const char *sweep_id, const struct vw_tradeoff_figure *figures,
                                         uint32_t count);

@@ -104,9 +104,10 @@ static enum vw_status measure(const struct vw_config *setting, const struct vw_s
     return status;
 }
 
-static void estimate_conclusion(const struct vw_options *options, const struct vw_stage *stage, struct vw_choice *choice) {
-    choice->conclusion_s = CONCLUSION_S + (options->no_thumbnails ? 0 : vw_thumbnails_foresee_s(stage->scene));
-    choice->conclusion_step_s = ROW_S * (2 + stage->scene->split_count[VW_SPLIT_VAL]);
+void vw_choice_foresee_conclusion(const struct vw_options *options, const struct vw_scene *scene, struct vw_choice *choice) {
+    if (choice->conclusion_s > 0) return;
+    choice->conclusion_s = CONCLUSION_S + (options->no_thumbnails ? 0 : vw_thumbnails_foresee_s(scene));
+    choice->conclusion_step_s = ROW_S * (2 + scene->split_count[VW_SPLIT_VAL]);
 }
 
 // Among the first `count` rungs.
@@ -145,7 +146,10 @@ static enum vw_status plan(const struct vw_options *options, const struct vw_sta
         status = measure(&config, stage, &rungs[i].step_s);
         if (status && i > 0) return VW_OK; // as where the device has no room for it
         rungs[i].step_s += choice->conclusion_step_s;
-        if (!status) status = plan_among(options, stage, rungs, i + 1, choice, chosen);
+        struct vw_budget_plan found = *chosen;
+        if (!status) status = plan_among(options, stage, rungs, i + 1, choice, &found);
+        if (status && i > 0) return VW_OK; // measuring took what time there was: the plan stays
+        if (!status) *chosen = found;
         if (!status) choice->step_s = rungs[chosen->rung].step_s - choice->conclusion_step_s;
     }
     return status;
@@ -173,7 +177,7 @@ static enum vw_status choose_budget(struct vw_options *options, struct vw_stage 
     if (!status) status = vw_stage_open(options, stage);
     if (!status) status = vw_stage_decide_effects(options, stage);
     if (status) return status;
-    estimate_conclusion(options, stage, choice);
+    vw_choice_foresee_conclusion(options, stage->scene, choice);
     status = plan(options, stage, settings, count, choice, &chosen);
     if (!status) status = record_plan(options, &settings[chosen.rung], choice, chosen.epochs);
     if (status) return status;

@@ -36,6 +36,8 @@ void vw_choice_free(struct vw_choice *choice);
 
 // Whether the run is to end by the clock.
 bool vw_choice_clock(const struct vw_options *options);
+// Foresees what concludes a run on that scene, for vw_choice_left_s to keep back; once.
+void vw_choice_foresee_conclusion(const struct vw_options *options, const struct vw_scene *scene, struct vw_choice *choice);
 // How many epochs the trainer is made for.
 uint32_t vw_choice_epochs_most(const struct vw_options *options);
 // Seconds that are left for steps, after `steps` of them, when what concludes the run is kept back.

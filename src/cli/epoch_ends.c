@@ -30,6 +30,7 @@ static enum vw_status hold_at(struct vw_training_run *run, uint64_t step) {
 }
 
 enum vw_status vw_epoch_ends_begin(struct vw_training_run *run) {
+    if (has_clock(run)) vw_choice_foresee_conclusion(run->options, run->scene, run->options->choice); // of a run that is gone on with, too
     return is_held(run) ? hold_at(run, vw_trainer_epoch_end(run->trainer, run->tally.steps)) : VW_OK;
 }
 

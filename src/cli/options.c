@@ -157,7 +157,7 @@ static const struct option_row rows[] = {
      .least = 0, .most = 1000},
     {"seeds", "K", "runs of every point, of the seeds from --seed on", VW_OPTIONS_TRADEOFF, COUNT, FIELD(seeds), .least = 2, .most = 50},
     {"knobs", "LIST", "what is turned (default: all): " VW_TRADEOFF_KNOBS, VW_OPTIONS_TRADEOFF, TEXT, FIELD(knobs)},
-    {"halves", "N", "random halves of the photos that scores are judged by, each trained on twice; 0: none, and no LDS",
+    {"halves", "N", "random halves of the photos that scores are judged by, each trained on twice; 0: none; LDS takes 3",
      VW_OPTIONS_TRADEOFF, COUNT, FIELD(halves), .least = 0, .most = 10000},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},

@@ -20,7 +20,7 @@ struct vw_measured_point {
     struct vw_step_times train, value; // steps without and with scoring
     struct vw_step_times base;         // of the base with scoring, in the same turns
     double device_bytes;
-    double val_psnr; // dB, mean over the seeds
+    double val_psnr; // dB, mean over the seeds; NaN where other pixels count than at the base
 };
 
 struct vw_tradeoff {
@@ -37,7 +37,7 @@ struct vw_tradeoff {
 
 // ---- tradeoff_measure.c ----
 
-// Times the steps of every point, or recalls what they took. VW_ERROR_INTERRUPTED keeps the points that are measured.
+// Times the first steps of every point, or recalls what they took. VW_ERROR_INTERRUPTED keeps the points that are measured.
 enum vw_status vw_tradeoff_time_steps(struct vw_tradeoff *tradeoff);
 // The folder of a point's runs, owned by the caller; NULL when memory is short.
 char *vw_tradeoff_folder(const struct vw_tradeoff *tradeoff, uint32_t point);

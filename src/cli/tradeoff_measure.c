@@ -40,11 +40,10 @@ static enum vw_status recall(struct vw_tradeoff *tradeoff, uint32_t point, bool 
 }
 
 static enum vw_status keep(struct vw_tradeoff *tradeoff, uint32_t point) {
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(measures) && !status; i++)
-        status = vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], measures[i].name,
-                                   *field_of(&tradeoff->measured[point], &measures[i]));
-    return status;
+    struct vw_tradeoff_measure kept[VW_ARRAY_COUNT(measures)];
+    for (size_t i = 0; i < VW_ARRAY_COUNT(measures); i++)
+        kept[i] = (struct vw_tradeoff_measure){measures[i].name, *field_of(&tradeoff->measured[point], &measures[i])};
+    return vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], kept, VW_ARRAY_COUNT(measures));
 }
 
 // ---- Time ---------------------------------------------------------------------------------------------------------------
@@ -96,7 +95,11 @@ static enum vw_status time_point(struct vw_tradeoff *tradeoff, uint32_t point) {
 }
 
 enum vw_status vw_tradeoff_time_steps(struct vw_tradeoff *tradeoff) {
+    const struct vw_stage *stage = &tradeoff->laboratory.stage;
     enum vw_status status = VW_OK;
+    vw_log_info("timing   the steps of %u points%s", tradeoff->points.count,
+                vw_effects_is_on(stage->effects, stage->effect_count, "occupancy") ? ", as they are before occupancy skips empty space"
+                                                                                   : "");
     for (uint32_t point = 0; point < tradeoff->points.count && !status; point++) {
         bool found = false;
         status = recall(tradeoff, point, &found);
@@ -169,15 +172,26 @@ enum vw_status vw_tradeoff_recall_psnr(struct vw_tradeoff *tradeoff, uint32_t po
     return vw_tradeoffs_find(tradeoff->tradeoffs, tradeoff->point_ids[point], "val_psnr", found, &tradeoff->measured[point].val_psnr);
 }
 
+// Without masks, or the gain and bias that appearance fits by halves of photos, other pixels count than at the base.
+static enum vw_status sees_base_pixels(const struct vw_tradeoff *tradeoff, uint32_t point, bool *same) {
+    const struct vw_stage *stage = &tradeoff->laboratory.stage;
+    struct vw_effect_verdict ours[VW_EFFECT_COUNT_MAX];
+    enum vw_status status = choose_effects(tradeoff, point, ours);
+    *same = vw_effects_fit_views(ours, stage->effect_count) == vw_effects_fit_views(stage->effects, stage->effect_count) &&
+            vw_effects_is_on(ours, stage->effect_count, "masks") == vw_effects_is_on(stage->effects, stage->effect_count, "masks");
+    return status;
+}
+
 enum vw_status vw_tradeoff_measure_psnr(struct vw_tradeoff *tradeoff, uint32_t point) {
     double sum_db = 0;
-    enum vw_status status = VW_OK;
-    for (uint32_t seed = 0; seed < tradeoff->options->seeds && !status; seed++) {
+    bool same = true;
+    enum vw_status status = sees_base_pixels(tradeoff, point, &same);
+    for (uint32_t seed = 0; seed < tradeoff->options->seeds && !status && same; seed++) {
         double psnr_db = NAN;
         status = measure_seed(tradeoff, point, seed, &psnr_db);
         sum_db += psnr_db;
     }
-    tradeoff->measured[point].val_psnr = sum_db / tradeoff->options->seeds;
-    return status ? status
-                  : vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], "val_psnr", tradeoff->measured[point].val_psnr);
+    const struct vw_tradeoff_measure kept = {"val_psnr", same ? sum_db / tradeoff->options->seeds : NAN};
+    tradeoff->measured[point].val_psnr = kept.value;
+    return status ? status : vw_tradeoffs_keep(tradeoff->tradeoffs, tradeoff->point_ids[point], &kept, 1);
 }

@@ -117,8 +117,8 @@ void vw_tradeoff_print(const struct vw_tradeoff *tradeoff, const char *csv_path,
     print_knee(tradeoff, "agreement within 0.02", offsetof(struct vw_tradeoff_figure, agreement_pearson), 0.02, 3);
     print_knee(tradeoff, "r of two seeds within 0.02", offsetof(struct vw_tradeoff_figure, seed_pearson), 0.02, 3);
     for (uint32_t i = 0; i < tradeoff->points.count; i++)
-        if (!strncmp(tradeoff->points.points[i].setting, "without-appearance", strlen("without-appearance")))
-            printf("         without appearance whole photos are measured, with it their right halves: not the same PSNR\n");
+        if (isnan(tradeoff->measured[i].val_psnr))
+            printf("no PSNR  of %s: other pixels count there than at the base\n", tradeoff->points.points[i].name);
     printf("table    %s\n", csv_path);
     if (report_path) printf("report   %s\n", report_path);
 }

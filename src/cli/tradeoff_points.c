@@ -28,7 +28,7 @@ static const struct sweep {
 };
 static const double downscales[] = {2, 4}; // times the base's
 static const char *const other_knobs[] = {"table-precision", "downscale", "effects", "accuracy"};
-static const double EXHAUSTIVE_RAYS = 2; // times the base's: the most that are tried
+static const double EXHAUSTIVE_RAYS = 2; // times the base's: the most that `rays` tries
 
 // ---- Which knobs --------------------------------------------------------------------------------------------------------
 
@@ -105,14 +105,24 @@ static bool spell_effects(const struct vw_stage *stage, const char *without, cha
     return used < text_bytes;
 }
 
-static uint32_t val_pixels(const struct vw_scene *scene) {
-    uint64_t most = 0; // of a view; every view may then take all it has
+// So many rays that every validation view takes all its pixels: as many as the largest has, for each.
+static uint64_t val_pixels(const struct vw_scene *scene) {
+    uint64_t most = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         uint64_t pixels = (uint64_t)scene->views[v].image.width_px * scene->views[v].image.height_px;
         if (scene->views[v].split == VW_SPLIT_VAL && pixels > most) most = pixels;
     }
-    most *= scene->split_count[VW_SPLIT_VAL];
-    return most < 1u << 24 ? (uint32_t)most : 1u << 24; // what --val-rays admits
+    return most * scene->split_count[VW_SPLIT_VAL];
+}
+
+static enum vw_status check_val_pixels(const struct vw_scene *scene) {
+    struct vw_config config = vw_config_default;
+    uint64_t pixels = val_pixels(scene);
+    config.val_rays = pixels < UINT32_MAX ? (uint32_t)pixels : UINT32_MAX;
+    if (!vw_config_check(&config)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "%s: %" PRIu64 " validation pixels are more than can be measured in every step; take a higher --downscale", scene->path,
+                   pixels);
 }
 
 // The number that a sweep sets, 0 where it cannot be one.
@@ -120,6 +130,9 @@ static uint32_t number_of(const struct sweep *sweep, uint32_t base, double setti
     double number = sweep->how == TIMES ? base * setting : sweep->how == PLUS ? base + setting : setting;
     return number < 1 ? 0 : (uint32_t)number;
 }
+
+// Whether a setting can be trained, and has scores.
+static bool is_admitted(const struct vw_config *config) { return config->epochs > config->burn_in_epochs && !vw_config_check(config); }
 
 static enum vw_status add_sweep(const struct vw_stage *stage, const struct sweep *sweep, struct vw_tradeoff_points *points) {
     enum vw_status status = VW_OK;
@@ -135,8 +148,10 @@ static enum vw_status add_sweep(const struct vw_stage *stage, const struct sweep
         *(uint32_t *)((char *)&config + sweep->offset) = number;
         snprintf(setting, sizeof setting, "%" PRIu32, number);
         snprintf(name, sizeof name, "%s-%s", sweep->knob, setting);
-        if (number == of_base || (val_rays && number >= most) || vw_tradeoff_points_find(points, name) != UINT32_MAX) continue;
-        if (config.epochs <= config.burn_in_epochs || vw_config_check(&config)) continue;
+        if (number == (of_base < least ? least : of_base) || (val_rays && number >= most) ||
+            vw_tradeoff_points_find(points, name) != UINT32_MAX)
+            continue;
+        if (!is_admitted(&config)) continue;
         struct vw_tradeoff_point *point = add(points, sweep->knob, setting);
         status = check_room(point);
         if (!status) point->config = config;
@@ -148,7 +163,7 @@ static enum vw_status add_all_pixels(const struct vw_stage *stage, struct vw_tra
     struct vw_tradeoff_point *point = add(points, "val-rays", "all");
     enum vw_status status = check_room(point);
     points->all_pixels = points->count - 1;
-    if (!status) point->config.val_rays = val_pixels(stage->scene);
+    if (!status) point->config.val_rays = (uint32_t)val_pixels(stage->scene);
     return status;
 }
 
@@ -185,7 +200,7 @@ static enum vw_status add_table_precisions(struct vw_tradeoff_points *points) {
         struct vw_config config = points->points[0].config;
         if (precision == config.table_precision) continue;
         config.table_precision = precision;
-        if (vw_config_check(&config)) continue;
+        if (!is_admitted(&config)) continue;
         struct vw_tradeoff_point *point = add(points, "table-precision", vw_table_precision_name(precision));
         status = check_room(point);
         if (!status) point->config = config;
@@ -204,7 +219,7 @@ static enum vw_status add_accuracies(struct vw_tradeoff_points *points) {
         struct vw_config config = points->points[0].config;
         vw_setting_apply(&settings[i], &config);
         vw_setting_options(&config, ours);
-        if (strcmp(ours, of_base) == 0) continue;
+        if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
         struct vw_tradeoff_point *point = add(points, "accuracy", settings[i].name);
         status = check_room(point);
         if (!status) point->config = config;
@@ -217,9 +232,11 @@ static enum vw_status add_exhaustive(const struct vw_stage *stage, struct vw_tra
     enum vw_status status = check_room(point);
     if (status) return status;
     points->exhaustive = points->count - 1;
-    point->config.rays = number_of(&sweeps[0], point->config.rays, EXHAUSTIVE_RAYS);
-    point->config.val_rays = val_pixels(stage->scene);
-    return vw_config_check(&point->config);
+    uint32_t rays = point->config.rays;
+    point->config.val_rays = (uint32_t)val_pixels(stage->scene);
+    point->config.rays = number_of(&sweeps[0], rays, EXHAUSTIVE_RAYS);
+    if (!is_admitted(&point->config)) point->config.rays = rays;
+    return VW_OK;
 }
 
 enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const struct vw_stage *stage, struct vw_tradeoff_points *points) {
@@ -230,7 +247,8 @@ enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const s
     base->downscale = options->downscale;
     describe_base(base);
     if (!spell_effects(stage, NULL, base->config.effects)) return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
-    enum vw_status status = add_exhaustive(stage, points);
+    enum vw_status status = check_val_pixels(stage->scene);
+    if (!status) status = add_exhaustive(stage, points);
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
         if (!is_wanted(options, sweeps[i].knob)) continue;
         status = add_sweep(stage, &sweeps[i], points);

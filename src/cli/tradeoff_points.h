@@ -29,7 +29,8 @@ struct vw_tradeoff_points {
 // VW_ERROR_USAGE unless `knobs` is NULL (all of them) or names of knobs with commas between.
 enum vw_status vw_tradeoff_check_knobs(const char *knobs);
 // Lists the points for the options and a stage on which effects are decided. Settings that the config does not admit, or that come to the
-// same as another, are left out. The exhaustive point is always there: all validation pixels, and most rays.
+// same as another, are left out. The exhaustive point is always there: all validation pixels, and twice the rays
+// where the device admits them.
 enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const struct vw_stage *stage, struct vw_tradeoff_points *points);
 // The place of the point of that name; UINT32_MAX when there is none.
 uint32_t vw_tradeoff_points_find(const struct vw_tradeoff_points *points, const char *name);

@@ -124,23 +124,27 @@ enum vw_status vw_tradeoffs_find(struct vw_tradeoffs *tradeoffs, const char *poi
     return status;
 }
 
-enum vw_status vw_tradeoffs_keep(struct vw_tradeoffs *tradeoffs, const char *point_id, const char *measure, double value) {
+enum vw_status vw_tradeoffs_keep(struct vw_tradeoffs *tradeoffs, const char *point_id, const struct vw_tradeoff_measure *measures,
+                                 uint32_t count) {
     struct vw_database *database = &tradeoffs->database;
     struct vw_hasher hasher;
-    struct vw_row row = {.hasher = &hasher};
-    char hash[VW_HASH_HEX_BYTES];
+    struct vw_row row = {0};
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
-    status = vw_database_prepare(
-        database, "INSERT INTO measured (point_id, measure, value, row_hash) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING", &row.statement);
-    vw_row_begin_hash(&hasher, hashed_as);
-    vw_row_add_text(&row, point_id);
-    vw_row_add_text(&row, measure);
-    vw_row_add_real(&row, value);
-    vw_row_end_hash(&hasher, hash);
-    row.hasher = NULL;
-    vw_row_add_text(&row, hash);
-    if (!status) status = vw_row_write(&row, database, "record what was measured");
+    status = vw_database_prepare(database, "INSERT OR REPLACE INTO measured (point_id, measure, value, row_hash) VALUES (?, ?, ?, ?)",
+                                 &row.statement);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        char hash[VW_HASH_HEX_BYTES];
+        row.hasher = &hasher;
+        vw_row_begin_hash(&hasher, hashed_as);
+        vw_row_add_text(&row, point_id);
+        vw_row_add_text(&row, measures[i].name);
+        vw_row_add_real(&row, measures[i].value);
+        vw_row_end_hash(&hasher, hash);
+        row.hasher = NULL;
+        vw_row_add_text(&row, hash);
+        status = vw_row_write(&row, database, "record what was measured");
+    }
     sqlite3_finalize(row.statement);
     return vw_database_end(database, status);
 }

@@ -88,7 +88,7 @@ function knobStyle(place) {
 // caption.
 function drawCost({id, rows, key, title, digits, front, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
-  if (!shown.some(row => !row.base)) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
+  if (!shown.length) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
   const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.point}));
   const knobs = [...new Set(rows.filter(row => !row.base).map(row => row.knob))];
   const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
@@ -153,7 +153,7 @@ function drawKnob({id, rows, knob, key, title, digits, log = false, also, captio
   const base = rows.find(row => row.base), own = base ? settingOfBase(base, knob) : '';
   const ofKnob = [...rows.filter(row => row.knob === knob && !row.base), ...own ? [{...base, setting: own}] : []];
   const shown = ofKnob.filter(fits);
-  if (!shown.length) return clearChart(id, 'No setting of ' + clipped(knob) + ' has a value of ' + title + '.');
+  if (!shown.some(row => !row.base)) return clearChart(id, 'No setting of ' + clipped(knob) + ' has a value of ' + title + '.');
   const scale = placesOf([...new Set(ofKnob.map(row => row.setting))]), ends = [...scale.places.values()];
   const points = column => ofKnob.filter(row => known(row[column]))
     .map(row => ({x: scale.places.get(row.setting), y: row[column], setting: row.setting})).sort((a, b) => a.x - b.x);
@@ -194,7 +194,7 @@ function tradeoffTable(place) {
     {title: 'Run, s', key: row => row.run_seconds, number: true, hint: 'seconds, with scoring', cell: row => fixed(row.run_seconds, 1)},
     figure('Step, ms', 'value_ms', 2, {descending: false, class: 'wide', hint: 'a training step with its scoring'}),
     figure('Ratio', 'scoring_ratio', 2, {descending: false, class: 'wide', hint: 'step with scoring / without'}),
-    figure('PSNR, dB', 'val_psnr', 2, {hint: 'of whole validation photos'}),
+    figure('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos of the base\'s size; none where other pixels count'}),
     figure('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
     figure('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
     figure('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the exhaustive scores'}),

@@ -20,7 +20,9 @@ _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND 
                "random purposes differ");
 
 enum {
-    ALIGNMENT_BYTES = 256,       // the largest offset alignment Vulkan allows a device to ask for
+    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
+    FLOAT_PAIR_BYTES = 8,  // of a feature pair
+    HALF_PAIR_BYTES = 4,
     CHUNK_SAMPLES_CPU = 1 << 14, // long dispatches: cores that slept between short ones wake too late to share them
     CHUNK_SAMPLES_GPU = 1 << 18, // enough to fill a large GPU
     WALK_PROCESSORS_MAX = 4,     // with more, so many levels' walks keep too few of them busy
@@ -48,6 +50,8 @@ static void lay_out_levels(const struct vw_config *config, struct model *model) 
         model->specialization.first_pair[level] = model->pair_count;
         model->param_count += entries * config->features;
         model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
+        model->drawn_pair[level + 1] =
+            model->drawn_pair[level] + (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_BYTES / FLOAT_PAIR_BYTES);
     }
 }
 
@@ -164,7 +168,7 @@ static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
                             const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
     *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
-    model->pair_bytes = model->half_grid ? 4 : 8;
+    model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
@@ -209,18 +213,22 @@ static void fill_uniform(float *values, uint64_t count, uint64_t first_index, fl
     }
 }
 
-// The grid, whose draws come first.
-static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
-    uint64_t count = 2 * (uint64_t)model->pair_count;
-    if (!model->half_grid) {
-        fill_uniform(grid, count, 0, GRID_SCALE, seed);
-        return;
-    }
-    uint16_t *halves = grid;
-    for (uint64_t i = 0; i < count; i += 4) { // a level has whole fours
+static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, uint64_t seed) {
+    for (uint64_t i = 0; i < count; i += 4) {
         float values[4];
-        fill_uniform(values, 4, i, GRID_SCALE, seed);
+        fill_uniform(values, 4, first_index + i, GRID_SCALE, seed);
         for (uint64_t j = 0; j < 4; j++) halves[i + j] = half_nearest(values[j]);
+    }
+}
+
+// The grid, whose draws come first. Levels have whole fours; what a level of halves has more of padding is 0.
+static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
+    memset(grid, 0, model->grid.size_bytes);
+    for (uint32_t level = 0; level < model->specialization.levels; level++) {
+        uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level], first_drawn = 2 * (uint64_t)model->drawn_pair[level];
+        uint64_t count = 2 * (uint64_t)model->drawn_pair[level + 1] - first_drawn;
+        if (model->half_grid) fill_halves((uint16_t *)grid + first, count, first_drawn, seed);
+        else fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
     }
 }
 
@@ -240,7 +248,7 @@ static float *fill_matrix(float *values, const struct drawn *drawn, uint32_t out
 void model_initialise(const struct model *model, uint64_t seed, void *params) {
     uint32_t width4 = model->specialization.width4, encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    const struct drawn drawn = {weights, 2 * (uint64_t)model->pair_count, seed};
+    const struct drawn drawn = {weights, 2 * (uint64_t)model->drawn_pair[model->specialization.levels], seed};
     fill_grid(model, seed, params);
     float *next = fill_matrix(weights, &drawn, width4, encoding4);
     next = fill_matrix(next, &drawn, GEO4, width4);

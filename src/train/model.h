@@ -35,8 +35,11 @@ struct model {
     // [view][CODE4]. Those of views that are not trained on stay 0.
     struct param_range appearance, code_weights, codes;
     uint64_t param_bytes;
-    uint64_t param_count;    // trainable numbers, without padding
-    uint32_t pair_count;     // of all levels, with padding
+    uint64_t param_count; // trainable numbers, without padding
+    uint32_t pair_count;  // of all levels, with padding
+    // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of floats are laid
+    // out, so that both precisions begin with the same numbers.
+    uint32_t drawn_pair[VW_LEVELS_MAX + 1];
     uint32_t pair_bytes;     // of the grid: 8, two floats, or 4, two halves
     bool half_grid;          // the latter: passes that touch the grid take their half form
     uint32_t weight_columns; // of the networks

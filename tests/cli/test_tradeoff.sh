@@ -84,6 +84,10 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM figure WHERE lds < lds_low OR lds > lds_high')" = 0
 check "LDS is there" test -n "$(figure base lds)"
 
+check "settings that end within burn-in are left out" sweep late --knobs epochs,accuracy --halves 0 --burn-in 60 --epochs 61
+check "and those beside them are not" test "$(ask late "SELECT group_concat(point, ' ') FROM figure WHERE method = 'dv_psnr'")" = \
+    "base exhaustive epochs-122"
+
 # ---- Going on ----
 
 cp "$folder/whole/tradeoff.csv" "$folder/first.csv"

@@ -23,22 +23,28 @@ static void assert_measured(struct vw_tradeoffs *tradeoffs, const char *id, cons
     assert_true(isnan(wanted) ? isnan(value) : value == wanted);
 }
 
+static void keep(struct vw_tradeoffs *tradeoffs, const char *id, const char *measure, double value) {
+    const struct vw_tradeoff_measure measures[] = {{measure, value}, {"beside", value}};
+    ASSERT_OK(vw_tradeoffs_keep(tradeoffs, id, measures, 2));
+}
+
 static void what_was_measured_comes_back(void **state) {
     struct vw_tradeoffs *tradeoffs = open_tradeoffs(state);
     bool found = true;
     double value = -1;
     ASSERT_OK(vw_tradeoffs_find(tradeoffs, HEX_A, "train_ms", &found, &value));
     assert_false(found);
-    ASSERT_OK(vw_tradeoffs_keep(tradeoffs, HEX_A, "train_ms", 1.0 / 3));
-    ASSERT_OK(vw_tradeoffs_keep(tradeoffs, HEX_A, "value_ms", NAN));
-    ASSERT_OK(vw_tradeoffs_keep(tradeoffs, HEX_B, "train_ms", 4));
-    ASSERT_OK(vw_tradeoffs_keep(tradeoffs, HEX_A, "train_ms", 5)); // the first stays
+    keep(tradeoffs, HEX_A, "train_ms", 1.0 / 3);
+    keep(tradeoffs, HEX_A, "value_ms", NAN);
+    keep(tradeoffs, HEX_B, "train_ms", 1.0 / 3);
+    keep(tradeoffs, HEX_A, "train_ms", 5); // measured again, all that belongs together is replaced
     vw_tradeoffs_close(&tradeoffs);
     assert_null(tradeoffs);
     tradeoffs = open_tradeoffs(state);
-    assert_measured(tradeoffs, HEX_A, "train_ms", 1.0 / 3);
+    assert_measured(tradeoffs, HEX_A, "train_ms", 5);
+    assert_measured(tradeoffs, HEX_A, "beside", 5);
     assert_measured(tradeoffs, HEX_A, "value_ms", NAN);
-    assert_measured(tradeoffs, HEX_B, "train_ms", 4);
+    assert_measured(tradeoffs, HEX_B, "train_ms", 1.0 / 3);
     vw_tradeoffs_close(&tradeoffs);
 }
 
@@ -50,7 +56,7 @@ static void what_was_edited_is_not_taken(void **state) {
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         bool found = false;
         double value;
-        ASSERT_OK(vw_tradeoffs_keep(tradeoffs, HEX_A, "train_ms", 1));
+        keep(tradeoffs, HEX_A, "train_ms", 1);
         sql_change(path, edits[i]);
         if (vw_tradeoffs_find(tradeoffs, HEX_A, "train_ms", &found, &value) != VW_ERROR_MISMATCH) fail_msg("%s went unnoticed", edits[i]);
         assert_non_null(strstr(vw_error_message(), path));
