@@ -28,9 +28,9 @@ struct vw_tradeoff_figure {
     double scoring_ratio; // value_ms / train_ms
     double run_seconds;   // steps with scoring
     double device_mib;
-    double
-        val_psnr; // dB, of the trained field on validation photos of the base's size, on 65,536 pixels spread evenly over those that have
-                  // more; mean over the seeds. NaN where the point measures other pixels than the base (without masks, or appearance)
+    // dB, of the trained field on validation photos of the base's size, on 65,536 pixels spread evenly over those that have more; mean over
+    // the seeds. NaN where the point measures other pixels than the base (without masks, or appearance).
+    double val_psnr;
     uint32_t psnr_front; // no other point takes less time for as high a val_psnr
     const char *method;
     uint32_t score_front;                           // likewise for agreement_pearson

@@ -63,11 +63,16 @@ enum vw_status vw_seed_runs_make(const struct vw_options *options, uint32_t firs
     return status;
 }
 
-enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger) {
+char *vw_seed_run_path(const char *out, uint64_t seed, const char *file) {
     char *folder = name_folder(out, seed);
-    char *path = folder ? vw_path_join(folder, "ledger.db") : NULL;
-    enum vw_status status = path ? vw_ledger_open(path, ledger) : VW_ERROR_MEMORY;
+    char *path = folder ? vw_path_join(folder, file) : NULL;
     free(folder);
+    return path;
+}
+
+enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger) {
+    char *path = vw_seed_run_path(out, seed, "ledger.db");
+    enum vw_status status = path ? vw_ledger_open(path, ledger) : VW_ERROR_MEMORY;
     free(path);
     return status;
 }

@@ -88,7 +88,7 @@ static void say_duration(const struct vw_tradeoff *tradeoff) {
 static bool has_runs(const struct vw_tradeoff *tradeoff, const char *folder) {
     bool there = true;
     for (uint32_t i = 0; i < tradeoff->options->seeds && there; i++) {
-        char *path = vw_format_text("%s/seed_%" PRIu64 "/ledger.db", folder, tradeoff->options->config.seed + i);
+        char *path = vw_seed_run_path(folder, tradeoff->options->config.seed + i, "ledger.db");
         there = path && vw_file_exists(path);
         free(path);
     }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli/interrupt.h"
+#include "cli/seed_runs.h"
 #include "cli/tradeoff.h"
 #include "cli/turns.h"
 #include "viewworth/file.h"
@@ -160,7 +161,7 @@ static enum vw_status measure_seed(struct vw_tradeoff *tradeoff, uint32_t point,
     struct vw_config config = tradeoff->points.points[point].config;
     config.seed += seed;
     char *folder = vw_tradeoff_folder(tradeoff, point);
-    char *path = folder ? vw_format_text("%s/seed_%llu/field.vwf", folder, (unsigned long long)config.seed) : NULL;
+    char *path = folder ? vw_seed_run_path(folder, config.seed, "field.vwf") : NULL;
     enum vw_status status = path ? choose_effects(tradeoff, point, effects) : VW_ERROR_MEMORY;
     if (!status) status = measure_field(tradeoff, path, &config, effects, psnr_db);
     free(path);

@@ -61,25 +61,21 @@ static bool is_wanted(const struct vw_options *options, const char *knob) {
 
 // ---- Points -------------------------------------------------------------------------------------------------------------
 
-static struct vw_tradeoff_point *add(struct vw_tradeoff_points *points, const char *knob, const char *setting) {
-    struct vw_tradeoff_point *point = &points->points[points->count];
-    if (points->count == VW_POINTS_MAX) return NULL;
-    if (points->count) *point = points->points[0];
-    point->knob = knob;
+// Adds a point of that config, at the base's downscale.
+static enum vw_status add(struct vw_tradeoff_points *points, const char *knob, const char *setting, const struct vw_config *config) {
+    if (points->count == VW_POINTS_MAX)
+        return vw_fail(VW_ERROR_USAGE, "more than %d points to try; choose fewer by --knobs", VW_POINTS_MAX);
+    struct vw_tradeoff_point *point = &points->points[points->count++];
+    *point = (struct vw_tradeoff_point){.knob = knob, .config = *config, .downscale = points->points[0].downscale};
     snprintf(point->setting, sizeof point->setting, "%s", setting);
     snprintf(point->name, sizeof point->name, "%s%s%s", knob, *setting ? "-" : "", setting);
-    points->count++;
-    return point;
+    return VW_OK;
 }
 
-static enum vw_status check_room(const struct vw_tradeoff_point *point) {
-    return point ? VW_OK : vw_fail(VW_ERROR_USAGE, "more than %d points to try; choose fewer by --knobs", VW_POINTS_MAX);
-}
-
-uint32_t vw_tradeoff_points_find(const struct vw_tradeoff_points *points, const char *name) {
+static bool is_listed(const struct vw_tradeoff_points *points, const char *knob, const char *setting) {
     for (uint32_t i = 0; i < points->count; i++)
-        if (strcmp(points->points[i].name, name) == 0) return i;
-    return UINT32_MAX;
+        if (!strcmp(points->points[i].knob, knob) && !strcmp(points->points[i].setting, setting)) return true;
+    return false;
 }
 
 // All that a sweep turns, as it is at the base.
@@ -139,32 +135,27 @@ static enum vw_status add_sweep(const struct vw_stage *stage, const struct sweep
     const struct vw_config *base = &points->points[0].config;
     uint32_t of_base = *(const uint32_t *)((const char *)base + sweep->offset);
     bool val_rays = sweep->offset == offsetof(struct vw_config, val_rays);
-    uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * stage->scene->split_count[VW_SPLIT_VAL] : 0, most = val_pixels(stage->scene);
+    uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * stage->scene->split_count[VW_SPLIT_VAL] : 0;
+    uint64_t most = val_pixels(stage->scene);
     for (int i = 0; i < SETTINGS_MAX && sweep->settings[i] != 0 && !status; i++) {
         struct vw_config config = *base;
-        char setting[SETTING_BYTES], name[VW_POINT_NAME_BYTES];
+        char setting[SETTING_BYTES];
         uint32_t number = number_of(sweep, of_base, sweep->settings[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
         snprintf(setting, sizeof setting, "%" PRIu32, number);
-        snprintf(name, sizeof name, "%s-%s", sweep->knob, setting);
-        if (number == (of_base < least ? least : of_base) || (val_rays && number >= most) ||
-            vw_tradeoff_points_find(points, name) != UINT32_MAX)
-            continue;
-        if (!is_admitted(&config)) continue;
-        struct vw_tradeoff_point *point = add(points, sweep->knob, setting);
-        status = check_room(point);
-        if (!status) point->config = config;
+        bool base_again = number == (of_base < least ? least : of_base), all_again = val_rays && number >= most;
+        if (base_again || all_again || is_listed(points, sweep->knob, setting) || !is_admitted(&config)) continue;
+        status = add(points, sweep->knob, setting, &config);
     }
     return status;
 }
 
 static enum vw_status add_all_pixels(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
-    struct vw_tradeoff_point *point = add(points, "val-rays", "all");
-    enum vw_status status = check_room(point);
-    points->all_pixels = points->count - 1;
-    if (!status) point->config.val_rays = (uint32_t)val_pixels(stage->scene);
-    return status;
+    struct vw_config config = points->points[0].config;
+    config.val_rays = (uint32_t)val_pixels(stage->scene);
+    points->all_pixels = points->count;
+    return add(points, "val-rays", "all", &config);
 }
 
 static enum vw_status add_downscales(struct vw_tradeoff_points *points) {
@@ -174,9 +165,8 @@ static enum vw_status add_downscales(struct vw_tradeoff_points *points) {
         uint32_t downscale = (uint32_t)(points->points[0].downscale * downscales[i]);
         if (downscale > 64) continue; // what --downscale admits
         snprintf(setting, sizeof setting, "%" PRIu32, downscale);
-        struct vw_tradeoff_point *point = add(points, "downscale", setting);
-        status = check_room(point);
-        if (!status) point->downscale = downscale;
+        status = add(points, "downscale", setting, &points->points[0].config);
+        if (!status) points->points[points->count - 1].downscale = downscale;
     }
     return status;
 }
@@ -185,11 +175,11 @@ static enum vw_status add_effects(const struct vw_stage *stage, struct vw_tradeo
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < stage->effect_count && !status; i++) {
         char setting[SETTING_BYTES];
+        struct vw_config config = points->points[0].config;
         if (!stage->effects[i].on) continue;
         snprintf(setting, sizeof setting, "without-%s", stage->effects[i].name);
-        struct vw_tradeoff_point *point = add(points, "effects", setting);
-        status = check_room(point);
-        if (!status) spell_effects(stage, stage->effects[i].name, point->config.effects);
+        spell_effects(stage, stage->effects[i].name, config.effects);
+        status = add(points, "effects", setting, &config);
     }
     return status;
 }
@@ -201,9 +191,7 @@ static enum vw_status add_table_precisions(struct vw_tradeoff_points *points) {
         if (precision == config.table_precision) continue;
         config.table_precision = precision;
         if (!is_admitted(&config)) continue;
-        struct vw_tradeoff_point *point = add(points, "table-precision", vw_table_precision_name(precision));
-        status = check_room(point);
-        if (!status) point->config = config;
+        status = add(points, "table-precision", vw_table_precision_name(precision), &config);
     }
     return status;
 }
@@ -220,34 +208,30 @@ static enum vw_status add_accuracies(struct vw_tradeoff_points *points) {
         vw_setting_apply(&settings[i], &config);
         vw_setting_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
-        struct vw_tradeoff_point *point = add(points, "accuracy", settings[i].name);
-        status = check_room(point);
-        if (!status) point->config = config;
+        status = add(points, "accuracy", settings[i].name, &config);
     }
     return status;
 }
 
 static enum vw_status add_exhaustive(const struct vw_stage *stage, struct vw_tradeoff_points *points) {
-    struct vw_tradeoff_point *point = add(points, "exhaustive", "");
-    enum vw_status status = check_room(point);
-    if (status) return status;
-    points->exhaustive = points->count - 1;
-    uint32_t rays = point->config.rays;
-    point->config.val_rays = (uint32_t)val_pixels(stage->scene);
-    point->config.rays = number_of(&sweeps[0], rays, EXHAUSTIVE_RAYS);
-    if (!is_admitted(&point->config)) point->config.rays = rays;
-    return VW_OK;
+    struct vw_config config = points->points[0].config;
+    uint32_t rays = config.rays;
+    config.val_rays = (uint32_t)val_pixels(stage->scene);
+    config.rays = number_of(&sweeps[0], rays, EXHAUSTIVE_RAYS);
+    if (!is_admitted(&config)) config.rays = rays;
+    points->exhaustive = points->count;
+    return add(points, "exhaustive", "", &config);
 }
 
 enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const struct vw_stage *stage, struct vw_tradeoff_points *points) {
     points->count = 0;
     points->all_pixels = UINT32_MAX;
-    struct vw_tradeoff_point *base = add(points, "base", "");
-    base->config = options->config;
-    base->downscale = options->downscale;
-    describe_base(base);
-    if (!spell_effects(stage, NULL, base->config.effects)) return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
+    points->points[0].downscale = options->downscale;
+    struct vw_config base = options->config;
+    if (!spell_effects(stage, NULL, base.effects)) return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
     enum vw_status status = check_val_pixels(stage->scene);
+    if (!status) status = add(points, "base", "", &base);
+    if (!status) describe_base(&points->points[0]);
     if (!status) status = add_exhaustive(stage, points);
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
         if (!is_wanted(options, sweeps[i].knob)) continue;

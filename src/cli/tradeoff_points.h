@@ -32,7 +32,5 @@ enum vw_status vw_tradeoff_check_knobs(const char *knobs);
 // same as another, are left out. The exhaustive point is always there: all validation pixels, and twice the rays
 // where the device admits them.
 enum vw_status vw_tradeoff_points_list(const struct vw_options *options, const struct vw_stage *stage, struct vw_tradeoff_points *points);
-// The place of the point of that name; UINT32_MAX when there is none.
-uint32_t vw_tradeoff_points_find(const struct vw_tradeoff_points *points, const char *name);
 
 #endif

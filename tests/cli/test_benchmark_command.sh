@@ -3,19 +3,7 @@
 # program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-cat >"$folder/tiny.json" <<'RECIPE'
-{
-    "viewworth_recipe": 1, "seed": 3,
-    "image": {"width_px": 16, "height_px": 12},
-    "box": {"centre": [0, 0, 0], "half_extent": 1},
-    "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 0.6,
-                "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
-    "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
-                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50, "split": "val"},
-                {"path": "orbit", "centre": [0, 0, 0], "radius": 3, "count": 1, "start_deg": 7, "field_of_view_deg": 50, "split": "test"}],
-    "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
-}
-RECIPE
+cp "$root/tests/support/tiny.json" "$folder"
 sed '/"defects"/d; s/"split": "test"}],/"split": "test"}]/' "$folder/tiny.json" >"$folder/sound.json"
 tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
 

@@ -3,19 +3,7 @@
 # nothing twice. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-cat >"$folder/tiny.json" <<'RECIPE'
-{
-    "viewworth_recipe": 1, "seed": 3,
-    "image": {"width_px": 16, "height_px": 12},
-    "box": {"centre": [0, 0, 0], "half_extent": 1},
-    "shapes": [{"kind": "sphere", "centre": [0, 0, 0], "radius": 0.6,
-                "texture": {"kind": "checker", "colour": [0.9, 0.2, 0.1], "second_colour": [0.2, 0.3, 0.9], "cell": 0.3}}],
-    "cameras": [{"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 6, "field_of_view_deg": 50, "split": "train"},
-                {"path": "orbit", "centre": [0, 0, 0], "radius": 2.5, "count": 2, "start_deg": 30, "field_of_view_deg": 50,
-                 "split": "val"}],
-    "defects": [{"kind": "noise", "strength": 0.3, "views": [1]}, {"kind": "wrong_pose", "strength": 20, "views": [4]}]
-}
-RECIPE
+cp "$root/tests/support/tiny.json" "$folder"
 tiny=(--epochs 8 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
 
 sweep_it() { "$program" tradeoff "$folder/tiny.json" --out "$folder/$1" --seeds 2 "${tiny[@]}" "${@:2}"; } # sweep_it OUT [OPTION]...
@@ -56,6 +44,16 @@ check "and is no choice" test "$(figure exhaustive score_front)" = 0
 check "all pixels agree with all pixels" near 1 "$(figure val-rays-all all_pixels_pearson)"
 check "other trainings are not held against all pixels" test -z "$(figure rays-32 all_pixels_pearson)"
 check "validation does not change the training" test "$(figure base val_psnr)" = "$(figure val-rays-128 val_psnr)"
+rendered_psnr() { # rendered_psnr POINT: mean over both seeds and both validation photos, by another command
+    local seed view
+    for seed in 0 1; do
+        for view in 0 1; do
+            "$program" render "$folder/whole/points/$1/seed_$seed" --view $view --to "$folder/view.png" --device llvmpipe --quiet
+        done
+    done | awk '/PSNR/ {sum += $3} END {print sum / 4}'
+}
+check "PSNR is what rendering the fields gives" awk -v a="$(figure base val_psnr)" -v b="$(rendered_psnr base)" 'BEGIN {
+    exit !(a - b < 0.01 && b - a < 0.01)}' # render prints two digits
 check "nor do whole photos at another size" test "$(figure downscale-4 val_psnr)" != "$(figure base val_psnr)"
 check "a run's seconds are its steps'" near "$(figure rays-2 run_seconds)" "$(figure rays-2 'steps * value_ms / 1000')"
 check "the ratio is that of the steps" near "$(figure rays-2 scoring_ratio)" "$(figure rays-2 'value_ms / train_ms')"
