@@ -89,18 +89,18 @@ vw_ray box_ray(vec3 origin, vec3 direction, vec2 limits) {
 const float NEAR_EDGES = 0.02; // box edges; keeps blobs from growing on the lenses of cameras inside the box
 const float FAR_EDGES = 1e30;
 
-vec2 ray_limits(vw_gpu_camera camera, float stretch) {
-    vec2 limits = vec2(NEAR_EDGES - camera.reference.w * stretch, FAR_EDGES);
+vec2 ray_limits(vw_gpu_camera camera, float segment) {
+    vec2 limits = vec2(NEAR_EDGES - camera.reference.w * segment, FAR_EDGES);
     if (camera.more.y >= camera.more.z) return limits;
-    return vec2(max(limits.x, camera.more.y * stretch), camera.more.z * stretch);
+    return vec2(max(limits.x, camera.more.y * segment), camera.more.z * segment);
 }
 
 // Without a box that ends them, rays run from the near to the far depth of their camera: see vw_ray.
-vw_ray unbounded_ray(vw_gpu_camera camera, vec3 origin, vec3 direction, float stretch) {
+vw_ray unbounded_ray(vw_gpu_camera camera, vec3 origin, vec3 direction, float segment) {
     vw_ray ray;
     float near = camera.more.y;
-    ray.origin_near = vec4(origin + (near - camera.reference.w) * stretch * direction, near * stretch);
-    ray.direction_stride = vec4(direction, camera.more.z * stretch);
+    ray.origin_near = vec4(origin + (near - camera.reference.w) * segment * direction, near * segment);
+    ray.direction_stride = vec4(direction, camera.more.z * segment);
     ray.target_weight = vec4(0.0);
     return ray;
 }
@@ -111,11 +111,11 @@ vw_ray camera_ray(vw_gpu_camera camera, vec2 position_px) {
     vec2 p = undo_lens(camera, (position_px - centre) / focal);
     p.y = -p.y; // OpenCV's y runs down, the camera's up
     vec3 offset = camera.right.xyz * p.x + camera.up.xyz * p.y;
-    float stretch = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
+    float segment = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
     float depth = camera.reference.w;
-    vec3 origin = camera.reference.xyz + depth * offset, direction = (offset - camera.back.xyz) / stretch;
-    if (EFFECT_UNBOUNDED != 0u) return unbounded_ray(camera, origin, direction, stretch);
-    return box_ray(origin, direction, ray_limits(camera, stretch));
+    vec3 origin = camera.reference.xyz + depth * offset, direction = (offset - camera.back.xyz) / segment;
+    if (EFFECT_UNBOUNDED != 0u) return unbounded_ray(camera, origin, direction, segment);
+    return box_ray(origin, direction, ray_limits(camera, segment));
 }
 
 #endif

@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// A ceiling: memory read and written in order, a vec4 per invocation.
+// A peak: memory read and written in order, a vec4 per invocation.
 #include "common.glsl"
 layout(local_size_x = 64) in;
 
-BUFFER(VW_SLOT_CEILING_FROM) readonly buffer From { vec4 from[]; };
-BUFFER(VW_SLOT_CEILING_TO) writeonly buffer To { vec4 to[]; };
+BUFFER(VW_SLOT_PEAK_FROM) readonly buffer From { vec4 from[]; };
+BUFFER(VW_SLOT_PEAK_TO) writeonly buffer To { vec4 to[]; };
 
 void main() {
     uint index = invocation_index();

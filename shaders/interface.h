@@ -150,8 +150,8 @@ VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation view
                                      // high and low, not finite (0 or 1), clamped count; the others: see reduce_views
 VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
-VW_ENUM(VW_SLOT_CEILING_FROM, 25)   // vec4: copy_memory
-VW_ENUM(VW_SLOT_CEILING_TO, 26)     // vec4: copy_memory, multiply_registers
+VW_ENUM(VW_SLOT_PEAK_FROM, 25)   // vec4: copy_memory
+VW_ENUM(VW_SLOT_PEAK_TO, 26)     // vec4: copy_memory, multiply_registers
 VW_ENUM(VW_SLOT_SKY, 27)            // vec4 [VW_SKY_COLUMNS]: rgb coefficients, a range of the params; a stub without the effect
 VW_ENUM(VW_SLOT_D_SKY, 28)          // vec4 per ray: gradient by the sky's logit; likewise
 VW_ENUM(VW_SLOT_APPEARANCE, 29)      // vw_appearance per view: a range of the params
@@ -312,7 +312,7 @@ struct vw_push_mix {         // mix_params
     float reach;             // how far along the step to go: 0 to its beginning, 1 to its end
 };
 
-struct vw_push_ceiling {     // multiply_registers
+struct vw_push_peak {     // multiply_registers
     float start, factor;
 };
 
@@ -326,8 +326,8 @@ VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands
 VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
-VW_ENUM(VW_CEILING_TRIPS, 128)   // of the loop in multiply_registers
-VW_ENUM(VW_CEILING_TURNS, 16)    // multiply-adds of a chain in a trip
+VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
+VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
 // Rows lie a little more than a power of two apart, or a sample's values in all rows would compete for the same few lines of a cache.
 #define VW_ROW_STRIDE(chunk_samples) ((chunk_samples) + 4u)

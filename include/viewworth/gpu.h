@@ -1,11 +1,4 @@
-// The GPU layer: one Vulkan device and one compute queue behind buffers, passes and batches.
-//
-// A *pass* is one compute shader with its specialization and its buffers bound; its name is the shader's file stem and is
-// used as debug label, object name and timer name. A *batch* is a command buffer that records many passes and is submitted
-// once. Barriers are derived: a pass declares, by the `readonly`/`writeonly` qualifiers of its GLSL buffers (read back
-// from the SPIR-V), what it reads and writes; buffers remember their last access. No caller writes a barrier.
-//
-// Recording functions return void: the first failure sticks to the batch and vw_batch_submit() reports it.
+// Vulkan devices: which there are, what they can do, and opening one.
 #ifndef VIEWWORTH_GPU_H
 #define VIEWWORTH_GPU_H
 
@@ -16,9 +9,6 @@
 #include "viewworth/status.h"
 
 struct vw_gpu;
-struct vw_buffer;
-struct vw_pass;
-struct vw_batch;
 
 // What a device can do, as far as viewworth asks. Sizes in bytes unless named otherwise.
 struct vw_gpu_limits {
@@ -44,23 +34,30 @@ struct vw_gpu_limits {
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.
 extern const struct vw_gpu_limits vw_gpu_floor_limits;
 
-enum vw_gpu_kind { VW_GPU_DISCRETE, VW_GPU_INTEGRATED, VW_GPU_VIRTUAL, VW_GPU_OTHER, VW_GPU_CPU }; // in order of preference
+enum vw_gpu_kind {
+    VW_GPU_DISCRETE,
+    VW_GPU_INTEGRATED,
+    VW_GPU_VIRTUAL,
+    VW_GPU_OTHER,
+    VW_GPU_CPU
+}; // in order of preference
 
 struct vw_gpu_info {
     uint32_t index; // as --device takes it: rank in order of preference, 0 first
     enum vw_gpu_kind kind;
-    char name[256];        // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
-    char driver[600];      // "<driverName> <driverInfo> <driverVersion>"
-    uint64_t memory_bytes; // of its largest device-local heap
-    char unfit[128];       // "" when it meets the floor, else the first limit that it misses
+    char name[256];   // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
+    char driver[600]; // "<driverName> <driverInfo> <driverVersion>"
+    uint64_t memory_bytes;        // of its largest device-local heap
+    char unsupported_reason[128]; // "" when it meets the floor, else the first limit that it misses
 };
 
 struct vw_gpu_params {
-    const char *device;                // NULL: the first fit one; decimal index, or a case-insensitive part of the name
-    bool validation;                   // Khronos validation with synchronization validation; a missing layer is an error and
-                                       // any message of severity warning or error makes the next submit, wait or close fail
-    bool timers;                       // time every pass with timestamps, where the device has them
-    const struct vw_gpu_limits *clamp; // NULL, or upper bounds on the queried limits (and feature bits) for tests of fallbacks
+    const char *device; // NULL: the first fit one; decimal index, or a case-insensitive part of the name
+    bool validation;    // Khronos validation with synchronization validation; a missing layer is an error and
+                        // any message of severity warning or error makes the next submit, wait or close fail
+    bool timers;        // time every pass with timestamps, where the device has them
+    const struct vw_gpu_limits
+        *clamp; // NULL, or upper bounds on the queried limits (and feature bits) for tests of fallbacks
 };
 
 // Lists the Vulkan devices, most preferred first (discrete, integrated, virtual, other, CPU; then in driver order).
@@ -72,116 +69,5 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);
 const struct vw_gpu_info *vw_gpu_get_info(const struct vw_gpu *gpu);
 const struct vw_gpu_limits *vw_gpu_get_limits(const struct vw_gpu *gpu); // after clamping
-uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu);                  // of all live buffers
-
-// ---- Buffers -------------------------------------------------------------------------------------------------------
-
-enum vw_buffer_home {
-    VW_BUFFER_DEVICE,   // device memory; the host goes through vw_buffer_write/read
-    VW_BUFFER_UPLOAD,   // host memory the GPU reads; mapped
-    VW_BUFFER_READBACK, // host-cached memory the GPU writes; mapped
-};
-
-struct vw_buffer_params {
-    const char *name;    // for debug tools and error messages; copied
-    uint64_t size_bytes; // > 0; may exceed one binding's range: bind windows of it
-    enum vw_buffer_home home;
-};
-
-// A new buffer's bytes are zero.
-enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params, struct vw_buffer **buffer);
-// The caller makes sure that no submitted batch still uses it.
-void vw_buffer_destroy(struct vw_buffer **buffer);
-uint64_t vw_buffer_size_bytes(const struct vw_buffer *buffer);
-// The mapped, coherent memory of an UPLOAD or READBACK buffer; NULL for DEVICE. Valid until destroy. The caller leaves it
-// alone while a submitted batch uses it.
-void *vw_buffer_map(struct vw_buffer *buffer);
-// Copy between host and any buffer, waiting for the GPU; ordered after everything submitted before.
-enum vw_status vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);
-enum vw_status vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
-
-// ---- Passes --------------------------------------------------------------------------------------------------------
-
-// A compiled shader, embedded at build time. `name` is the file stem, e.g. "forward_field".
-struct vw_shader {
-    const char *name;
-    const uint32_t *code; // SPIR-V
-    size_t code_bytes;
-};
-
-enum vw_texel_format {
-    VW_TEXEL_NONE,
-    VW_TEXEL_FLOAT1,
-    VW_TEXEL_FLOAT2,
-    VW_TEXEL_FLOAT4,
-    VW_TEXEL_HALF2, // shaders read floats
-    VW_TEXEL_UINT1,
-    VW_TEXEL_UINT2,
-    VW_TEXEL_UINT4,
-};
-
-struct vw_binding {
-    uint32_t slot; // VW_SLOT_* of shaders/interface.h
-    struct vw_buffer *buffer;
-    uint64_t offset_bytes;      // multiple of the device's alignment for that kind of binding
-    uint64_t size_bytes;        // 0: to the end of the buffer; the range must fit storage_binding_bytes
-    enum vw_texel_format texel; // set exactly where the shader declares a texel buffer. The view covers as much of the range
-                                // as texel_elements allows: the shader falls back to the storage binding beyond it.
-};
-
-struct vw_pass_params {
-    const struct vw_shader *shader;
-    const uint32_t *specialization; // word i is the value of constant_id i; floats by their bits. NULL when there are none
-    uint32_t specialization_count;
-    const struct vw_binding *bindings; // every slot the shader declares, each once; slots it does not declare are ignored
-    uint32_t binding_count;
-    const char *role; // NULL, or a static text that tells this use of the shader from others in the timers: "validation"
-};
-
-// Builds the pipeline and binds the buffers, which must outlive the pass. Refuses, naming the pass and the slot, a declared slot
-// without buffer, a range beyond the limits, and shared memory or workgroup sizes beyond the limits.
-enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void vw_pass_destroy(struct vw_pass **pass);
-const char *vw_pass_name(const struct vw_pass *pass);
-
-// ---- Batches -------------------------------------------------------------------------------------------------------
-
-enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch);
-void vw_batch_destroy(struct vw_batch **batch); // waits for it first
-
-void vw_batch_begin(struct vw_batch *batch); // must not be in flight; one batch of a device records at a time
-// Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
-// workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must equal
-// the size of the shader's push constant block. A barrier is recorded first where an earlier access asks for one.
-void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations);
-// Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once everything before has
-// run, also none. Whoever writes them keeps to workgroup_count_x and _y, and folds as invocation_index() expects.
-void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                struct vw_buffer *groups, uint64_t offset_bytes);
-void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                   uint64_t to_offset_bytes, uint64_t size_bytes);
-// Ends recording and submits; several batches may be in flight, they run in order. Reports what recording met.
-enum vw_status vw_batch_submit(struct vw_batch *batch);
-// Waits until the batch is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
-enum vw_status vw_batch_wait(struct vw_batch *batch);
-
-// ---- Timers --------------------------------------------------------------------------------------------------------
-
-struct vw_gpu_timer {
-    const char *name, *role; // of the pass
-    uint64_t dispatches;
-    double total_ms; // device time of finished batches; timers may drop a dispatch, never block
-};
-// Timers so far, in order of first use; the array belongs to `gpu` and is valid until the next wait. Empty without timers.
-const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
-
-// ---- Ceilings ------------------------------------------------------------------------------------------------------
-
-// What the device reaches when it does nothing else, measured in about half a second: what times can be compared with.
-struct vw_gpu_ceilings {
-    double multiply_adds_per_s; // of floats in registers
-    double copy_bytes_per_s;    // read plus written, of buffers larger than caches
-};
-enum vw_status vw_gpu_measure_ceilings(struct vw_gpu *gpu, struct vw_gpu_ceilings *ceilings);
 
 #endif

@@ -10,8 +10,8 @@ void vw_log_set_quiet(bool quiet);
 void vw_log_info(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void vw_log_warning(const char *format, ...) __attribute__((format(printf, 1, 2))); // also when quiet
 
-// Progress of a training: a bar that is redrawn in place on a terminal, a plain line every tenth of the way (and at the end) elsewhere;
-// nothing when quiet. Shows epoch, validation PSNR (when finite), steps per second and time left.
+// Progress of a training: a bar that is redrawn in place on a terminal, a plain line every tenth of the way (and at the
+// end) elsewhere; nothing when quiet. Shows epoch, validation PSNR (when finite), steps per second and time left.
 struct vw_progress {
     uint64_t total_steps, done_steps;
     uint32_t epoch, epochs; // epoch counts from 0, as in step records; shown from 1

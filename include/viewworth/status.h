@@ -1,10 +1,13 @@
-// Status codes, the message of the last failure, and the house law on ownership and lifetime.
+// Status codes, the message of the last failure, and the conventions on ownership and lifetime.
 //
-// House law (each header notes only its exceptions):
-// - Every function that can fail returns enum vw_status; results come back through trailing pointers, untouched on failure.
-// - A failing function calls vw_fail() once, where it knows most; callers return the code, or add context with vw_fail_context().
+// Conventions (each header notes only its exceptions):
+// - Every function that can fail returns enum vw_status; results come back through trailing pointers, untouched on
+// failure.
+// - A failing function calls vw_fail() once, where it knows most; callers return the code, or add context with
+// vw_fail_context().
 // - A params struct needs to live only for the call. A field left zero means its stated default.
-// - vw_x_create/open gives the caller an object that vw_x_destroy/close(&object) ends; these accept NULL and half-built objects
+// - vw_x_create/open gives the caller an object that vw_x_destroy/close(&object) ends; these accept NULL and half-built
+// objects
 //   and set the pointer to NULL.
 // - Strings are UTF-8, borrowed unless a comment says "owned". Objects are for one thread at a time.
 #ifndef VIEWWORTH_STATUS_H
@@ -30,8 +33,8 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) __attribu
 // Puts "<formatted>: " before the recorded message and returns `status` unchanged.
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-// Replaces line ends and other control characters by '?', in place: names come from files, and a message is one line that no name can
-// break or use to command a terminal. vw_fail() and vw_fail_context() do it themselves.
+// Replaces line ends and other control characters by '?', in place: names come from files, and a message is one line
+// that no name can break or use to command a terminal. vw_fail() and vw_fail_context() do it themselves.
 void vw_text_make_line(char *text);
 
 // The message of this thread's last failure, "" when there was none. Valid until the next failure of this thread.
@@ -39,11 +42,11 @@ const char *vw_error_message(void);
 
 // Keeps the recorded message over a clean-up that may itself fail: what failed first is what the user has to know.
 enum { VW_ERROR_MESSAGE_BYTES = 1024 };
-struct vw_kept_error {
+struct vw_saved_error {
     char message[VW_ERROR_MESSAGE_BYTES];
 };
-struct vw_kept_error vw_error_keep(void);
-void vw_error_put_back(const struct vw_kept_error *kept);
+struct vw_saved_error vw_error_save(void);
+void vw_error_restore(const struct vw_saved_error *kept);
 
 // The program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
 int vw_exit_code(enum vw_status status);

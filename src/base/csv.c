@@ -1,11 +1,11 @@
-#include "viewworth/csv.h"
+#include "base/csv.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 // Whether a spreadsheet would calculate a text, or would once an apostrophe before it was taken away.
 static bool looks_like_formula(const char *text) {
@@ -13,7 +13,8 @@ static bool looks_like_formula(const char *text) {
     return *text && strchr("=+-@\t\r\n", *text);
 }
 
-// ---- Reading ----------------------------------------------------------------------------------------------------------
+// ---- Reading
+// ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv) {
     static const char byte_order_mark[] = "\xef\xbb\xbf";
@@ -22,8 +23,10 @@ enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *
     enum vw_status status = vw_file_read(path, limit_bytes, &text, &csv->size_bytes);
     if (status) return status;
     csv->text = text;
-    if (memchr(text, 0, csv->size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
-    csv->next = csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
+    if (memchr(text, 0, csv->size_bytes))
+        return vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
+    csv->next =
+        csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
     return VW_OK;
 }
 
@@ -34,7 +37,9 @@ void vw_csv_close(struct vw_csv *csv) {
 }
 
 // How many bytes end a line here: 0 where none ends, also at the end of the file.
-static size_t line_end_bytes(const char *text) { return text[0] == '\n' ? 1 : text[0] == '\r' && text[1] == '\n' ? 2 : 0; }
+static size_t line_end_bytes(const char *text) {
+    return text[0] == '\n' ? 1 : text[0] == '\r' && text[1] == '\n' ? 2 : 0;
+}
 
 // Takes a field that begins behind a quote, in place, and moves csv->next behind its closing one.
 static enum vw_status take_quoted(struct vw_csv *csv) {
@@ -45,11 +50,13 @@ static enum vw_status take_quoted(struct vw_csv *csv) {
         from += *from == '"';
         *to++ = *from++;
     }
-    if (!*from) return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote stays open; close it, and double quotes within", csv->path, line);
+    if (!*from)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote stays open; close it, and double quotes within", csv->path,
+                       line);
     csv->next = from + 1;
     if (*csv->next && *csv->next != ',' && !line_end_bytes(csv->next))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: text follows a closing quote; double quotes within a quoted field", csv->path,
-                       csv->next_line);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: text follows a closing quote; double quotes within a quoted field",
+                       csv->path, csv->next_line);
     *to = 0; // it cannot reach csv->next
     return VW_OK;
 }
@@ -57,13 +64,15 @@ static enum vw_status take_quoted(struct vw_csv *csv) {
 static enum vw_status take_plain(struct vw_csv *csv) {
     while (*csv->next && *csv->next != ',' && *csv->next != '"' && !line_end_bytes(csv->next)) csv->next++;
     if (*csv->next != '"') return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote within a field; put the whole field in quotes and double those within", csv->path,
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s:%u: a quote within a field; put the whole field in quotes and double those within", csv->path,
                    csv->next_line);
 }
 
 // Takes one field; `*more` when another one follows in the record. What ends the field becomes its end.
 static enum vw_status take_field(struct vw_csv *csv, bool *more) {
-    enum vw_status status = vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);
+    enum vw_status status =
+        vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);
     if (status) return status;
     bool quoted = *csv->next == '"';
     csv->next += quoted;
@@ -91,7 +100,8 @@ enum vw_status vw_csv_next(struct vw_csv *csv, bool *found) {
     return status;
 }
 
-// ---- Writing ----------------------------------------------------------------------------------------------------------
+// ---- Writing
+// ----------------------------------------------------------------------------------------------------------
 
 void vw_csv_write_text(FILE *stream, const char *text) {
     if (!text) return;
@@ -125,8 +135,8 @@ enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const 
     if (stream) print(stream, context);
     bool failed = !stream || ferror(stream);
     if (stream && fclose(stream)) failed = true;
-    enum vw_status status =
-        failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path) : vw_file_write(path, text, size_bytes);
+    enum vw_status status = failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path)
+                                   : vw_file_write(path, text, size_bytes);
     free(text);
     return status;
 }

@@ -1,4 +1,4 @@
-#include "viewworth/file.h"
+#include "base/file.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
     char *text = NULL;
@@ -20,10 +20,11 @@ static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes,
         size_t got = fread(text + used, 1, capacity - used - 1, file);
         used += got;
         if (ferror(file))
-            status = vw_fail(errno == EISDIR ? VW_ERROR_INPUT : VW_ERROR_IO, "%s: cannot read: %s; check the path and the disk", path,
-                             strerror(errno));
+            status = vw_fail(errno == EISDIR ? VW_ERROR_INPUT : VW_ERROR_IO,
+                             "%s: cannot read: %s; check the path and the disk", path, strerror(errno));
         else if (used > limit_bytes)
-            status = vw_fail(VW_ERROR_INPUT, "%s: larger than the %zu bytes allowed here; check the path", path, limit_bytes);
+            status = vw_fail(VW_ERROR_INPUT, "%s: larger than the %zu bytes allowed here; check the path", path,
+                             limit_bytes);
         if (status || !got) break;
     }
     if (status) {
@@ -38,7 +39,9 @@ static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes,
 
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
     FILE *file = fopen(path, "rb");
-    if (!file) return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path, strerror(errno));
+    if (!file)
+        return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
+                       strerror(errno));
     enum vw_status status = read_all(file, path, limit_bytes, data, size_bytes);
     fclose(file);
     return status;
@@ -56,7 +59,8 @@ static bool write_all(int descriptor, const void *data, size_t size_bytes) {
     return fsync(descriptor) == 0;
 }
 
-// Makes a rename survive a power cut. Not every file system can sync a folder; where it cannot, the rename itself stands.
+// Makes a rename survive a power cut. Not every file system can sync a folder; where it cannot, the rename itself
+// stands.
 static void sync_folder_of(const char *path) {
     char *folder = vw_path_folder(path);
     int descriptor = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
@@ -85,7 +89,8 @@ enum vw_status vw_file_write(const char *path, const void *data, size_t size_byt
     if (opened && !done) unlink(temporary);
     free(temporary);
     if (!done)
-        return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path, strerror(cause));
+        return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path,
+                       strerror(cause));
     sync_folder_of(path);
     return VW_OK;
 }
@@ -111,7 +116,8 @@ enum vw_status vw_folder_create(const char *path) {
         *end = 0;
         int cause = mkdir(partial, 0777) ? errno : 0;
         if (cause && !vw_folder_exists(partial))
-            status = vw_fail(VW_ERROR_IO, "%s: cannot create the folder: %s; check the path and its permissions", partial, strerror(cause));
+            status = vw_fail(VW_ERROR_IO, "%s: cannot create the folder: %s; check the path and its permissions",
+                             partial, strerror(cause));
         *end = following;
     }
     free(partial);
@@ -132,9 +138,14 @@ char *vw_path_folder(const char *path) {
     return vw_format_text("%.*s", (int)(slash - path), path);
 }
 
-// How many bytes the UTF-8 character at `text` has; 0 when it is none. Overlong forms, surrogates and what lies beyond U+10FFFF are none.
+// How many bytes the UTF-8 character at `text` has; 0 when it is none. Overlong forms, surrogates and what lies beyond
+// U+10FFFF are none.
 static int utf8_length(const unsigned char *text) {
-    int length = text[0] < 0x80 ? 1 : text[0] >= 0xf0 && text[0] < 0xf5 ? 4 : text[0] >= 0xe0 ? 3 : text[0] >= 0xc2 ? 2 : 0;
+    int length = text[0] < 0x80                      ? 1
+                 : text[0] >= 0xf0 && text[0] < 0xf5 ? 4
+                 : text[0] >= 0xe0                   ? 3
+                 : text[0] >= 0xc2                   ? 2
+                                                     : 0;
     if (text[0] >= 0xf5) return 0;
     for (int i = 1; i < length; i++)
         if ((text[i] & 0xc0) != 0x80) return 0;

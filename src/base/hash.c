@@ -1,4 +1,4 @@
-#include "viewworth/hash.h"
+#include "base/hash.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -7,8 +7,10 @@
 #include <stdio.h>
 #include <string.h>
 
-_Static_assert(sizeof(struct vw_hasher) >= sizeof(crypto_generichash_state), "struct vw_hasher holds libsodium's state");
-_Static_assert(_Alignof(struct vw_hasher) >= _Alignof(crypto_generichash_state), "struct vw_hasher is aligned as libsodium's state");
+_Static_assert(sizeof(struct vw_hasher) >= sizeof(crypto_generichash_state),
+               "struct vw_hasher holds libsodium's state");
+_Static_assert(_Alignof(struct vw_hasher) >= _Alignof(crypto_generichash_state),
+               "struct vw_hasher is aligned as libsodium's state");
 
 enum { HASH_BYTES = 32, READ_BYTES = 65536 };
 
@@ -16,7 +18,9 @@ void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[32]) { crypto_h
 
 enum vw_status vw_sha256_file(const char *path, uint8_t hash[32]) {
     FILE *file = fopen(path, "rb");
-    if (!file) return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path, strerror(errno));
+    if (!file)
+        return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
+                       strerror(errno));
     crypto_hash_sha256_state state;
     crypto_hash_sha256_init(&state);
     unsigned char buffer[READ_BYTES];
@@ -30,7 +34,9 @@ enum vw_status vw_sha256_file(const char *path, uint8_t hash[32]) {
     return VW_OK;
 }
 
-static crypto_generichash_state *state_of(struct vw_hasher *hasher) { return (crypto_generichash_state *)hasher->state; }
+static crypto_generichash_state *state_of(struct vw_hasher *hasher) {
+    return (crypto_generichash_state *)hasher->state;
+}
 
 static void add_raw(struct vw_hasher *hasher, const void *data, size_t size_bytes) {
     crypto_generichash_update(state_of(hasher), data, size_bytes);
@@ -82,6 +88,10 @@ void vw_hasher_add_real(struct vw_hasher *hasher, double value) {
 
 void vw_hasher_add_null(struct vw_hasher *hasher) { add_tag(hasher, 'n'); }
 
-void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[32]) { crypto_generichash_final(state_of(hasher), hash, HASH_BYTES); }
+void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[32]) {
+    crypto_generichash_final(state_of(hasher), hash, HASH_BYTES);
+}
 
-void vw_hash_to_hex(const uint8_t hash[32], char hex[VW_HASH_HEX_BYTES]) { sodium_bin2hex(hex, VW_HASH_HEX_BYTES, hash, HASH_BYTES); }
+void vw_hash_to_hex(const uint8_t hash[32], char hex[VW_HASH_HEX_BYTES]) {
+    sodium_bin2hex(hex, VW_HASH_HEX_BYTES, hash, HASH_BYTES);
+}

@@ -1,11 +1,11 @@
-#include "viewworth/json.h"
+#include "base/json.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 

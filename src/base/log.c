@@ -75,9 +75,11 @@ static void format_state(const struct vw_progress *progress, double now_s, char 
     if (isfinite(progress->val_psnr_db)) snprintf(psnr, sizeof psnr, " %.2f dB", progress->val_psnr_db);
     double elapsed_s = now_s - progress->started_s;
     double steps_per_s = elapsed_s > 0 ? (double)(progress->done_steps - progress->first_step) / elapsed_s : 0;
-    if (steps_per_s > 0) format_duration((double)(progress->total_steps - progress->done_steps) / steps_per_s, left, sizeof left);
+    if (steps_per_s > 0)
+        format_duration((double)(progress->total_steps - progress->done_steps) / steps_per_s, left, sizeof left);
     uint32_t shown_epoch = progress->epoch < progress->epochs ? progress->epoch + 1 : progress->epochs;
-    snprintf(line, LINE_BYTES, "epoch %u/%u [%s]%s  %.1f steps/s  %s left", shown_epoch, progress->epochs, bar, psnr, steps_per_s, left);
+    snprintf(line, LINE_BYTES, "epoch %u/%u [%s]%s  %.1f steps/s  %s left", shown_epoch, progress->epochs, bar, psnr,
+             steps_per_s, left);
 }
 
 static void draw(struct vw_progress *progress, double now_s) {

@@ -1,4 +1,4 @@
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 #include <stdarg.h>
 #include <stdint.h>
@@ -9,7 +9,8 @@
 void *vw_allocate(size_t count, size_t item_bytes) {
     void *memory = calloc(count ? count : 1, item_bytes);
     if (!memory)
-        vw_fail(VW_ERROR_MEMORY, "out of memory: %zu items of %zu bytes; close other programs or use --downscale", count, item_bytes);
+        vw_fail(VW_ERROR_MEMORY, "out of memory: %zu items of %zu bytes; close other programs or use --downscale",
+                count, item_bytes);
     return memory;
 }
 

@@ -1,4 +1,4 @@
-#include "viewworth/psnr.h"
+#include "base/psnr.h"
 
 #include <math.h>
 

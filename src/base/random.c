@@ -1,6 +1,7 @@
-#include "viewworth/random.h"
+#include "base/random.h"
 
-void vw_random_words(uint64_t seed, enum vw_random_purpose purpose, uint64_t step, uint32_t a, uint32_t b, uint32_t words[4]) {
+void vw_random_words(uint64_t seed, enum vw_random_purpose purpose, uint64_t step, uint32_t a, uint32_t b,
+                     uint32_t words[4]) {
     uint32_t key[2] = {(uint32_t)seed, (uint32_t)(seed >> 32)};
     uint32_t counter[4] = {(uint32_t)step, (uint32_t)(step >> 32) | (uint32_t)purpose << 24, a, b};
     for (int round = 0; round < 10; round++) {

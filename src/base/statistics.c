@@ -1,10 +1,10 @@
-#include "viewworth/statistics.h"
+#include "base/statistics.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static int compare(const void *a, const void *b) {
     double left = *(const double *)a, right = *(const double *)b;
@@ -59,7 +59,8 @@ static bool varies(const double *values, uint32_t count) {
 
 double vw_pearson(const double *a, const double *b, uint32_t count) {
     double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
-    if (!varies(a, count) || !varies(b, count)) return NAN; // the rounded mean of equal values need not be equal to them
+    if (!varies(a, count) || !varies(b, count))
+        return NAN; // the rounded mean of equal values need not be equal to them
     for (uint32_t i = 0; i < count; i++) {
         mean_a += a[i] / count;
         mean_b += b[i] / count;
@@ -97,6 +98,7 @@ double vw_student_quantile(double degrees) {
     const double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z, n = degrees;
     if (n == 1) return 12.7062047361747; // tan(0.475 pi)
     if (n == 2) return 4.30265272974946; // 0.95 / sqrt(2 * 0.975 * 0.025)
-    return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) + (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / 384 / (n * n * n) +
+    return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) +
+           (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / 384 / (n * n * n) +
            (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / 92160 / (n * n * n * n);
 }

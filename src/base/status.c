@@ -38,13 +38,13 @@ enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) {
 
 const char *vw_error_message(void) { return message; }
 
-struct vw_kept_error vw_error_keep(void) {
-    struct vw_kept_error kept;
+struct vw_saved_error vw_error_save(void) {
+    struct vw_saved_error kept;
     memcpy(kept.message, message, sizeof message);
     return kept;
 }
 
-void vw_error_put_back(const struct vw_kept_error *kept) { memcpy(message, kept->message, sizeof message); }
+void vw_error_restore(const struct vw_saved_error *kept) { memcpy(message, kept->message, sizeof message); }
 
 int vw_exit_code(enum vw_status status) {
     switch (status) {

@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/tradeoff_points.h"
-#include "viewworth/memory.h"
+#include "experiment/sweep/configurations.h"
+#include "base/memory.h"
 
 enum kind {
     KIND_FLAG,   // bool
@@ -39,7 +39,9 @@ const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
-static const char *table_precision_choice(uint32_t choice) { return vw_table_precision_name((enum vw_table_precision)choice); }
+static const char *table_precision_choice(uint32_t choice) {
+    return vw_table_precision_name((enum vw_table_precision)choice);
+}
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
@@ -55,109 +57,141 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimi
 #define REAL .kind = KIND_REAL
 
 static const struct option_row rows[] = {
-    {"device", "N|NAME", "Vulkan device: index or part of the name, as in viewworth devices", VW_OPTIONS_DEVICE, TEXT, FIELD(device)},
-    {"format", "NAME", "read the scene as recipe, transforms, phototourism or colmap, not as the first of these that fits",
+    {"device", "N|NAME", "Vulkan device: index or part of the name, as in viewworth devices", VW_OPTIONS_DEVICE, TEXT,
+     FIELD(device)},
+    {"format", "NAME",
+     "read the scene as recipe, transforms, phototourism or colmap, not as the first of these that fits",
      VW_OPTIONS_SCENE, TEXT, FIELD(format)},
-    {"pool", "all|list", "PhotoTourism: all registered photos, or those that the TSV lists", VW_OPTIONS_SCENE, TEXT, FIELD(pool)},
-    {"train", "FILE", "names of the photos to train on, one a line, or a NeRF-W TSV", VW_OPTIONS_SCENE, TEXT, FIELD(train_list)},
+    {"pool", "all|list", "PhotoTourism: all registered photos, or those that the TSV lists", VW_OPTIONS_SCENE, TEXT,
+     FIELD(pool)},
+    {"train", "FILE", "names of the photos to train on, one a line, or a NeRF-W TSV", VW_OPTIONS_SCENE, TEXT,
+     FIELD(train_list)},
     {"val", "FILE", "names of the photos to validate on", VW_OPTIONS_SCENE, TEXT, FIELD(val_list)},
     {"test", "FILE", "names of the photos to keep for tests", VW_OPTIONS_SCENE, TEXT, FIELD(test_list)},
-    {"providers", "FILE.csv", "who supplied which photo: header name,provider", VW_OPTIONS_SCENE, TEXT, FIELD(providers)},
-    {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1, .most = 64},
-    {"plant", "N", "spoil N of the photos to train on, each by one of five defects, so that truth is known", VW_OPTIONS_SCENE, COUNT,
-     FIELD(plant), .least = 0, .most = 1000000},
-    {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed), .kind = KIND_SEED},
+    {"providers", "FILE.csv", "who supplied which photo: header name,provider", VW_OPTIONS_SCENE, TEXT,
+     FIELD(providers)},
+    {"downscale", "N", "divide the size of the photos by N", VW_OPTIONS_SCENE, COUNT, FIELD(downscale), .least = 1,
+     .most = 64},
+    {"corrupt", "N", "corrupt N of the photos to train on, each by one of five defects, so that truth is known",
+     VW_OPTIONS_SCENE, COUNT, FIELD(corrupt), .least = 0, .most = 1000000},
+    {"seed", "N", "of order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, FIELD(config.seed),
+     .kind = KIND_SEED},
     {"epochs", "N", "times every photo is trained on", VW_OPTIONS_TRAINING, COUNT, FIELD(config.epochs)},
     {"burn-in", "N", "first epochs that do not count into scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, COUNT,
      FIELD(config.burn_in_epochs)},
     {"rays", "N", "training rays per step", VW_OPTIONS_TRAINING, COUNT, FIELD(config.rays)},
     {"samples", "N", "samples per ray", VW_OPTIONS_TRAINING, COUNT, FIELD(config.samples)},
-    {"val-rays", "N", "validation rays in total, at least 32 per validation photo", VW_OPTIONS_TRAINING, COUNT, FIELD(config.val_rays)},
-    {"loss", "NAME", "training loss", VW_OPTIONS_TRAINING, FIELD(config.loss), .kind = KIND_CHOICE, .choice_name = loss_choice,
-     .choice_count = VW_LOSS_HUBER + 1},
-    {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer), .kind = KIND_CHOICE,
-     .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
+    {"val-rays", "N", "validation rays in total, at least 32 per validation photo", VW_OPTIONS_TRAINING, COUNT,
+     FIELD(config.val_rays)},
+    {"loss", "NAME", "training loss", VW_OPTIONS_TRAINING, FIELD(config.loss), .kind = KIND_CHOICE,
+     .choice_name = loss_choice, .choice_count = VW_LOSS_HUBER + 1},
+    {"optimizer", "NAME", "how gradients become steps", VW_OPTIONS_TRAINING, FIELD(config.optimizer),
+     .kind = KIND_CHOICE, .choice_name = optimizer_choice, .choice_count = VW_OPTIMIZER_SGD + 1},
     {"lr", "X", "learning rate", VW_OPTIONS_TRAINING, REAL, FIELD(config.learning_rate)},
-    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT, REAL,
-     FIELD(config.beta1)},
-    {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these", VW_OPTIONS_TRAINING,
-     FIELD(config.effects), .kind = KIND_EFFECTS},
-    {"background", "NAME", "what transparent training pixels stand on: the scene's colour, or one drawn per ray and step",
+    {"beta1", "X", "momentum of Adam (at 0 a step credits its photo alone)", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
+     REAL, FIELD(config.beta1)},
+    {"effects", "auto|none|LIST|+a,-b", "optional parts of image formation; a bare list means exactly these",
+     VW_OPTIONS_TRAINING, FIELD(config.effects), .kind = KIND_EFFECTS},
+    {"background", "NAME",
+     "what transparent training pixels stand on: the scene's colour, or one drawn per ray and step",
      VW_OPTIONS_TRAINING, FIELD(config.background), .kind = KIND_CHOICE, .choice_name = background_choice,
      .choice_count = VW_BACKGROUND_RANDOM + 1},
     {"levels", "N", "levels of the hash grid", VW_OPTIONS_TRAINING, COUNT, FIELD(config.levels)},
     {"features", "N", "features of a grid entry", VW_OPTIONS_TRAINING, COUNT, FIELD(config.features)},
-    {"log2-table", "N", "binary logarithm of the entries of a level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.log2_table)},
+    {"log2-table", "N", "binary logarithm of the entries of a level", VW_OPTIONS_TRAINING, COUNT,
+     FIELD(config.log2_table)},
     {"table-precision", "NAME", "in which features of the hash grid are stored and read", VW_OPTIONS_TRAINING,
-     FIELD(config.table_precision), .kind = KIND_CHOICE, .choice_name = table_precision_choice, .choice_count = VW_TABLE_FLOAT16 + 1},
-    {"base-resolution", "N", "cells along an axis of the coarsest level", VW_OPTIONS_TRAINING, COUNT, FIELD(config.base_resolution)},
+     FIELD(config.table_precision), .kind = KIND_CHOICE, .choice_name = table_precision_choice,
+     .choice_count = VW_TABLE_FLOAT16 + 1},
+    {"base-resolution", "N", "cells along an axis of the coarsest level", VW_OPTIONS_TRAINING, COUNT,
+     FIELD(config.base_resolution)},
     {"growth", "X", "ratio of resolutions from level to level", VW_OPTIONS_TRAINING, REAL, FIELD(config.growth)},
     {"width", "N", "neurons of the hidden layers", VW_OPTIONS_TRAINING, COUNT, FIELD(config.width)},
-    {"profile", NULL, "also time every pass, and say what it does with the device", VW_OPTIONS_ONE_RUN, FLAG, FIELD(profile)},
-    {"noise-floor", NULL, "also probe the measurement: repeated validation, steps of learning rate 0, redrawn pixels", VW_OPTIONS_VALUE,
-     FLAG, FIELD(config.noise_floor)},
-    {"same-state", "N", "also score every photo by steps from the same N states, each put back after every step", VW_OPTIONS_VALUE, COUNT,
-     FIELD(config.same_state), .least = 1, .most = 1000000},
+    {"profile", NULL, "also time every pass, and say what it does with the device", VW_OPTIONS_ONE_RUN, FLAG,
+     FIELD(profile)},
+    {"noise-floor", NULL, "also probe the measurement: repeated validation, steps of learning rate 0, redrawn pixels",
+     VW_OPTIONS_VALUE, FLAG, FIELD(config.noise_floor)},
+    {"same-state", "N", "also score every photo by steps from the same N states, each restored after every step",
+     VW_OPTIONS_VALUE, COUNT, FIELD(config.same_state), .least = 1, .most = 1000000},
     {"first-order", NULL, "also score every photo by the slope of validation along its steps", VW_OPTIONS_VALUE, FLAG,
      FIELD(config.first_order)},
     {"until-stable", "R",
-     "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, below 1; 0: never",
+     "stop at an epoch's end once scores rank as half the epochs ranked them: Spearman's correlation, below 1; 0: "
+     "never",
      VW_OPTIONS_ONE_VALUE, REAL, FIELD(until_stable)},
     {"accuracy", "NAME",
-     "rays, samples, val-rays, log2-table, width and epochs at once: draft, quick, standard or reference; those given themselves win",
+     "rays, samples, val-rays, log2-table, width and epochs at once: draft, quick, standard or reference; those given "
+     "themselves win",
      VW_OPTIONS_ONE_VALUE, TEXT, FIELD(accuracy)},
     {"budget", "TIME",
-     "choose these so that the whole command ends within 90s, 10min or 1.5h, and stop at an epoch's end; --epochs is then the most",
+     "choose these so that the whole command ends within 90s, 10min or 1.5h, and stop at an epoch's end; --epochs is "
+     "then the most",
      VW_OPTIONS_ONE_VALUE, TEXT, FIELD(budget)},
-    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth", VW_OPTIONS_ONE_VALUE,
-     TEXT, FIELD(payout)},
-    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT, FIELD(out)},
+    {"payout", "AMOUNT", "also divide an amount among the providers, in proportion to what their photos are worth",
+     VW_OPTIONS_ONE_VALUE, TEXT, FIELD(payout)},
+    {"out", "FOLDER", "where results go (needed); must not hold a run yet, unless with --resume", VW_OPTIONS_OUT, TEXT,
+     FIELD(out)},
     {"out", "FOLDER", "where results go (needed); must not hold a run yet", VW_OPTIONS_IMPORT, TEXT, FIELD(out)},
-    {"out", "FOLDER", "where results go (needed); what it holds of the same runs is gone on with", VW_OPTIONS_RUNS, TEXT, FIELD(out)},
-    {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none", VW_OPTIONS_OUT, FLAG,
-     FIELD(resume)},
+    {"out", "FOLDER", "where results go (needed); what it holds of the same runs is gone on with", VW_OPTIONS_RUNS,
+     TEXT, FIELD(out)},
+    {"resume", NULL, "go on with the run that --out holds, or extend it by more --epochs; start when there is none",
+     VW_OPTIONS_OUT, FLAG, FIELD(resume)},
     {"resume", NULL, "taken for granted", VW_OPTIONS_RUNS, FLAG, FIELD(resume)},
-    {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds), .least = 2, .most = 50},
-    {"vary", "NAME", "what differs between the runs; the rest stays as --seed has it", VW_OPTIONS_REPRODUCE, FIELD(config.vary),
-     .kind = KIND_CHOICE, .choice_name = vary_choice, .choice_count = VW_VARY_INIT + 1},
+    {"seeds", "K", "runs to compare, of the seeds from --seed on", VW_OPTIONS_REPRODUCE, COUNT, FIELD(seeds),
+     .least = 2, .most = 50},
+    {"vary", "NAME", "what differs between the runs; the rest stays as --seed has it", VW_OPTIONS_REPRODUCE,
+     FIELD(config.vary), .kind = KIND_CHOICE, .choice_name = vary_choice, .choice_count = VW_VARY_INIT + 1},
     {"expect", "HEAD", "the head that an earlier command printed", VW_OPTIONS_VERIFY, TEXT, FIELD(expect)},
-    {"replay", "N", "take the first N steps again and compare every bit", VW_OPTIONS_VERIFY, COUNT, FIELD(replay_steps), .least = 1,
-     .most = UINT32_MAX},
-    {"view", "NAME|N", "photo to render: its name, or its place among the validation photos (default: the first)", VW_OPTIONS_VIEW, TEXT,
-     FIELD(view)},
+    {"replay", "N", "take the first N steps again and compare every bit", VW_OPTIONS_VERIFY, COUNT, FIELD(replay_steps),
+     .least = 1, .most = UINT32_MAX},
+    {"view", "NAME|N", "photo to render: its name, or its place among the validation photos (default: the first)",
+     VW_OPTIONS_VIEW, TEXT, FIELD(view)},
     {"to", "FILE", "image to write, .png or .exr (default: OUT/render_<view>.png)", VW_OPTIONS_VIEW, TEXT, FIELD(to)},
-    {"to", "PATH", "the list to write (needed): a new file, or for transforms.json also a folder", VW_OPTIONS_SELECT, TEXT, FIELD(to)},
+    {"to", "PATH", "the list to write (needed): a new file, or for transforms.json also a folder", VW_OPTIONS_SELECT,
+     TEXT, FIELD(to)},
     {"positive", NULL, "keep the photos whose score is above zero", VW_OPTIONS_SELECT, FLAG, FIELD(positive)},
-    {"significant", NULL, "keep the photos whose 95 % interval lies above zero", VW_OPTIONS_SELECT, FLAG, FIELD(significant)},
-    {"harmless", NULL, "keep all but the photos whose 95 % interval lies below zero", VW_OPTIONS_SELECT, FLAG, FIELD(harmless)},
+    {"significant", NULL, "keep the photos whose 95 % interval lies above zero", VW_OPTIONS_SELECT, FLAG,
+     FIELD(significant)},
+    {"not-harmful", NULL, "keep all but the photos whose 95 % interval lies below zero", VW_OPTIONS_SELECT, FLAG,
+     FIELD(not_harmful)},
     {"top", "K|P%", "keep the K best photos, or the best P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(top)},
     {"drop", "K|P%", "keep all but the K worst photos, or the worst P % of them", VW_OPTIONS_SELECT, TEXT, FIELD(drop)},
-    {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE, TEXT, FIELD(method)},
-    {"to", "FILE", "where to write the report (default: report.html in the first OUT)", VW_OPTIONS_REPORT, TEXT, FIELD(to)},
-    {"no-thumbnails", NULL, "leave the photos out of the report, where they may not be passed on", VW_OPTIONS_THUMBNAILS, FLAG,
-     FIELD(no_thumbnails)},
-    {"measure", NULL, "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR", VW_OPTIONS_INFO,
-     FLAG, FIELD(measure)},
-    {"subsets", "N", "random halves of the photos to train on, each twice", VW_OPTIONS_BENCHMARK, COUNT, FIELD(subsets), .least = 8,
-     .most = 10000},
-    {"leave-one-out", NULL, "also train without each photo: twice as many trainings as there are photos", VW_OPTIONS_BENCHMARK, FLAG,
-     FIELD(leave_one_out)},
-    {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,truth)", VW_OPTIONS_BENCHMARK, TEXT,
-     FIELD(curves)},
+    {"method", "NAME", "whose scores decide (default: dv_psnr)", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE, TEXT,
+     FIELD(method)},
+    {"to", "FILE", "where to write the report (default: report.html in the first OUT)", VW_OPTIONS_REPORT, TEXT,
+     FIELD(to)},
+    {"no-thumbnails", NULL, "leave the photos out of the report, where they may not be passed on",
+     VW_OPTIONS_THUMBNAILS, FLAG, FIELD(no_thumbnails)},
+    {"measure", NULL,
+     "also train briefly with and without each effect called for: milliseconds, params, bytes and PSNR",
+     VW_OPTIONS_INFO, FLAG, FIELD(measure)},
+    {"subsets", "N", "random halves of the photos to train on, each twice", VW_OPTIONS_BENCHMARK, COUNT, FIELD(subsets),
+     .least = 8, .most = 10000},
+    {"leave-one-out", NULL, "also train without each photo: twice as many trainings as there are photos",
+     VW_OPTIONS_BENCHMARK, FLAG, FIELD(leave_one_out)},
+    {"curves", "LIST|all|none", "methods by whose scores photos are removed and added (default: dv_psnr,ground_truth)",
+     VW_OPTIONS_BENCHMARK, TEXT, FIELD(curves)},
     {"list", "WHAT",
-     "photos to train on (needed, may be repeated): all, positive, significant, harmless, top:K, top:P%, drop:P%, random, a file of "
+     "photos to train on (needed, may be repeated): all, positive, significant, not-harmful, top:K, top:P%, drop:P%, "
+     "random, a file of "
      "names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST (a CSV with the header name,score)",
      VW_OPTIONS_COMPARE, FIELD(lists), .kind = KIND_TEXTS},
-    {"scores", "OUT", "the valued run that positive, significant, harmless, top and drop choose by", VW_OPTIONS_COMPARE, TEXT,
-     FIELD(scores)},
-    {"seeds", "K", "trainings of each list, of the seeds from --seed on", VW_OPTIONS_COMPARE, COUNT, FIELD(seeds), .least = 1, .most = 50},
-    {"equal", "NAME", "what lists of different lengths train equally long: steps (epochs in proportion), or epochs, as the paper",
-     VW_OPTIONS_COMPARE, FIELD(equal), .kind = KIND_CHOICE, .choice_name = equal_choice, .choice_count = VW_EQUAL_EPOCHS + 1},
-    {"views", "N", "test photos (validation photos where there are none) to render side by side", VW_OPTIONS_COMPARE, COUNT, FIELD(views),
-     .least = 0, .most = 1000},
-    {"seeds", "K", "runs of every point, of the seeds from --seed on", VW_OPTIONS_TRADEOFF, COUNT, FIELD(seeds), .least = 2, .most = 50},
-    {"knobs", "LIST", "what is turned (default: all): " VW_TRADEOFF_KNOBS, VW_OPTIONS_TRADEOFF, TEXT, FIELD(knobs)},
-    {"halves", "N", "random halves of the photos that scores are judged by, each trained on twice; 0: none; LDS takes 3",
+    {"scores", "OUT", "the valued run that positive, significant, not-harmful, top and drop choose by",
+     VW_OPTIONS_COMPARE, TEXT, FIELD(scores)},
+    {"seeds", "K", "trainings of each list, of the seeds from --seed on", VW_OPTIONS_COMPARE, COUNT, FIELD(seeds),
+     .least = 1, .most = 50},
+    {"equal", "NAME",
+     "what lists of different lengths train equally long: steps (epochs in proportion), or epochs, as the paper",
+     VW_OPTIONS_COMPARE, FIELD(equal), .kind = KIND_CHOICE, .choice_name = equal_choice,
+     .choice_count = VW_EQUAL_EPOCHS + 1},
+    {"views", "N", "test photos (validation photos where there are none) to render side by side", VW_OPTIONS_COMPARE,
+     COUNT, FIELD(views), .least = 0, .most = 1000},
+    {"seeds", "K", "runs of every point, of the seeds from --seed on", VW_OPTIONS_TRADEOFF, COUNT, FIELD(seeds),
+     .least = 2, .most = 50},
+    {"parameters", "LIST", "what is turned (default: all): " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF, TEXT,
+     FIELD(parameters)},
+    {"halves", "N",
+     "random halves of the photos that scores are evaluated by, each trained on twice; 0: none; LDS takes 3",
      VW_OPTIONS_TRADEOFF, COUNT, FIELD(halves), .least = 0, .most = 10000},
     {"json", NULL, "results as one JSON object on stdout", VW_OPTIONS_JSON, FLAG, FIELD(json)},
     {"quiet", NULL, "say nothing but results, warnings and errors", VW_OPTIONS_ALWAYS, FLAG, FIELD(quiet)},
@@ -189,7 +223,8 @@ static enum vw_status parse_whole(const struct option_row *row, const char *text
     char *end = NULL;
     errno = 0;
     unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
-    if (!end || *end || errno || parsed < row->least || parsed > most) return refuse_number(row, text, "a whole number");
+    if (!end || *end || errno || parsed < row->least || parsed > most)
+        return refuse_number(row, text, "a whole number");
     *number = parsed;
     return VW_OK;
 }
@@ -247,7 +282,8 @@ static enum vw_status store(const struct option_row *row, const char *text, stru
     case KIND_CHOICE: status = parse_choice(row, text, field); break;
     case KIND_EFFECTS:
         if (strlen(text) >= sizeof options->config.effects)
-            return vw_fail(VW_ERROR_USAGE, "--%s: the list is longer than %zu characters", row->name, sizeof options->config.effects - 1);
+            return vw_fail(VW_ERROR_USAGE, "--%s: the list is longer than %zu characters", row->name,
+                           sizeof options->config.effects - 1);
         strcpy(field, text);
         break;
     }
@@ -262,32 +298,38 @@ static void list_for_getopt(const struct vw_command *command, struct option list
     int count = 0;
     for (int i = 0; i < ROW_COUNT; i++) {
         if (!takes(command, &rows[i])) continue;
-        list[count++] = (struct option){rows[i].name, rows[i].argument ? required_argument : no_argument, NULL, FIRST_CODE + i};
+        list[count++] =
+            (struct option){rows[i].name, rows[i].argument ? required_argument : no_argument, NULL, FIRST_CODE + i};
     }
     list[count] = (struct option){0};
 }
 
 // What getopt stumbled over: `word`, unless optopt has the letter of a short option.
 static enum vw_status refuse(const struct vw_command *command, bool value_missing, const char *word) {
-    if (value_missing) return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see viewworth %s --help", command->name, word, command->name);
-    if (optopt >= FIRST_CODE) return vw_fail(VW_ERROR_USAGE, "%s: --%s takes no value", command->name, rows[optopt - FIRST_CODE].name);
+    if (value_missing)
+        return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see viewworth %s --help", command->name, word,
+                       command->name);
+    if (optopt >= FIRST_CODE)
+        return vw_fail(VW_ERROR_USAGE, "%s: --%s takes no value", command->name, rows[optopt - FIRST_CODE].name);
     char letter[3] = {'-', (char)optopt, 0};
-    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see viewworth %s --help", command->name, optopt ? letter : word,
-                   command->name);
+    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see viewworth %s --help", command->name,
+                   optopt ? letter : word, command->name);
 }
 
 static bool needs_out(const struct vw_command *command) {
     return command->options & (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT);
 }
 
-static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands, struct vw_options *options) {
+static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands,
+                                     struct vw_options *options) {
     int wanted = command->operand ? 1 : 0;
     bool several = command->operand && strstr(command->operand, "...");
     if (count < wanted)
-        return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see viewworth %s --help", command->name, command->operand, command->name);
-    if (count > wanted && !several)
-        return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name, operands[wanted],
+        return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see viewworth %s --help", command->name, command->operand,
                        command->name);
+    if (count > wanted && !several)
+        return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is one argument too many; see viewworth %s --help", command->name,
+                       operands[wanted], command->name);
     if (wanted) options->operand = operands[0];
     options->operands = (const char *const *)operands;
     options->operand_count = (uint32_t)count;
@@ -323,7 +365,8 @@ bool vw_options_have(const struct vw_options *options, const char *name) {
     return false;
 }
 
-static void format_default(const struct option_row *row, const struct vw_options *options, char *text, size_t text_bytes) {
+static void format_default(const struct option_row *row, const struct vw_options *options, char *text,
+                           size_t text_bytes) {
     const void *field = (const char *)options + row->offset;
     text[0] = 0;
     switch (row->kind) {
@@ -352,7 +395,8 @@ void vw_options_print_help(const struct vw_command *command) {
     struct vw_options options = defaults;
     options.config = vw_config_default;
     const char *operand = command->operand ? command->operand : "", *out = needs_out(command) ? " --out FOLDER" : "";
-    printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out, command->summary);
+    printf("usage: viewworth %s%s%s%s [options]\n\n%s.\n", command->name, *operand ? " " : "", operand, out,
+           command->summary);
     if (command->details) printf("%s\n", command->details);
     printf("\noptions, with defaults in parentheses:\n");
     for (int i = 0; i < ROW_COUNT; i++)

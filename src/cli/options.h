@@ -30,7 +30,7 @@ struct vw_options {
     const char *train_list, *val_list, *test_list;
     const char *providers;
     uint32_t downscale;
-    uint32_t plant;
+    uint32_t corrupt;
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
@@ -38,17 +38,17 @@ struct vw_options {
     const char *payout;
     double until_stable; // 0: take all epochs
     const char *accuracy, *budget;
-    struct vw_choice *choice; // what these led to (cli/choice.h); NULL: nothing was chosen
+    struct vw_plan *plan; // what these led to (cli/choice.h); NULL: nothing was chosen
     const char *expect;
     uint32_t replay_steps;
     uint32_t subsets;
-    uint32_t halves;   // that a sweep judges scores by
-    const char *knobs; // that a sweep turns
+    uint32_t halves;        // that a sweep evaluates scores by
+    const char *parameters; // that a sweep turns
     bool leave_one_out;
     const char *curves;
     const char *view;
     const char *to;
-    bool positive, significant, harmless;
+    bool positive, significant, not_harmful;
     const char *top, *drop;
     const char *method; // whose scores choose
     struct vw_texts lists;
@@ -87,15 +87,16 @@ enum {
 
 struct vw_command {
     const char *name;
-    const char *operand; // the one operand it needs, as help spells it, or with "..." at its end at least one; NULL for none
+    const char
+        *operand; // the one operand it needs, as help spells it, or with "..." at its end at least one; NULL for none
     const char *summary; // one line
     const char *details; // what it leaves behind and what to know, for its own help
     unsigned options;    // VW_OPTIONS_* it takes
     enum vw_status (*run)(const struct vw_options *options);
 };
 
-// Reads a command's arguments (argv[0] is the command's name) over the defaults. VW_ERROR_USAGE names the option and what it takes.
-// With --help nothing else is demanded.
+// Reads a command's arguments (argv[0] is the command's name) over the defaults. VW_ERROR_USAGE names the option and
+// what it takes. With --help nothing else is demanded.
 enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options);
 // Whether the command line had the option of that name, without dashes.
 bool vw_options_have(const struct vw_options *options, const char *name);

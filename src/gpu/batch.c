@@ -2,20 +2,24 @@
 #include <stdlib.h>
 
 #include "gpu/internal.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// ---- Barriers ----------------------------------------------------------------------------------------------------------
+// ---- Barriers
+// ----------------------------------------------------------------------------------------------------------
 
 // All earlier commands, and what they wrote, before all later ones, and where asked before the host.
 static void full_barrier(VkCommandBuffer commands, bool host_reads) {
     const VkPipelineStageFlags device =
         VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     const VkAccessFlags writes = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    const VkAccessFlags reads = VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
+    const VkAccessFlags reads =
+        VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
     const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                      .srcAccessMask = writes,
                                      .dstAccessMask = reads | writes | (host_reads ? VK_ACCESS_HOST_READ_BIT : 0)};
-    vkCmdPipelineBarrier(commands, device, device | (host_reads ? VK_PIPELINE_STAGE_HOST_BIT : 0), 0, 1, &barrier, 0, NULL, 0, NULL);
+    vkCmdPipelineBarrier(commands, device, device | (host_reads ? VK_PIPELINE_STAGE_HOST_BIT : 0), 0, 1, &barrier, 0,
+                         NULL, 0, NULL);
 }
 
 void vw_end_barrier(VkCommandBuffer commands) { full_barrier(commands, true); }
@@ -37,7 +41,8 @@ static void record_barrier(struct vw_batch *batch) {
 
 uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->barrier_count; }
 
-// ---- Recording -----------------------------------------------------------------------------------------------------------
+// ---- Recording
+// -----------------------------------------------------------------------------------------------------------
 
 // Keeps a failure just recorded with vw_fail() for vw_batch_submit(); VW_OK leaves the batch as it is.
 static void keep_failure(struct vw_batch *batch, enum vw_status status) {
@@ -49,7 +54,8 @@ static void keep_failure(struct vw_batch *batch, enum vw_status status) {
 // False once something failed; everything later is skipped then.
 static bool can_record(struct vw_batch *batch) {
     if (!batch->status && batch->gpu->recording != batch)
-        keep_failure(batch, vw_fail(VW_ERROR_DEVICE, "a batch records between vw_batch_begin and vw_batch_submit, one batch at a time"));
+        keep_failure(batch, vw_fail(VW_ERROR_DEVICE,
+                                    "a batch records between vw_batch_begin and vw_batch_submit, one batch at a time"));
     return !batch->status;
 }
 
@@ -105,12 +111,15 @@ static void wait_for_buffers(struct vw_batch *batch, const struct vw_pass *pass,
     if (listed) note_access(batch, listed, false);
 }
 
-static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, struct workgroups groups) {
+static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push,
+                            struct workgroups groups) {
     VkCommandBuffer commands = batch->commands;
     wait_for_buffers(batch, pass, groups.listed);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
-    if (pass->slot_count) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
-    if (pass->push_bytes) vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
+    if (pass->slot_count)
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
+    if (pass->push_bytes)
+        vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
     bool timed = vw_batch_timer_start(&batch->timer, commands, pass);
     if (groups.listed) vkCmdDispatchIndirect(commands, groups.listed->handle, groups.offset_bytes);
     else vkCmdDispatch(commands, groups.x, groups.y, 1);
@@ -120,8 +129,8 @@ static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, 
 static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
                                struct workgroups groups) {
     if (push_bytes != pass->push_bytes)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name, push_bytes,
-                       pass->push_bytes);
+        return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name,
+                       push_bytes, pass->push_bytes);
     const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
     bool labelled = batch->gpu->instance.debug_utils;
     if (labelled) vkCmdBeginDebugUtilsLabelEXT(batch->commands, &label);
@@ -130,7 +139,8 @@ static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pas
     return VW_OK;
 }
 
-void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
+void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                       uint64_t invocations) {
     if (!can_record(batch)) return;
     struct workgroups groups;
     enum vw_status status = fold(pass, invocations, &groups);
@@ -143,9 +153,11 @@ void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pa
     if (!can_record(batch)) return;
     enum vw_status status = vw_buffer_check_range(groups, offset_bytes, sizeof(VkDispatchIndirectCommand));
     if (!status && offset_bytes % 4)
-        status = vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, no multiple of 4", pass->name,
-                         (unsigned long long)offset_bytes, groups->name);
-    if (!status) status = dispatch(batch, pass, push, push_bytes, (struct workgroups){.listed = groups, .offset_bytes = offset_bytes});
+        status = vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, no multiple of 4",
+                         pass->name, (unsigned long long)offset_bytes, groups->name);
+    if (!status)
+        status = dispatch(batch, pass, push, push_bytes,
+                          (struct workgroups){.listed = groups, .offset_bytes = offset_bytes});
     keep_failure(batch, status);
 }
 
@@ -163,10 +175,12 @@ static enum vw_status copy(struct vw_batch *batch, struct vw_buffer *from, struc
 
 void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                    uint64_t to_offset_bytes, uint64_t size_bytes) {
-    if (can_record(batch)) keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
+    if (can_record(batch))
+        keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
 }
 
-// ---- Submitting ----------------------------------------------------------------------------------------------------------
+// ---- Submitting
+// ----------------------------------------------------------------------------------------------------------
 
 static enum vw_status submit(struct vw_batch *batch) {
     VkResult result = vkEndCommandBuffer(batch->commands);
@@ -175,7 +189,8 @@ static enum vw_status submit(struct vw_batch *batch) {
     if (status) return status;
     result = vkResetFences(batch->gpu->device, 1, &batch->fence);
     if (result) return vw_gpu_fail(result, "vkResetFences", "batch");
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &batch->commands};
+    const VkSubmitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &batch->commands};
     result = vkQueueSubmit(batch->gpu->queue, 1, &info, batch->fence);
     if (result) return vw_gpu_fail(result, "vkQueueSubmit", "batch");
     batch->in_flight = true;
@@ -199,7 +214,8 @@ enum vw_status vw_batch_wait(struct vw_batch *batch) {
     return status ? status : vw_gpu_check_validation(batch->gpu);
 }
 
-// ---- Life ----------------------------------------------------------------------------------------------------------------
+// ---- Life
+// ----------------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_commands(struct vw_batch *batch) {
     VkDevice device = batch->gpu->device;

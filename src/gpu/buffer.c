@@ -2,11 +2,13 @@
 #include <string.h>
 
 #include "gpu/internal.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 enum { STAGING_BYTES = 16 << 20 };
 
-// ---- Memory ------------------------------------------------------------------------------------------------------------
+// ---- Memory
+// ------------------------------------------------------------------------------------------------------------
 
 // The first memory type of `type_bits` that has all `wanted` properties, or -1.
 static int find_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, VkMemoryPropertyFlags wanted) {
@@ -15,32 +17,36 @@ static int find_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, VkMemo
     return -1;
 }
 
-static int choose_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, enum vw_buffer_home home) {
+static int choose_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, enum vw_buffer_memory memory) {
     const VkMemoryPropertyFlags coherent = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     int type = -1;
-    if (home == VW_BUFFER_DEVICE) type = find_memory_type(gpu, type_bits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    if (home == VW_BUFFER_READBACK) type = find_memory_type(gpu, type_bits, coherent | VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
-    if (type < 0) type = find_memory_type(gpu, type_bits, home == VW_BUFFER_DEVICE ? 0 : coherent);
+    if (memory == VW_BUFFER_DEVICE) type = find_memory_type(gpu, type_bits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+    if (memory == VW_BUFFER_READBACK)
+        type = find_memory_type(gpu, type_bits, coherent | VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+    if (type < 0) type = find_memory_type(gpu, type_bits, memory == VW_BUFFER_DEVICE ? 0 : coherent);
     return type;
 }
 
-static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_home home) {
+static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_memory memory) {
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(buffer->gpu->device, buffer->handle, &needs);
-    int type = choose_memory_type(buffer->gpu, needs.memoryTypeBits, home);
-    if (type < 0) return vw_fail(VW_ERROR_DEVICE, "%s: the device has no memory for it; choose another --device", buffer->name);
-    const VkMemoryAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = (uint32_t)type};
+    int type = choose_memory_type(buffer->gpu, needs.memoryTypeBits, memory);
+    if (type < 0)
+        return vw_fail(VW_ERROR_DEVICE, "%s: the device has no memory for it; choose another --device", buffer->name);
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .allocationSize = needs.size,
+                                       .memoryTypeIndex = (uint32_t)type};
     VkResult result = vkAllocateMemory(buffer->gpu->device, &info, NULL, &buffer->memory);
     if (result) return vw_gpu_fail(result, "vkAllocateMemory", buffer->name);
     result = vkBindBufferMemory(buffer->gpu->device, buffer->handle, buffer->memory, 0);
     if (result) return vw_gpu_fail(result, "vkBindBufferMemory", buffer->name);
-    if (home == VW_BUFFER_DEVICE) return VW_OK;
+    if (memory == VW_BUFFER_DEVICE) return VW_OK;
     result = vkMapMemory(buffer->gpu->device, buffer->memory, 0, VK_WHOLE_SIZE, 0, &buffer->mapped);
     return result ? vw_gpu_fail(result, "vkMapMemory", buffer->name) : VW_OK;
 }
 
-// ---- Transfers that the host waits for -----------------------------------------------------------------------------------
+// ---- Transfers that the host waits for
+// -----------------------------------------------------------------------------------
 
 static enum vw_status begin_transfer(struct vw_gpu *gpu, const char *object) {
     VkResult result = vkResetCommandPool(gpu->device, gpu->transfer_pool, 0);
@@ -55,7 +61,8 @@ static enum vw_status finish_transfer(struct vw_gpu *gpu, const char *object) {
     vw_end_barrier(gpu->transfer);
     VkResult result = vkEndCommandBuffer(gpu->transfer);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", object);
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &gpu->transfer};
+    const VkSubmitInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &gpu->transfer};
     result = vkQueueSubmit(gpu->queue, 1, &info, VK_NULL_HANDLE);
     if (result) return vw_gpu_fail(result, "vkQueueSubmit", object);
     result = vkQueueWaitIdle(gpu->queue);
@@ -73,8 +80,8 @@ static enum vw_status clear_buffer(struct vw_buffer *buffer) {
     return finish_transfer(buffer->gpu, buffer->name);
 }
 
-static enum vw_status copy_and_wait(struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to, uint64_t to_offset_bytes,
-                                    uint64_t size_bytes, const char *object) {
+static enum vw_status copy_and_wait(struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
+                                    uint64_t to_offset_bytes, uint64_t size_bytes, const char *object) {
     enum vw_status status = begin_transfer(from->gpu, object);
     if (status) return status;
     const VkBufferCopy region = {.srcOffset = from_offset_bytes, .dstOffset = to_offset_bytes, .size = size_bytes};
@@ -85,14 +92,16 @@ static enum vw_status copy_and_wait(struct vw_buffer *from, uint64_t from_offset
 // Host-cached, since it serves both directions.
 static enum vw_status need_staging(struct vw_gpu *gpu) {
     if (gpu->staging) return VW_OK;
-    return vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "staging", .size_bytes = STAGING_BYTES, .home = VW_BUFFER_READBACK},
-                            &gpu->staging);
+    return vw_buffer_create(
+        gpu, &(struct vw_buffer_params){.name = "staging", .size_bytes = STAGING_BYTES, .memory = VW_BUFFER_READBACK},
+        &gpu->staging);
 }
 
 enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes) {
     if (offset_bytes <= buffer->size_bytes && size_bytes <= buffer->size_bytes - offset_bytes) return VW_OK;
     return vw_fail(VW_ERROR_DEVICE, "%s: bytes %llu and %llu more are beyond its %llu bytes", buffer->name,
-                   (unsigned long long)offset_bytes, (unsigned long long)size_bytes, (unsigned long long)buffer->size_bytes);
+                   (unsigned long long)offset_bytes, (unsigned long long)size_bytes,
+                   (unsigned long long)buffer->size_bytes);
 }
 
 static enum vw_status wait_for_queue(struct vw_buffer *buffer) {
@@ -136,14 +145,16 @@ enum vw_status vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, v
     return status;
 }
 
-// ---- Life ----------------------------------------------------------------------------------------------------------------
+// ---- Life
+// ----------------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_handle(struct vw_buffer *buffer) {
     const VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = (buffer->size_bytes + 3) & ~(uint64_t)3, // vkCmdFillBuffer clears whole words
-        .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+        .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
     };
     VkResult result = vkCreateBuffer(buffer->gpu->device, &info, NULL, &buffer->handle);
     if (result) return vw_gpu_fail(result, "vkCreateBuffer", buffer->name);
@@ -158,7 +169,8 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
         return vw_fail(VW_ERROR_MEMORY,
                        "buffer %s: %llu bytes are more than the %llu that the device allocates at once; use a smaller "
                        "configuration or another --device",
-                       name, (unsigned long long)params->size_bytes, (unsigned long long)gpu->chosen.limits.buffer_bytes);
+                       name, (unsigned long long)params->size_bytes,
+                       (unsigned long long)gpu->chosen.limits.buffer_bytes);
     struct vw_buffer *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
@@ -166,7 +178,7 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
     gpu->buffer_bytes += made->size_bytes;
     made->name = vw_format_text("buffer %s", name);
     enum vw_status status = made->name ? create_handle(made) : VW_ERROR_MEMORY;
-    if (!status) status = allocate_memory(made, params->home);
+    if (!status) status = allocate_memory(made, params->memory);
     if (!status) status = clear_buffer(made);
     if (status) {
         vw_buffer_destroy(&made);

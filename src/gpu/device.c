@@ -4,11 +4,14 @@
 
 #include "gpu/internal.h"
 #include "gpu/shader_cache.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// ---- Listing and choosing ----------------------------------------------------------------------------------------------
+// ---- Listing and choosing
+// ----------------------------------------------------------------------------------------------
 
-// Most preferred first; devices of one kind stay in the driver's order, which info.index holds until the list is ranked.
+// Most preferred first; devices of one kind stay in the driver's order, which info.index holds until the list is
+// ranked.
 static int by_preference(const void *left, const void *right) {
     const struct vw_gpu_info *a = &((const struct vw_candidate *)left)->info;
     const struct vw_gpu_info *b = &((const struct vw_candidate *)right)->info;
@@ -17,7 +20,8 @@ static int by_preference(const void *left, const void *right) {
 }
 
 // `*candidates` is for the caller to free.
-static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_candidate **candidates, uint32_t *count) {
+static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_candidate **candidates,
+                                      uint32_t *count) {
     enum vw_status status = VW_OK;
     struct vw_candidate *list = NULL;
     uint32_t found = 0;
@@ -26,7 +30,8 @@ static enum vw_status list_candidates(const struct vw_instance *instance, struct
     if (!physical) return VW_ERROR_MEMORY;
     if (!result) result = vkEnumeratePhysicalDevices(instance->handle, &found, physical);
     if (result) status = vw_gpu_fail(result, "vkEnumeratePhysicalDevices", "Vulkan");
-    else if (!found) status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
+    else if (!found)
+        status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
     else if (!(list = vw_allocate(found, sizeof *list))) status = VW_ERROR_MEMORY;
     if (status) goto done;
 
@@ -62,7 +67,7 @@ enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count) {
 }
 
 static bool is_wanted(const struct vw_gpu_info *info, const char *device) {
-    if (!device) return !*info->unfit;
+    if (!device) return !*info->unsupported_reason;
     if (device[strspn(device, "0123456789")] != '\0') return strcasestr(info->name, device) != NULL;
     char index[16];
     snprintf(index, sizeof index, "%u", info->index);
@@ -75,7 +80,7 @@ static enum vw_status fail_without_choice(const struct vw_candidate *candidates,
     for (uint32_t i = 0; i < count && used < sizeof list; i++) {
         const struct vw_gpu_info *info = &candidates[i].info;
         used += (size_t)snprintf(list + used, sizeof list - used, "%s%u %s%s%s", i ? ", " : "", info->index, info->name,
-                                 *info->unfit ? " without " : "", info->unfit);
+                                 *info->unsupported_reason ? " without " : "", info->unsupported_reason);
     }
     if (device) return vw_fail(VW_ERROR_NO_DEVICE, "no device matches --device \"%s\"; there is: %s", device, list);
     return vw_fail(VW_ERROR_NO_DEVICE, "no device meets the floor; there is: %s", list);
@@ -89,15 +94,16 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
     uint32_t i = 0;
     while (i < count && !is_wanted(&candidates[i].info, device)) i++;
     if (i == count) status = fail_without_choice(candidates, count, device);
-    else if (*candidates[i].info.unfit)
-        status = vw_fail(VW_ERROR_NO_DEVICE, "device %u %s falls short in %s; choose another --device", i, candidates[i].info.name,
-                         candidates[i].info.unfit);
+    else if (*candidates[i].info.unsupported_reason)
+        status = vw_fail(VW_ERROR_NO_DEVICE, "device %u %s falls short in %s; choose another --device", i,
+                         candidates[i].info.name, candidates[i].info.unsupported_reason);
     else gpu->chosen = candidates[i];
     free(candidates);
     return status;
 }
 
-// ---- Opening -----------------------------------------------------------------------------------------------------------
+// ---- Opening
+// -----------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_device(struct vw_gpu *gpu) {
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;
@@ -107,16 +113,19 @@ static enum vw_status create_device(struct vw_gpu *gpu) {
         .scalarBlockLayout = VK_TRUE,
         .hostQueryReset = VK_TRUE, // every Vulkan 1.2 device has it
     };
-    const VkPhysicalDeviceFeatures2 features = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12, .features.shaderInt64 = limits->int64};
+    const VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                                .pNext = &features12,
+                                                .features.shaderInt64 = limits->int64};
     const VkDeviceQueueCreateInfo queue = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
         .queueFamilyIndex = gpu->chosen.queue_family,
         .queueCount = 1,
         .pQueuePriorities = &(float){1.0f},
     };
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .pNext = &features, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
+    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                     .pNext = &features,
+                                     .queueCreateInfoCount = 1,
+                                     .pQueueCreateInfos = &queue};
     VkResult result = vkCreateDevice(gpu->chosen.physical, &info, NULL, &gpu->device);
     if (result) return vw_gpu_fail(result, "vkCreateDevice", gpu->chosen.info.name);
     vkGetDeviceQueue(gpu->device, gpu->chosen.queue_family, 0, &gpu->queue);
@@ -130,8 +139,9 @@ static enum vw_status create_transfer(struct vw_gpu *gpu) {
                                           .queueFamilyIndex = gpu->chosen.queue_family};
     VkResult result = vkCreateCommandPool(gpu->device, &pool, NULL, &gpu->transfer_pool);
     if (result) return vw_gpu_fail(result, "vkCreateCommandPool", gpu->chosen.info.name);
-    const VkCommandBufferAllocateInfo commands = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = gpu->transfer_pool, .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                  .commandPool = gpu->transfer_pool,
+                                                  .commandBufferCount = 1};
     result = vkAllocateCommandBuffers(gpu->device, &commands, &gpu->transfer);
     return result ? vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name) : VW_OK;
 }

@@ -3,7 +3,8 @@
 #include <assert.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 enum { // SPIR-V 1.5, sections 2.3, 3.6, 3.31, 3.52
     HEADER_WORDS = 5,
@@ -46,6 +47,7 @@ uint32_t *vw_spirv_keep_nan(const struct vw_shader *shader, size_t *code_bytes) 
                  {shader->code + HEADER_WORDS, entry_end - HEADER_WORDS},
                  {mode, VW_ARRAY_COUNT(mode)},
                  {shader->code + entry_end, words - entry_end}};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); next += parts[i++].words) memcpy(next, parts[i].from, 4 * parts[i].words);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); next += parts[i++].words)
+        memcpy(next, parts[i].from, 4 * parts[i].words);
     return code;
 }

@@ -1,11 +1,13 @@
-// When a barrier is due. An *epoch* is the stretch of commands between two full barriers of one batch; every buffer remembers
-// the last epochs that read and wrote it. All work runs on one queue, where any barrier drains the device in practice, so one
-// full barrier that starts a new epoch serves every buffer at once.
+// When a barrier is due. An *epoch* is the segment of commands between two full barriers of one batch; every buffer
+// remembers the last epochs that read and wrote it. All work runs on one queue, where any barrier drains the device in
+// practice, so one full barrier that starts a new epoch serves every buffer at once.
 #ifndef VIEWWORTH_GPU_HAZARD_H
 #define VIEWWORTH_GPU_HAZARD_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "gpu/compute.h"
 
 struct vw_batch;
 

@@ -5,13 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const char validation_layer[] = "VK_LAYER_KHRONOS_validation";
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL on_validation_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                                             VkDebugUtilsMessageTypeFlagsEXT types,
-                                                            const VkDebugUtilsMessengerCallbackDataEXT *data, void *user) {
+                                                            const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                                            void *user) {
     (void)severity;
     (void)types;
     struct vw_instance *instance = user;
@@ -41,7 +42,8 @@ static bool has_extension(const char *layer, const char *name) {
 }
 
 static enum vw_status check_loader(bool validation) {
-    if (volkInitialize() != VK_SUCCESS) return vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan loader; install it (Debian: libvulkan1)");
+    if (volkInitialize() != VK_SUCCESS)
+        return vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan loader; install it (Debian: libvulkan1)");
     if (volkGetInstanceVersion() < VK_API_VERSION_1_2)
         return vw_fail(VW_ERROR_NO_DEVICE, "the Vulkan loader is older than 1.2; update it (Debian: libvulkan1)");
     if (validation && !has_extension(validation_layer, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME))
@@ -63,7 +65,8 @@ enum vw_status vw_instance_open(struct vw_instance *instance, bool validation) {
     const VkValidationFeaturesEXT features = {
         .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
         .enabledValidationFeatureCount = 1,
-        .pEnabledValidationFeatures = &(VkValidationFeatureEnableEXT){VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT},
+        .pEnabledValidationFeatures =
+            &(VkValidationFeatureEnableEXT){VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT},
     };
     const VkInstanceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
@@ -103,7 +106,9 @@ enum vw_status vw_gpu_check_validation(struct vw_gpu *gpu) {
 
 void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, const char *name) {
     if (!gpu->instance.debug_utils) return;
-    const VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT, .objectType = type, .objectHandle = handle, .pObjectName = name};
+    const VkDebugUtilsObjectNameInfoEXT info = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                                                .objectType = type,
+                                                .objectHandle = handle,
+                                                .pObjectName = name};
     vkSetDebugUtilsObjectNameEXT(gpu->device, &info); // only for debug tools: a failure changes nothing
 }

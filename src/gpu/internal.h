@@ -7,9 +7,11 @@
 
 #include "gpu/hazard.h"
 #include "gpu/result.h"
+#include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
-// ---- The device ------------------------------------------------------------------------------------------------------
+// ---- The device
+// ------------------------------------------------------------------------------------------------------
 
 // An instance with its validation; `complaints` counts the messages of the validation layer.
 struct vw_instance {
@@ -67,7 +69,8 @@ void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, con
 // Ends every command buffer, so that none has to know what those before it did, and the host may read what it wrote.
 void vw_end_barrier(VkCommandBuffer commands);
 
-// ---- Objects -----------------------------------------------------------------------------------------------------------
+// ---- Objects
+// -----------------------------------------------------------------------------------------------------------
 
 struct vw_buffer {
     struct vw_gpu *gpu;

@@ -3,8 +3,8 @@
 
 #include "gpu/internal.h"
 
-// Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves a limit
-// alone, the Vulkan 1.2 minimum stands.
+// Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves
+// a limit alone, the Vulkan 1.2 minimum stands.
 const struct vw_gpu_limits vw_gpu_floor_limits = {
     .storage_binding_bytes = 1u << 27,
     .buffer_bytes = 1u << 30,
@@ -22,20 +22,21 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
 };
 
 // Limits where more is better, alignments where less is better, and optional features.
-#define FOR_EACH_MAXIMUM(DO)                                                                                                               \
-    DO(storage_binding_bytes)                                                                                                              \
-    DO(buffer_bytes)                                                                                                                       \
-    DO(texel_elements)                                                                                                                     \
-    DO(shared_memory_bytes)                                                                                                                \
-    DO(push_constant_bytes) DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) \
+#define FOR_EACH_MAXIMUM(DO)                                                                                           \
+    DO(storage_binding_bytes)                                                                                          \
+    DO(buffer_bytes)                                                                                                   \
+    DO(texel_elements)                                                                                                 \
+    DO(shared_memory_bytes)                                                                                            \
+    DO(push_constant_bytes)                                                                                            \
+    DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers)     \
         DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
 #define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
-#define LOWER(field)                                                                                                                       \
+#define LOWER(field)                                                                                                   \
     if (limits->field > clamp->field) limits->field = clamp->field;
-#define RAISE(field)                                                                                                                       \
+#define RAISE(field)                                                                                                   \
     if (limits->field < clamp->field) limits->field = clamp->field;
 #define DISABLE(field) limits->field = limits->field && clamp->field;
     FOR_EACH_MAXIMUM(LOWER)
@@ -47,9 +48,9 @@ void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *c
 }
 
 const char *vw_limits_missed(const struct vw_gpu_limits *limits) {
-#define AT_LEAST(field)                                                                                                                    \
+#define AT_LEAST(field)                                                                                                \
     if (limits->field < vw_gpu_floor_limits.field) return #field;
-#define AT_MOST(field)                                                                                                                     \
+#define AT_MOST(field)                                                                                                 \
     if (limits->field > vw_gpu_floor_limits.field) return #field;
     FOR_EACH_MAXIMUM(AT_LEAST)
     FOR_EACH_ALIGNMENT(AT_MOST)
@@ -126,8 +127,10 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
 static void query_core(struct vw_candidate *candidate) {
     struct vw_gpu_info *info = &candidate->info;
     VkPhysicalDeviceVulkan12Properties core12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};
-    VkPhysicalDeviceVulkan11Properties core11 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES, .pNext = &core12};
-    VkPhysicalDeviceProperties2 properties = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &core11};
+    VkPhysicalDeviceVulkan11Properties core11 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES,
+                                                 .pNext = &core12};
+    VkPhysicalDeviceProperties2 properties = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                              .pNext = &core11};
     vkGetPhysicalDeviceProperties2(candidate->physical, &properties);
     VkPhysicalDeviceVulkan12Features features12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &features12};
@@ -135,8 +138,8 @@ static void query_core(struct vw_candidate *candidate) {
 
     const VkPhysicalDeviceLimits *device = &properties.properties.limits;
     uint32_t version = properties.properties.driverVersion;
-    snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u", core12.driverName, core12.driverInfo, VK_API_VERSION_MAJOR(version),
-             VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
+    snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u", core12.driverName, core12.driverInfo,
+             VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
     candidate->timestamp_ns = (double)device->timestampPeriod;
     struct vw_gpu_limits *limits = &candidate->limits;
     *limits = limits_of(device, core11.maxMemoryAllocationSize);
@@ -146,7 +149,7 @@ static void query_core(struct vw_candidate *candidate) {
     limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
 
     const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
-    if (missed) snprintf(info->unfit, sizeof info->unfit, "%s", missed);
+    if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);
 }
 
 void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate) {
@@ -158,7 +161,9 @@ void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidat
     snprintf(info->name, sizeof info->name, "%s", properties.deviceName);
     if (info->kind == VW_GPU_CPU) append_processor(info);
     info->memory_bytes = largest_device_heap_bytes(physical);
-    if (properties.apiVersion < VK_API_VERSION_1_2) snprintf(info->unfit, sizeof info->unfit, "Vulkan 1.2");
-    else if (!find_queue_family(candidate)) snprintf(info->unfit, sizeof info->unfit, "a compute queue");
+    if (properties.apiVersion < VK_API_VERSION_1_2)
+        snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "Vulkan 1.2");
+    else if (!find_queue_family(candidate))
+        snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "a compute queue");
     else query_core(candidate);
 }

@@ -3,19 +3,22 @@
 #include "gpu/float_controls.h"
 #include "gpu/internal.h"
 #include "gpu/spirv.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// ---- Checks --------------------------------------------------------------------------------------------------------------
+// ---- Checks
+// --------------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_limit(const char *pass, const char *what, uint64_t value, uint64_t limit) {
     if (value <= limit) return VW_OK;
-    return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu %s, the device has %llu; use a smaller field or another --device", pass,
-                   (unsigned long long)value, what, (unsigned long long)limit);
+    return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu %s, the device has %llu; use a smaller field or another --device",
+                   pass, (unsigned long long)value, what, (unsigned long long)limit);
 }
 
 static enum vw_status check_feature(const char *pass, const char *what, bool needed, bool present) {
     if (!needed || present) return VW_OK;
-    return vw_fail(VW_ERROR_DEVICE, "pass %s: needs %s, which the device lacks; use the shader's variant without it", pass, what);
+    return vw_fail(VW_ERROR_DEVICE, "pass %s: needs %s, which the device lacks; use the shader's variant without it",
+                   pass, what);
 }
 
 static enum vw_status check_shader(const char *pass, const struct vw_spirv *spirv, const struct vw_gpu_limits *limits) {
@@ -36,21 +39,24 @@ static enum vw_status check_shader(const char *pass, const struct vw_spirv *spir
 }
 
 // Sets `size_bytes` to the size of the bound range.
-static enum vw_status check_range(const char *pass, const struct vw_binding *binding, const struct vw_gpu_limits *limits,
-                                  uint64_t *size_bytes) {
+static enum vw_status check_range(const char *pass, const struct vw_binding *binding,
+                                  const struct vw_gpu_limits *limits, uint64_t *size_bytes) {
     const struct vw_buffer *buffer = binding->buffer;
-    uint64_t limit = binding->texel ? UINT64_MAX : limits->storage_binding_bytes; // a texel view shrinks to its own limit
+    uint64_t limit =
+        binding->texel ? UINT64_MAX : limits->storage_binding_bytes; // a texel view shrinks to its own limit
     uint32_t alignment = binding->texel ? limits->texel_offset_alignment_bytes : limits->storage_offset_alignment_bytes;
     enum vw_status status = vw_buffer_check_range(buffer, binding->offset_bytes, binding->size_bytes);
     if (status) return vw_fail_context(status, "pass %s, slot %u", pass, binding->slot);
     uint64_t size = binding->size_bytes ? binding->size_bytes : buffer->size_bytes - binding->offset_bytes;
-    if (!size) return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: an empty range of %s", pass, binding->slot, buffer->name);
+    if (!size)
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: an empty range of %s", pass, binding->slot, buffer->name);
     if (size > limit)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %llu bytes of %s are more than one binding's %llu; bind windows of it", pass,
+        return vw_fail(VW_ERROR_DEVICE,
+                       "pass %s, slot %u: %llu bytes of %s are more than one binding's %llu; bind windows of it", pass,
                        binding->slot, (unsigned long long)size, buffer->name, (unsigned long long)limit);
     if (alignment && binding->offset_bytes % alignment)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: offset %llu in %s is no multiple of %u bytes", pass, binding->slot,
-                       (unsigned long long)binding->offset_bytes, buffer->name, alignment);
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: offset %llu in %s is no multiple of %u bytes", pass,
+                       binding->slot, (unsigned long long)binding->offset_bytes, buffer->name, alignment);
     *size_bytes = size;
     return VW_OK;
 }
@@ -71,15 +77,17 @@ static const struct {
 
 static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *slot, const struct vw_binding *binding) {
     if (slot->texel != (binding->texel != VW_TEXEL_NONE))
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares a %s buffer, the binding is %s texel format", pass,
+        return vw_fail(VW_ERROR_DEVICE,
+                       "pass %s, slot %u: the shader declares a %s buffer, the binding is %s texel format", pass,
                        slot->slot, slot->texel ? "texel" : "storage", binding->texel ? "with a" : "without");
     if (slot->texel && slot->texel_float != texel_formats[binding->texel].is_float)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader reads %s texels; bind it with such a format", pass, slot->slot,
-                       slot->texel_float ? "float" : "unsigned");
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader reads %s texels; bind it with such a format",
+                       pass, slot->slot, slot->texel_float ? "float" : "unsigned");
     return VW_OK;
 }
 
-// ---- Binding -------------------------------------------------------------------------------------------------------------
+// ---- Binding
+// -------------------------------------------------------------------------------------------------------------
 
 static VkDescriptorType descriptor_type(const struct vw_spirv_slot *slot) {
     return slot->texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
@@ -91,17 +99,22 @@ static enum vw_status create_set(struct vw_pass *pass, const struct vw_spirv *sp
     VkDescriptorPoolSize sizes[VW_SPIRV_MAX_SLOTS];
     for (uint32_t i = 0; i < spirv->slot_count; i++) {
         VkDescriptorType type = descriptor_type(&spirv->slots[i]);
-        bindings[i] = (VkDescriptorSetLayoutBinding){
-            .binding = spirv->slots[i].slot, .descriptorType = type, .descriptorCount = 1, .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = spirv->slots[i].slot,
+                                                     .descriptorType = type,
+                                                     .descriptorCount = 1,
+                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
         sizes[i] = (VkDescriptorPoolSize){type, 1};
     }
-    const VkDescriptorSetLayoutCreateInfo layout = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = spirv->slot_count, .pBindings = bindings};
+    const VkDescriptorSetLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                                    .bindingCount = spirv->slot_count,
+                                                    .pBindings = bindings};
     VkResult result = vkCreateDescriptorSetLayout(device, &layout, NULL, &pass->set_layout);
     if (result) return vw_gpu_fail(result, "vkCreateDescriptorSetLayout", pass->name);
     if (!spirv->slot_count) return VW_OK;
-    const VkDescriptorPoolCreateInfo pool = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = spirv->slot_count, .pPoolSizes = sizes};
+    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = 1,
+                                             .poolSizeCount = spirv->slot_count,
+                                             .pPoolSizes = sizes};
     result = vkCreateDescriptorPool(device, &pool, NULL, &pass->pool);
     if (result) return vw_gpu_fail(result, "vkCreateDescriptorPool", pass->name);
     const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
@@ -112,12 +125,14 @@ static enum vw_status create_set(struct vw_pass *pass, const struct vw_spirv *sp
     return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", pass->name) : VW_OK;
 }
 
-static enum vw_status create_view(struct vw_pass *pass, const struct vw_binding *binding, uint64_t size_bytes, VkBufferView *view) {
+static enum vw_status create_view(struct vw_pass *pass, const struct vw_binding *binding, uint64_t size_bytes,
+                                  VkBufferView *view) {
     uint32_t texel_bytes = texel_formats[binding->texel].bytes;
     uint64_t texels = size_bytes / texel_bytes;
     if (texels > pass->gpu->chosen.limits.texel_elements) texels = pass->gpu->chosen.limits.texel_elements;
     if (!texels)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %s is smaller than one texel", pass->name, binding->slot, binding->buffer->name);
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: %s is smaller than one texel", pass->name, binding->slot,
+                       binding->buffer->name);
     const VkBufferViewCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
                                          .buffer = binding->buffer->handle,
                                          .format = texel_formats[binding->texel].format,
@@ -127,8 +142,8 @@ static enum vw_status create_view(struct vw_pass *pass, const struct vw_binding 
     return result ? vw_gpu_fail(result, "vkCreateBufferView", binding->buffer->name) : VW_OK;
 }
 
-static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot *declared, const struct vw_binding *binding,
-                                struct vw_pass_slot *slot) {
+static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot *declared,
+                                const struct vw_binding *binding, struct vw_pass_slot *slot) {
     uint64_t size_bytes = 0;
     enum vw_status status = check_kind(pass->name, declared, binding);
     if (!status) status = check_range(pass->name, binding, &pass->gpu->chosen.limits, &size_bytes);
@@ -148,7 +163,8 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
     return VW_OK;
 }
 
-static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *spirv, const struct vw_pass_params *params) {
+static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *spirv,
+                                 const struct vw_pass_params *params) {
     pass->slots = vw_allocate(spirv->slot_count, sizeof *pass->slots);
     if (!pass->slots) return VW_ERROR_MEMORY;
     pass->slot_count = spirv->slot_count;
@@ -161,14 +177,16 @@ static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *sp
             bound = &params->bindings[j];
         }
         if (!bound || !bound->buffer)
-            return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares it, but no buffer is bound", pass->name, slot);
+            return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares it, but no buffer is bound",
+                           pass->name, slot);
         enum vw_status status = bind_slot(pass, &spirv->slots[i], bound, &pass->slots[i]);
         if (status) return status;
     }
     return VW_OK;
 }
 
-// ---- Life ----------------------------------------------------------------------------------------------------------------
+// ---- Life
+// ----------------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_layout(struct vw_pass *pass) {
     const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = pass->push_bytes};
@@ -181,7 +199,8 @@ static enum vw_status create_layout(struct vw_pass *pass) {
     return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
 }
 
-static enum vw_status create_module(const struct vw_pass *pass, const struct vw_shader *shader, VkShaderModule *module) {
+static enum vw_status create_module(const struct vw_pass *pass, const struct vw_shader *shader,
+                                    VkShaderModule *module) {
     VkShaderModuleCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = shader->code_bytes, .pCode = shader->code};
     uint32_t *code = NULL;
@@ -216,7 +235,8 @@ static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass
                                                         .pName = "main",
                                                         .pSpecializationInfo = &specialization},
                                               .layout = pass->layout};
-    VkResult result = vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
+    VkResult result =
+        vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
     vkDestroyShaderModule(pass->gpu->device, module, NULL);
     free(entries);
     if (result) return vw_gpu_fail(result, "building the pipeline", pass->name);

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/file.h"
-#include "viewworth/hash.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
 enum { HASH_BYTES = 32, CACHE_BYTES_MAX = 256 << 20 };
 
@@ -17,9 +17,9 @@ static const char *vector_width(void) {
 
 // A path in the user's cache folder, owned by the caller; NULL when there is none.
 static char *cache_path(const char *name) {
-    const char *base = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    const char *base = getenv("XDG_CACHE_HOME"), *memory = getenv("HOME");
     if (base && *base == '/') return vw_format_text("%s/viewworth/%s", base, name);
-    return home && *home == '/' ? vw_format_text("%s/.cache/viewworth/%s", home, name) : NULL;
+    return memory && *memory == '/' ? vw_format_text("%s/.cache/viewworth/%s", memory, name) : NULL;
 }
 
 void vw_shader_cache_separate_widths(void) {
@@ -84,7 +84,8 @@ enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
 // The file's bytes; NULL when there is nothing new.
 static uint8_t *make_file(struct vw_gpu *gpu, size_t *size_bytes) {
     size_t data_bytes = 0;
-    if (vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, NULL) || !data_bytes || data_bytes > CACHE_BYTES_MAX)
+    if (vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, NULL) || !data_bytes ||
+        data_bytes > CACHE_BYTES_MAX)
         return NULL;
     uint8_t *file = vw_allocate(HASH_BYTES + data_bytes, 1);
     if (file && !vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, file + HASH_BYTES)) {
@@ -97,7 +98,7 @@ static uint8_t *make_file(struct vw_gpu *gpu, size_t *size_bytes) {
 }
 
 void vw_shader_cache_close(struct vw_gpu *gpu) {
-    struct vw_kept_error why = vw_error_keep(); // the device may be closing because something failed
+    struct vw_saved_error why = vw_error_save(); // the device may be closing because something failed
     size_t size_bytes = 0;
     uint8_t *file = gpu->pipeline_cache_path && gpu->pipeline_cache ? make_file(gpu, &size_bytes) : NULL;
     char *folder = file ? vw_path_folder(gpu->pipeline_cache_path) : NULL;
@@ -106,5 +107,5 @@ void vw_shader_cache_close(struct vw_gpu *gpu) {
     free(folder);
     free(file);
     free(gpu->pipeline_cache_path);
-    vw_error_put_back(&why);
+    vw_error_restore(&why);
 }

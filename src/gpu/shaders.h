@@ -4,10 +4,12 @@
 
 #include "viewworth/gpu.h"
 
-// All of them, for hashing; each is also there by name, as vw_shader_<stem>[_<variant>] (embedded_shaders.h, made by CMake).
+// All of them, for hashing; each is also there by name, as vw_shader_<stem>[_<variant>] (embedded_shaders.h, made by
+// CMake).
 extern const struct vw_shader *const vw_shaders[];
 extern const uint32_t vw_shader_count;
 
+#include "gpu/compute.h"
 #include "embedded_shaders.h"
 
 #endif

@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 // The part of SPIR-V that viewworth reads, numbered as in its specification.
 enum operation {
@@ -92,7 +93,8 @@ static const uint32_t *next(const struct module *module, const uint32_t *instruc
     return following < module->words + module->count ? following : NULL;
 }
 
-// ---- Opening -------------------------------------------------------------------------------------------------------------
+// ---- Opening
+// -------------------------------------------------------------------------------------------------------------
 
 static enum vw_status fail_broken(const struct module *module) {
     return vw_fail(VW_ERROR_DEVICE, "shader %s: broken SPIR-V; build viewworth again", module->name);
@@ -121,13 +123,15 @@ static enum vw_status open_module(const struct vw_shader *shader, struct module 
     module->name = shader->name;
     module->words = shader->code;
     module->count = shader->code_bytes / sizeof shader->code[0];
-    if (module->count < HEADER_WORDS || shader->code[0] != MAGIC || shader->code[3] > ID_LIMIT) return fail_broken(module);
+    if (module->count < HEADER_WORDS || shader->code[0] != MAGIC || shader->code[3] > ID_LIMIT)
+        return fail_broken(module);
     module->id_count = shader->code[3];
     module->definition = vw_allocate(module->id_count, sizeof *module->definition);
     return module->definition ? index_definitions(module) : VW_ERROR_MEMORY;
 }
 
-// ---- Decorations and constants ---------------------------------------------------------------------------------------------
+// ---- Decorations and constants
+// ---------------------------------------------------------------------------------------------
 
 static bool find_decoration(const struct module *module, uint32_t id, uint32_t decoration, uint32_t *value) {
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
@@ -138,7 +142,8 @@ static bool find_decoration(const struct module *module, uint32_t id, uint32_t d
     return false;
 }
 
-static bool find_member_decoration(const struct module *module, uint32_t id, uint32_t member, uint32_t decoration, uint32_t *value) {
+static bool find_member_decoration(const struct module *module, uint32_t id, uint32_t member, uint32_t decoration,
+                                   uint32_t *value) {
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
         if (operation_of(at) != OP_MEMBER_DECORATE || at[1] != id || at[2] != member || at[3] != decoration) continue;
         if (value) *value = at[4];
@@ -188,7 +193,8 @@ static uint64_t constant_value(const struct module *module, uint32_t id) {
     }
 }
 
-// ---- Sizes of types ----------------------------------------------------------------------------------------------------------
+// ---- Sizes of types
+// ----------------------------------------------------------------------------------------------------------
 
 struct layout {
     uint64_t bytes;
@@ -212,7 +218,8 @@ static struct layout layout_of_struct(const struct module *module, const uint32_
         struct layout part = layout_of(module, at[2 + member]);
         const uint32_t *type = module->definition[at[2 + member]];
         uint32_t offset = 0, stride = 0;
-        if (find_member_decoration(module, at[1], member, DECORATION_MATRIX_STRIDE, &stride) && operation_of(type) == OP_TYPE_MATRIX)
+        if (find_member_decoration(module, at[1], member, DECORATION_MATRIX_STRIDE, &stride) &&
+            operation_of(type) == OP_TYPE_MATRIX)
             part = repeat(part, type[3], stride);
         bool placed = find_member_decoration(module, at[1], member, DECORATION_OFFSET, &offset);
         whole.bytes = (placed ? offset : round_up(whole.bytes, part.alignment)) + part.bytes;
@@ -246,7 +253,8 @@ static struct layout layout_of(const struct module *module, uint32_t type) {
     }
 }
 
-// ---- What the shader declares ----------------------------------------------------------------------------------------------
+// ---- What the shader declares
+// ----------------------------------------------------------------------------------------------
 
 static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
     spirv->needs_int64 |= capability == CAPABILITY_INT64;
@@ -258,9 +266,11 @@ static void read_workgroup_size(const struct module *module, struct vw_spirv *sp
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
         if (operation_of(at) == OP_EXECUTION_MODE && at[2] == MODE_LOCAL_SIZE)
             memcpy(spirv->workgroup_size, at + 3, sizeof spirv->workgroup_size);
-        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_BUILT_IN || at[3] != BUILT_IN_WORKGROUP_SIZE) continue;
+        if (operation_of(at) != OP_DECORATE || at[2] != DECORATION_BUILT_IN || at[3] != BUILT_IN_WORKGROUP_SIZE)
+            continue;
         const uint32_t *size = module->definition[at[1]];
-        for (int axis = 0; size && axis < 3; axis++) spirv->workgroup_size[axis] = (uint32_t)constant_value(module, size[3 + axis]);
+        for (int axis = 0; size && axis < 3; axis++)
+            spirv->workgroup_size[axis] = (uint32_t)constant_value(module, size[3 + axis]);
         return;
     }
 }
@@ -273,31 +283,36 @@ static bool is_read_only(const struct module *module, uint32_t variable, const u
     return true;
 }
 
-static bool describe_slot(const struct module *module, const uint32_t *variable, const uint32_t *type, struct vw_spirv_slot *slot) {
+static bool describe_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
+                          struct vw_spirv_slot *slot) {
     if (variable[3] == CLASS_STORAGE_BUFFER && operation_of(type) == OP_TYPE_STRUCT) {
         slot->writes = !is_read_only(module, variable[2], type);
         return true;
     }
     const uint32_t *image = operation_of(type) == OP_TYPE_SAMPLED_IMAGE ? module->definition[type[2]] : type;
-    if (operation_of(image) != OP_TYPE_IMAGE || image[3] != DIMENSION_BUFFER || image[7] != 1) return false; // 1: read with a sampler
+    if (operation_of(image) != OP_TYPE_IMAGE || image[3] != DIMENSION_BUFFER || image[7] != 1)
+        return false; // 1: read with a sampler
     slot->texel = true;
     slot->texel_float = operation_of(module->definition[image[2]]) == OP_TYPE_FLOAT;
     return true;
 }
 
-static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type, struct vw_spirv *spirv) {
+static enum vw_status add_slot(const struct module *module, const uint32_t *variable, const uint32_t *type,
+                               struct vw_spirv *spirv) {
     struct vw_spirv_slot slot = {0};
     uint32_t set = 0;
     find_decoration(module, variable[2], DECORATION_BINDING, &slot.slot);
     find_decoration(module, variable[2], DECORATION_SET, &set);
     if (set || !describe_slot(module, variable, type, &slot))
-        return vw_fail(VW_ERROR_DEVICE, "shader %s, slot %u: neither a storage nor a texel buffer of set 0; declare it as one",
+        return vw_fail(VW_ERROR_DEVICE,
+                       "shader %s, slot %u: neither a storage nor a texel buffer of set 0; declare it as one",
                        module->name, slot.slot);
     for (uint32_t i = 0; i < spirv->slot_count; i++) {
         struct vw_spirv_slot *same = &spirv->slots[i];
         if (same->slot != slot.slot) continue;
         if (same->texel != slot.texel)
-            return vw_fail(VW_ERROR_DEVICE, "shader %s, slot %u: declared as storage and as texel buffer; use two slots", module->name,
+            return vw_fail(VW_ERROR_DEVICE,
+                           "shader %s, slot %u: declared as storage and as texel buffer; use two slots", module->name,
                            slot.slot);
         same->writes |= slot.writes;
         return VW_OK;
@@ -329,8 +344,8 @@ static enum vw_status read_variable(const struct module *module, const uint32_t 
     }
 }
 
-enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization, uint32_t specialization_count,
-                             struct vw_spirv *spirv) {
+enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization,
+                             uint32_t specialization_count, struct vw_spirv *spirv) {
     struct module module = {.specialization = specialization, .specialization_count = specialization_count};
     struct vw_spirv found = {.workgroup_size = {1, 1, 1}};
     enum vw_status status = open_module(shader, &module);

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
 enum { VW_SPIRV_MAX_SLOTS = 64 };
@@ -22,13 +23,13 @@ struct vw_spirv {
     uint32_t slot_count;
     uint32_t push_bytes;        // as sizeof the same struct in C: rounded up to its widest scalar
     uint32_t workgroup_size[3]; // after specialization
-    uint64_t shared_bytes;      // after specialization; a length that is not a plain expression of constants counts as 0
+    uint64_t shared_bytes; // after specialization; a length that is not a plain expression of constants counts as 0
     bool needs_int64;
     bool needs_int64_atomics;
 };
 
 // `specialization[i]` replaces the value of constant_id i, for i below `specialization_count`.
-enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization, uint32_t specialization_count,
-                             struct vw_spirv *spirv);
+enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization,
+                             uint32_t specialization_count, struct vw_spirv *spirv);
 
 #endif

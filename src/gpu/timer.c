@@ -2,7 +2,8 @@
 #include <string.h>
 
 #include "gpu/internal.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 enum { TIMED_DISPATCHES = 2048 }; // of one batch; later ones are dropped
 
@@ -10,8 +11,9 @@ enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *
     if (!gpu->timers_wanted) return VW_OK;
     timer->dispatches = vw_allocate(TIMED_DISPATCHES, sizeof *timer->dispatches);
     if (!timer->dispatches) return VW_ERROR_MEMORY;
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2 * TIMED_DISPATCHES};
+    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                                        .queryCount = 2 * TIMED_DISPATCHES};
     VkResult result = vkCreateQueryPool(gpu->device, &info, NULL, &timer->queries);
     return result ? vw_gpu_fail(result, "vkCreateQueryPool", "timers") : VW_OK;
 }
@@ -43,7 +45,8 @@ static bool same_text(const char *a, const char *b) { return a && b ? !strcmp(a,
 // The device's timer of that pass, made at first use; NULL when memory is short.
 static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const struct vw_timed_pass *pass) {
     for (size_t i = 0; i < gpu->timer_count; i++)
-        if (!strcmp(gpu->timers[i].name, pass->name) && same_text(gpu->timers[i].role, pass->role)) return &gpu->timers[i];
+        if (!strcmp(gpu->timers[i].name, pass->name) && same_text(gpu->timers[i].role, pass->role))
+            return &gpu->timers[i];
     void *timers = gpu->timers;
     if (vw_grow(&timers, &gpu->timer_capacity, gpu->timer_count + 1, sizeof *gpu->timers)) return NULL;
     gpu->timers = timers;
@@ -53,11 +56,12 @@ static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const struct vw_timed
 }
 
 enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
-    const uint64_t mask = gpu->chosen.timestamp_bits < 64 ? ((uint64_t)1 << gpu->chosen.timestamp_bits) - 1 : UINT64_MAX;
+    const uint64_t mask =
+        gpu->chosen.timestamp_bits < 64 ? ((uint64_t)1 << gpu->chosen.timestamp_bits) - 1 : UINT64_MAX;
     for (uint32_t i = 0; i < timer->count; i++) {
         uint64_t ticks[2];
-        VkResult result =
-            vkGetQueryPoolResults(gpu->device, timer->queries, 2 * i, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
+        VkResult result = vkGetQueryPoolResults(gpu->device, timer->queries, 2 * i, 2, sizeof ticks, ticks,
+                                                sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
         if (result == VK_NOT_READY) continue;
         if (result) return vw_gpu_fail(result, "vkGetQueryPoolResults", timer->dispatches[i].name);
         struct vw_gpu_timer *total = find_timer(gpu, &timer->dispatches[i]);

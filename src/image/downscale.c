@@ -4,7 +4,7 @@
 
 #include "image/oiio_shim.h"
 #include "image/pixel.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 uint32_t vw_downscaled_px(uint32_t side_px, uint32_t factor) {
     if (factor <= 1) return side_px;
@@ -25,7 +25,8 @@ static float *premultiplied(const struct vw_image *image) {
     return rgba;
 }
 
-// Back to straight alpha. An image without transparency has alpha below 1 only from unusable pixels: what is usable is opaque.
+// Back to straight alpha. An image without transparency has alpha below 1 only from unusable pixels: what is usable is
+// opaque.
 static void straighten(const float premultiplied[4], bool has_alpha, bool unusable, float rgba[4]) {
     const float alpha_min = 0.5f / 65535.0f; // what rounds to a 16-bit zero
     float alpha = premultiplied[3]; // the filter's lobes may take it a little out of [0,1], and the colour with it
@@ -36,11 +37,13 @@ static void straighten(const float premultiplied[4], bool has_alpha, bool unusab
 
 // Which of the small pixels are at least half unusable; NULL when memory is short.
 static uint8_t *downscale_unusable(const struct vw_image *image, uint32_t width_px, uint32_t height_px) {
-    uint32_t *bad = vw_allocate((size_t)width_px * height_px, 2 * sizeof *bad), *all = bad + (size_t)width_px * height_px;
+    uint32_t *bad = vw_allocate((size_t)width_px * height_px, 2 * sizeof *bad),
+             *all = bad + (size_t)width_px * height_px;
     uint8_t *unusable = vw_allocate((size_t)width_px * height_px, 1);
     for (uint32_t y = 0; bad && unusable && y < image->height_px; y++) {
         for (uint32_t x = 0; x < image->width_px; x++) {
-            size_t small = (uint64_t)y * height_px / image->height_px * width_px + (uint64_t)x * width_px / image->width_px;
+            size_t small =
+                (uint64_t)y * height_px / image->height_px * width_px + (uint64_t)x * width_px / image->width_px;
             bad[small] += image->unusable[(size_t)y * image->width_px + x];
             all[small]++;
         }

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_DOWNSCALE_H
 #define VIEWWORTH_DOWNSCALE_H
 
-#include "viewworth/image.h"
+#include "image/image.h"
 
 // Replaces the pixels by floor(size / factor) of them, at least 1 each way, UINT16 for integer images. `factor` > 1.
 // On failure the image is as before.

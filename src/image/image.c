@@ -1,4 +1,4 @@
-#include "viewworth/image.h"
+#include "image/image.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -9,8 +9,8 @@
 #include "image/oiio_shim.h"
 #include "image/pixel.h"
 #include "image/transfer.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28;
 static const uint32_t CHANNEL_LIMIT = 64; // renderers put depth, normals and more into EXR files
@@ -19,13 +19,15 @@ static const double MASKED_SHARE_LIMIT = 0.05;
 static enum vw_status read_header(const char *path, struct vw_oiio_result *header) {
     if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such image file; check the path", path);
     *header = vw_oiio_probe(path);
-    if (header->status) return vw_fail(header->status, "%s: cannot open the image: %s; replace or remove it", path, header->message);
+    if (header->status)
+        return vw_fail(header->status, "%s: cannot open the image: %s; replace or remove it", path, header->message);
     if ((uint64_t)header->width_px * header->height_px > PIXEL_LIMIT)
-        return vw_fail(VW_ERROR_INPUT, "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
                        header->width_px, header->height_px, PIXEL_LIMIT);
     if (header->channels > CHANNEL_LIMIT)
-        return vw_fail(VW_ERROR_INPUT, "%s: %u channels are more than the limit of %u; keep colour and alpha", path, header->channels,
-                       CHANNEL_LIMIT);
+        return vw_fail(VW_ERROR_INPUT, "%s: %u channels are more than the limit of %u; keep colour and alpha", path,
+                       header->channels, CHANNEL_LIMIT);
     return VW_OK;
 }
 
@@ -96,8 +98,10 @@ static enum vw_status convert(const char *path, const struct vw_oiio_result *fil
     if (!image->masked_count) drop_unusable(image);
     double masked_share = (double)image->masked_count / (double)pixel_count;
     if (masked_share <= MASKED_SHARE_LIMIT) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: %.1f %% of the pixels are NaN, infinite or negative (at most %.0f %%); repair or remove the image",
-                   path, 100 * masked_share, 100 * MASKED_SHARE_LIMIT);
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "%s: %.1f %% of the pixels are NaN, infinite or negative (at most %.0f %%); repair or remove the image", path,
+        100 * masked_share, 100 * MASKED_SHARE_LIMIT);
 }
 
 enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image) {
@@ -106,17 +110,16 @@ enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_ima
     enum vw_status status = read_header(path, &file);
     if (status) return status;
     file = vw_oiio_read(path);
-    if (file.status) return vw_fail(file.status, "%s: cannot decode the image: %s; replace or remove it", path, file.message);
+    if (file.status)
+        return vw_fail(file.status, "%s: cannot decode the image: %s; replace or remove it", path, file.message);
     status = convert(path, &file, &loaded);
     free(file.data);
     if (!status && downscale > 1) {
         status = vw_image_downscale(&loaded, downscale);
         if (status) vw_fail_context(status, "%s", path);
     }
-    if (status)
-        vw_image_clear(&loaded);
-    else
-        *image = loaded;
+    if (status) vw_image_clear(&loaded);
+    else *image = loaded;
     return status;
 }
 
@@ -132,7 +135,8 @@ static float *to_linear(size_t pixel_count, uint32_t channels, const float *pixe
     return linear;
 }
 
-enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, const float *pixels) {
+enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
+                             const float *pixels) {
     const char *dot = strrchr(path, '.');
     bool linear = dot && !strcasecmp(dot, ".exr");
     float *converted = NULL;
@@ -140,7 +144,8 @@ enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t heigh
         converted = to_linear((size_t)width_px * height_px, channels, pixels);
         if (!converted) return VW_ERROR_MEMORY;
     }
-    struct vw_oiio_result file = vw_oiio_encode(path, width_px, height_px, channels, !linear, NULL, linear ? converted : pixels);
+    struct vw_oiio_result file =
+        vw_oiio_encode(path, width_px, height_px, channels, !linear, NULL, linear ? converted : pixels);
     enum vw_status status = file.status ? vw_fail(file.status, "%s: cannot write the image: %s", path, file.message)
                                         : vw_file_write(path, file.data, file.size_bytes);
     free(file.data);

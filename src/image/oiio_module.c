@@ -1,5 +1,5 @@
-// The shim is a module of its own, opened with the first photo: OpenImageIO brings some 250 libraries, which take longer to load than most
-// commands and tests, which read no photo, take in all.
+// The shim is a module of its own, opened with the first photo: OpenImageIO brings some 250 libraries, which take
+// longer to load than most commands and tests, which read no photo, take in all.
 #include <dlfcn.h>
 #include <limits.h>
 #include <pthread.h>
@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "image/oiio_shim.h"
-#include "viewworth/file.h"
+#include "base/file.h"
 
 static struct {
     __typeof__(vw_oiio_probe) *probe;
@@ -44,8 +44,8 @@ static void open_module(void) {
     }
     if (module.probe && module.read && module.resize && module.encode) return;
     const char *why = dlerror();
-    snprintf(module.missing.message, sizeof module.missing.message, "viewworth_oiio.so, which belongs beside the program: %s",
-             why ? why : "cannot be found");
+    snprintf(module.missing.message, sizeof module.missing.message,
+             "viewworth_oiio.so, which belongs beside the program: %s", why ? why : "cannot be found");
     module.probe = NULL;
 }
 
@@ -67,7 +67,8 @@ struct vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint3
     return is_open() ? module.resize(rgba, width_px, height_px, new_width_px, new_height_px) : module.missing;
 }
 
-struct vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, bool eight_bit,
-                                     const char *compression, const float *pixels) {
-    return is_open() ? module.encode(path, width_px, height_px, channels, eight_bit, compression, pixels) : module.missing;
+struct vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
+                                     bool eight_bit, const char *compression, const float *pixels) {
+    return is_open() ? module.encode(path, width_px, height_px, channels, eight_bit, compression, pixels)
+                     : module.missing;
 }

@@ -1,5 +1,5 @@
 // The only C++ of the program, and the only file that sees OpenImageIO.
-#include "oiio_shim.h"
+#include "image/oiio_shim.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
@@ -34,7 +34,7 @@ void *allocate(size_t size_bytes) {
 
 // libpng writes its errors to stderr as well as through OpenImageIO; users are to see one line, ours.
 class quiet_stderr {
-public:
+  public:
     quiet_stderr() : kept(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)) {
         int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
         if (kept >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
@@ -48,7 +48,7 @@ public:
     quiet_stderr(const quiet_stderr &) = delete;
     quiet_stderr &operator=(const quiet_stderr &) = delete;
 
-private:
+  private:
     int kept;
 };
 
@@ -89,12 +89,15 @@ vw_pixel_format pixel_format(OIIO::TypeDesc type) {
     case OIIO::TypeDesc::FLOAT:
     case OIIO::TypeDesc::DOUBLE: return VW_PIXEL_FLOAT32;
     default:
-        throw failure{VW_ERROR_INPUT, std::string("pixels of type ") + type.c_str() + "; convert it to 8 or 16 bit integers or to float"};
+        throw failure{VW_ERROR_INPUT, std::string("pixels of type ") + type.c_str() +
+                                          "; convert it to 8 or 16 bit integers or to float"};
     }
 }
 
 OIIO::TypeDesc type_desc(vw_pixel_format format) {
-    return format == VW_PIXEL_UINT8 ? OIIO::TypeDesc::UINT8 : format == VW_PIXEL_UINT16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::FLOAT;
+    return format == VW_PIXEL_UINT8    ? OIIO::TypeDesc::UINT8
+           : format == VW_PIXEL_UINT16 ? OIIO::TypeDesc::UINT16
+                                       : OIIO::TypeDesc::FLOAT;
 }
 
 void find_channels(const OIIO::ImageSpec &spec, int rgba_channel[4]) {
@@ -137,12 +140,13 @@ extern "C" vw_oiio_result vw_oiio_read(const char *path) {
         result.size_bytes = static_cast<size_t>(result.width_px) * result.height_px * result.channels * type.size();
         result.data = allocate(result.size_bytes);
         bool complete = input->read_image(0, 0, 0, static_cast<int>(result.channels), type, result.data);
-        if (!complete || input->has_error()) throw failure{VW_ERROR_IO, or_else(input->geterror(), "the pixels cannot be read")};
+        if (!complete || input->has_error())
+            throw failure{VW_ERROR_IO, or_else(input->geterror(), "the pixels cannot be read")};
     });
 }
 
-extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint32_t height_px, uint32_t new_width_px,
-                                         uint32_t new_height_px) {
+extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint32_t height_px,
+                                         uint32_t new_width_px, uint32_t new_height_px) {
     return guard([&](vw_oiio_result &result) {
         OIIO::ImageSpec from(static_cast<int>(width_px), static_cast<int>(height_px), 4, OIIO::TypeDesc::FLOAT);
         OIIO::ImageSpec to(static_cast<int>(new_width_px), static_cast<int>(new_height_px), 4, OIIO::TypeDesc::FLOAT);
@@ -159,8 +163,8 @@ extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, u
     });
 }
 
-extern "C" vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels, bool eight_bit,
-                                         const char *compression, const float *pixels) {
+extern "C" vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
+                                         bool eight_bit, const char *compression, const float *pixels) {
     return guard([&](vw_oiio_result &result) {
         std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path);
         if (!output) throw failure{VW_ERROR_USAGE, or_else(OIIO::geterror(), "unknown image format")};

@@ -1,16 +1,16 @@
-#include "viewworth/ssim.h"
+#include "image/ssim.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 enum { WINDOW = VW_SSIM_WINDOW_PX };
 static const double SIGMA_PX = 1.5;
 static const double C1 = 0.01 * 0.01, C2 = 0.03 * 0.03;
 
-// What a window is judged by: weighted means of the values, their squares and their product.
+// What a window is evaluated by: weighted means of the values, their squares and their product.
 struct moments {
     double a, b, aa, bb, ab;
 };
@@ -40,7 +40,8 @@ static void add(struct moments *sum, double weight, const struct moments *moment
 }
 
 // The moments along a row, for every place of a window.
-static void filter_row(const struct images *images, uint32_t y_px, uint32_t channel, const double weights[WINDOW], struct moments *row) {
+static void filter_row(const struct images *images, uint32_t y_px, uint32_t channel, const double weights[WINDOW],
+                       struct moments *row) {
     for (uint32_t x = 0; x < images->columns; x++) {
         row[x] = (struct moments){0};
         for (uint32_t i = 0; i < WINDOW; i++) {
@@ -51,8 +52,9 @@ static void filter_row(const struct images *images, uint32_t y_px, uint32_t chan
     }
 }
 
-static double judge(const struct moments *mean) {
-    double variances = mean->aa - mean->a * mean->a + mean->bb - mean->b * mean->b, covariance = mean->ab - mean->a * mean->b;
+static double evaluate(const struct moments *mean) {
+    double variances = mean->aa - mean->a * mean->a + mean->bb - mean->b * mean->b,
+           covariance = mean->ab - mean->a * mean->b;
     double squares = mean->a * mean->a + mean->b * mean->b;
     return (2 * mean->a * mean->b + C1) * (2 * covariance + C2) / ((squares + C1) * (variances + C2));
 }
@@ -69,8 +71,8 @@ static void count_usable_rows(const struct images *images, uint32_t y_px, uint32
 }
 
 // Adds up one channel. `rows` holds the moments of the last rows, by row modulo WINDOW; `heights` is zero.
-static void sum_channel(const struct images *images, uint32_t channel, struct moments *rows, uint32_t *heights, double *sum,
-                        uint64_t *count) {
+static void sum_channel(const struct images *images, uint32_t channel, struct moments *rows, uint32_t *heights,
+                        double *sum, uint64_t *count) {
     double weights[WINDOW];
     make_weights(weights);
     for (uint32_t y = 0; y < images->height_px; y++) {
@@ -79,14 +81,16 @@ static void sum_channel(const struct images *images, uint32_t channel, struct mo
         for (uint32_t x = 0; x < images->columns; x++) {
             if (heights[x] < WINDOW) continue;
             struct moments mean = {0};
-            for (uint32_t i = 0; i < WINDOW; i++) add(&mean, weights[i], &rows[(size_t)((y + 1 + i) % WINDOW) * images->columns + x]);
-            *sum += judge(&mean);
+            for (uint32_t i = 0; i < WINDOW; i++)
+                add(&mean, weights[i], &rows[(size_t)((y + 1 + i) % WINDOW) * images->columns + x]);
+            *sum += evaluate(&mean);
             ++*count;
         }
     }
 }
 
-enum vw_status vw_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px, double *ssim) {
+enum vw_status vw_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px,
+                       double *ssim) {
     double sum = 0;
     uint64_t count = 0;
     *ssim = NAN;

@@ -1,4 +1,5 @@
-// The sRGB transfer curve. Float files (EXR, HDR, float TIFF) hold linear light; everything inside works on encoded values.
+// The sRGB transfer curve. Float files (EXR, HDR, float TIFF) hold linear light; everything inside works on encoded
+// values.
 #ifndef VIEWWORTH_TRANSFER_H
 #define VIEWWORTH_TRANSFER_H
 

@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
 enum { BUSY_WAIT_MS = 60000 }; // someone who looks into the ledger of a running valuation must not end it
 
@@ -16,15 +17,16 @@ enum vw_status vw_database_open(const char *path, bool create, struct vw_databas
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
     if (sqlite3_open_v2(path, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
     if (sqlite3_busy_timeout(database->handle, BUSY_WAIT_MS) != SQLITE_OK) return vw_database_fail(database, "open");
-    // A ledger has tables and nothing that runs: what else a stranger's file brings along (a view without end in place of a table, a
-    // trigger that undoes what is written) stays asleep.
+    // A ledger has tables and nothing that runs: what else a stranger's file brings along (a view without end in place
+    // of a table, a trigger that undoes what is written) stays asleep.
     if (sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL) != SQLITE_OK ||
         sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL) != SQLITE_OK ||
         sqlite3_db_config(database->handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL) != SQLITE_OK)
         return vw_database_fail(database, "open");
-    // EXTRA is FULL plus a sync of the folder once the journal is gone, without which a power cut could bring the journal back
-    // and with it undo a batch that was reported as recorded.
-    return vw_database_run(database, "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
+    // EXTRA is FULL plus a sync of the folder once the journal is gone, without which a power cut could bring the
+    // journal back and with it undo a batch that was reported as recorded.
+    return vw_database_run(database,
+                           "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
 }
 
 void vw_database_close(struct vw_database *database) {
@@ -39,23 +41,30 @@ enum vw_status vw_database_fail(struct vw_database *database, const char *doing)
     const char *path = database->path;
     const char *message = sqlite3_errmsg(database->handle);
     switch (sqlite3_errcode(database->handle)) {
-    case SQLITE_FULL: return vw_fail(VW_ERROR_IO, "%s: cannot %s: the disk is full; free some space and run again", path, doing);
+    case SQLITE_FULL:
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: the disk is full; free some space and run again", path, doing);
     case SQLITE_BUSY:
-    case SQLITE_LOCKED: return vw_fail(VW_ERROR_IO, "%s: cannot %s: another program holds it; close that and run again", path, doing);
+    case SQLITE_LOCKED:
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: another program holds it; close that and run again", path, doing);
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_CANTOPEN:
-        return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check that the folder exists and its permissions", path, doing, message);
-    case SQLITE_ERROR: return vw_fail(VW_ERROR_INPUT, "%s: cannot %s: %s; check that it is a viewworth ledger", path, doing, message);
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check that the folder exists and its permissions", path, doing,
+                       message);
+    case SQLITE_ERROR:
+        return vw_fail(VW_ERROR_INPUT, "%s: cannot %s: %s; check that it is a viewworth ledger", path, doing, message);
     case SQLITE_NOTADB: return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", path);
     case SQLITE_CORRUPT: return vw_fail(VW_ERROR_INPUT, "%s: damaged: %s; restore it from a copy", path, message);
     case SQLITE_NOMEM: return vw_fail(VW_ERROR_MEMORY, "%s: cannot %s: out of memory", path, doing);
-    default: return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check the disk and that no other run writes here", path, doing, message);
+    default:
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check the disk and that no other run writes here", path, doing,
+                       message);
     }
 }
 
 enum vw_status vw_database_run(struct vw_database *database, const char *sql) {
-    if (sqlite3_exec(database->handle, sql, NULL, NULL, NULL) != SQLITE_OK) return vw_database_fail(database, "set up the ledger");
+    if (sqlite3_exec(database->handle, sql, NULL, NULL, NULL) != SQLITE_OK)
+        return vw_database_fail(database, "set up the ledger");
     return VW_OK;
 }
 
@@ -84,8 +93,8 @@ enum vw_status vw_database_begin_reading(struct vw_database *database) {
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status) {
     if (!status && sqlite3_exec(database->handle, "COMMIT", NULL, NULL, NULL) != SQLITE_OK)
         status = vw_database_fail(database, "commit a transaction");
-    // SQLite has rolled back by itself after some failures (a full disk). Should the rollback fail too, the journal stays and the
-    // next one to open the file rolls back: the failure to report is the first one.
+    // SQLite has rolled back by itself after some failures (a full disk). Should the rollback fail too, the journal
+    // stays and the next one to open the file rolls back: the failure to report is the first one.
     if (!sqlite3_get_autocommit(database->handle)) sqlite3_exec(database->handle, "ROLLBACK", NULL, NULL, NULL);
     return status;
 }
@@ -100,7 +109,8 @@ static enum vw_status read_number(struct vw_database *database, const char *sql,
     return status;
 }
 
-enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version, const char *what) {
+enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version,
+                                       const char *what) {
     int64_t found = 0, tables = 0;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
@@ -108,7 +118,8 @@ enum vw_status vw_database_make_tables(struct vw_database *database, const char 
     if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
     if (!status && !found && !tables) status = vw_database_run(database, schema_sql);
     else if (!status && found != version)
-        status = vw_fail(VW_ERROR_INPUT, "%s: not %s, or of another version; move it away, or name another --out", database->path, what);
+        status = vw_fail(VW_ERROR_INPUT, "%s: not %s, or of another version; move it away, or name another --out",
+                         database->path, what);
     return vw_database_end(database, status);
 }
 
@@ -129,7 +140,8 @@ void vw_row_add_real(struct vw_row *row, double value) {
 
 void vw_row_add_text(struct vw_row *row, const char *text) {
     if (row->hasher) vw_hasher_add_text(row->hasher, text);
-    if (row->statement && sqlite3_bind_text(row->statement, ++row->column, text, -1, SQLITE_STATIC) != SQLITE_OK) row->failed = true;
+    if (row->statement && sqlite3_bind_text(row->statement, ++row->column, text, -1, SQLITE_STATIC) != SQLITE_OK)
+        row->failed = true;
 }
 
 void vw_row_add_null(struct vw_row *row) {
@@ -166,7 +178,9 @@ void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *ha
         case SQLITE_INTEGER: vw_hasher_add_integer(hasher, sqlite3_column_int64(statement, i)); break;
         case SQLITE_FLOAT: vw_hasher_add_real(hasher, sqlite3_column_double(statement, i)); break;
         case SQLITE_TEXT: hash_text(statement, i, hasher); break;
-        case SQLITE_BLOB: vw_hasher_add_bytes(hasher, sqlite3_column_blob(statement, i), (size_t)sqlite3_column_bytes(statement, i)); break;
+        case SQLITE_BLOB:
+            vw_hasher_add_bytes(hasher, sqlite3_column_blob(statement, i), (size_t)sqlite3_column_bytes(statement, i));
+            break;
         default: vw_hasher_add_null(hasher);
         }
     }

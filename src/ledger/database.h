@@ -1,4 +1,5 @@
-// SQLite with every result checked: an open file, statements, transactions, and rows that are bound and hashed in one motion.
+// SQLite with every result checked: an open file, statements, transactions, and rows that are bound and hashed in one
+// motion.
 #ifndef VIEWWORTH_LEDGER_DATABASE_H
 #define VIEWWORTH_LEDGER_DATABASE_H
 
@@ -6,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "viewworth/hash.h"
+#include "base/hash.h"
 #include "viewworth/status.h"
 
 struct vw_database {
@@ -28,9 +29,11 @@ enum vw_status vw_database_prepare(struct vw_database *database, const char *sql
 // Moves on to the next row; `*found` is false after the last one.
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
-// Runs `schema_sql`, which sets user_version to `version`, on a file without tables: an empty one is what a process leaves that was killed
-// before its first transaction. VW_ERROR_INPUT when the file is of another version, and so not `what`.
-enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version, const char *what);
+// Runs `schema_sql`, which sets user_version to `version`, on a file without tables: an empty one is what a process
+// leaves that was killed before its first transaction. VW_ERROR_INPUT when the file is of another version, and so not
+// `what`.
+enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version,
+                                       const char *what);
 
 enum vw_status vw_database_begin(struct vw_database *database);
 // Begins to read: all queries up to the end see one state of the file, which nobody else can change meanwhile.
@@ -38,9 +41,9 @@ enum vw_status vw_database_begin_reading(struct vw_database *database);
 // Commits when `status` is VW_OK, else rolls back and returns `status`; a commit that fails is rolled back too.
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status);
 
-// A row on its way into a statement. Each value is bound to the next column and added to `hasher`, so that what is stored and what is
-// hashed cannot differ. Either may be NULL: a row without a statement is only hashed. A failure to bind is kept and reported by
-// vw_row_write.
+// A row on its way into a statement. Each value is bound to the next column and added to `hasher`, so that what is
+// stored and what is hashed cannot differ. Either may be NULL: a row without a statement is only hashed. A failure to
+// bind is kept and reported by vw_row_write.
 struct vw_row {
     sqlite3_stmt *statement;
     struct vw_hasher *hasher;
@@ -61,8 +64,8 @@ double vw_row_read_real(sqlite3_stmt *statement, int column);
 void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
 // Copies a column that holds a hash; anything else gives "", which equals no hash.
 void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]);
-// A row's own hash, for tables without a chain: begun with the table's name and version, so that it is that of no other table, then the
-// columns. It fits where the column behind all that are hashed holds what they give.
+// A row's own hash, for tables without a chain: begun with the table's name and version, so that it is that of no other
+// table, then the columns. It fits where the column behind all that are hashed holds what they give.
 void vw_row_begin_hash(struct vw_hasher *hasher, const char *table);
 void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
 bool vw_row_fits_hash(sqlite3_stmt *statement, int hash_column, const char *table);

@@ -1,6 +1,7 @@
 #include "ledger/find_image.h"
 
-const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id) {
+const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
+                                                   uint32_t image_id) {
     uint32_t first = 0, end = image_count; // the image, if any, is in [first, end)
     while (first < end) {
         uint32_t middle = first + (end - first) / 2;

@@ -5,6 +5,7 @@
 #include "viewworth/ledger.h"
 
 // NULL when there is none.
-const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id);
+const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
+                                                   uint32_t image_id);
 
 #endif

@@ -8,15 +8,16 @@
 
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
-static enum vw_status insert_images(struct vw_database *database, const char *scene_hash, const struct vw_ledger_image *images,
-                                    uint32_t image_count) {
+static enum vw_status insert_images(struct vw_database *database, const char *scene_hash,
+                                    const struct vw_ledger_image *images, uint32_t image_count) {
     struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database, "INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, truth) VALUES (?, ?, ?, ?, ?, ?, ?)",
-        &row.statement);
+    enum vw_status status = vw_database_prepare(database,
+                                                "INSERT INTO image (image_id, scene_hash, name, split, provider, "
+                                                "sha256, ground_truth) VALUES (?, ?, ?, ?, ?, ?, ?)",
+                                                &row.statement);
     for (uint32_t i = 0; !status && i < image_count; i++) {
         const struct vw_ledger_image *image = &images[i];
         vw_row_add_integer(&row, image->image_id);
@@ -25,7 +26,7 @@ static enum vw_status insert_images(struct vw_database *database, const char *sc
         vw_row_add_text(&row, image->split);
         vw_row_add_text(&row, image->provider);
         vw_row_add_text(&row, image->sha256);
-        vw_row_add_text(&row, image->truth);
+        vw_row_add_text(&row, image->ground_truth);
         status = vw_row_write(&row, database, "record the images");
     }
     sqlite3_finalize(row.statement);
@@ -35,12 +36,13 @@ static enum vw_status insert_images(struct vw_database *database, const char *sc
 // The hashes, which cover this row, come once it is written.
 static enum vw_status insert_run(struct vw_database *database, const struct vw_ledger_run *run) {
     struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database,
-        "INSERT INTO run (run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version,"
-        " started_utc, scene_options_json, effects_json, choice_json, status, row_hash, seal_hash)"
-        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, '" VW_LEDGER_RUNNING "', '', '')",
-        &row.statement);
+    enum vw_status status =
+        vw_database_prepare(database,
+                            "INSERT INTO run (run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, "
+                            "driver, shader_hash, version,"
+                            " started_utc, scene_options_json, effects_json, plan_json, status, row_hash, final_hash)"
+                            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, '" VW_LEDGER_RUNNING "', '', '')",
+                            &row.statement);
     if (status) return status;
     vw_row_add_text(&row, run->run_id);
     vw_row_add_text(&row, run->scene_hash);
@@ -55,25 +57,25 @@ static enum vw_status insert_run(struct vw_database *database, const struct vw_l
     vw_row_add_text(&row, run->started_utc);
     vw_row_add_text(&row, run->scene_options_json);
     vw_row_add_text(&row, run->effects_json);
-    vw_row_add_text(&row, run->choice_json ? run->choice_json : "{}");
+    vw_row_add_text(&row, run->plan_json ? run->plan_json : "{}");
     status = vw_row_write(&row, database, "record the run");
     sqlite3_finalize(row.statement);
     return status;
 }
 
-static enum vw_status write_first_rows(struct vw_database *database, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
-                                       uint32_t image_count) {
-    char run_hash[VW_HASH_HEX_BYTES], seal[VW_HASH_HEX_BYTES];
+static enum vw_status write_first_rows(struct vw_database *database, const struct vw_ledger_run *run,
+                                       const struct vw_ledger_image *images, uint32_t image_count) {
+    char run_hash[VW_HASH_HEX_BYTES], final_hash[VW_HASH_HEX_BYTES];
     enum vw_status status = vw_schema_create(database);
     if (!status) status = insert_run(database, run);
     if (!status) status = insert_images(database, run->scene_hash, images, image_count);
     if (!status) status = vw_ledger_write_run_hash(database, run_hash);
-    if (!status) status = vw_ledger_write_seal(database, run_hash, run_hash, seal);
+    if (!status) status = vw_ledger_write_final_hash(database, run_hash, run_hash, final_hash);
     return status;
 }
 
-static enum vw_status build_file(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
-                                 uint32_t image_count) {
+static enum vw_status build_file(const char *path, const struct vw_ledger_run *run,
+                                 const struct vw_ledger_image *images, uint32_t image_count) {
     struct vw_database database;
     enum vw_status status = vw_database_open(path, true, &database);
     if (!status) status = vw_database_begin(&database);
@@ -82,22 +84,26 @@ static enum vw_status build_file(const char *path, const struct vw_ledger_run *r
     return status;
 }
 
-// A journal outlives its ledger when that was removed after a crash. SQLite would roll it into the next ledger of that name.
+// A journal outlives its ledger when that was removed after a crash. SQLite would roll it into the next ledger of that
+// name.
 static enum vw_status check_place(const char *path) {
     if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; choose another --out", path);
     char *journal = vw_format_text("%s-journal", path);
     if (!journal) return VW_ERROR_MEMORY;
     enum vw_status status = VW_OK;
     if (vw_file_exists(journal))
-        status = vw_fail(VW_ERROR_USAGE, "%s: left over from a ledger that is gone; remove it, or choose another --out", journal);
+        status = vw_fail(VW_ERROR_USAGE, "%s: left over from a ledger that is gone; remove it, or choose another --out",
+                         journal);
     free(journal);
     return status;
 }
 
-// Never over a ledger that another process has put there meanwhile. Some file systems have no hard links, and rename there.
+// Never over a ledger that another process has put there meanwhile. Some file systems have no hard links, and rename
+// there.
 static enum vw_status move_into_place(const char *temporary, const char *path) {
     if (!link(temporary, path)) return VW_OK;
-    if (errno == EEXIST) return vw_fail(VW_ERROR_USAGE, "%s: another process has begun a run here; choose another --out", path);
+    if (errno == EEXIST)
+        return vw_fail(VW_ERROR_USAGE, "%s: another process has begun a run here; choose another --out", path);
     if (!vw_file_exists(path) && !rename(temporary, path)) return VW_OK;
     return vw_fail(VW_ERROR_IO, "%s: cannot create: %s; check the folder and its permissions", path, strerror(errno));
 }
@@ -118,7 +124,8 @@ enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *ru
 }
 
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger) {
-    if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no ledger here; make one with viewworth value", path);
+    if (!vw_file_exists(path))
+        return vw_fail(VW_ERROR_INPUT, "%s: no ledger here; make one with viewworth value", path);
     struct vw_ledger *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_open(path, false, &opened->database);
@@ -145,6 +152,6 @@ void vw_ledger_close(struct vw_ledger **ledger) {
 
 uint64_t vw_ledger_next_step(const struct vw_ledger *ledger) { return ledger->next_step; }
 
-void vw_ledger_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]) {
-    memcpy(head, vw_ledger_has_ended(ledger) ? ledger->seal : ledger->head, VW_HASH_HEX_BYTES);
+void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]) {
+    memcpy(head, vw_ledger_has_ended(ledger) ? ledger->final_hash : ledger->head, VW_HASH_HEX_BYTES);
 }

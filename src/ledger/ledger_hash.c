@@ -1,3 +1,4 @@
+#include "base/hash.h"
 #include "ledger/ledger_private.h"
 
 // Adds all rows of a query.
@@ -14,11 +15,13 @@ static enum vw_status hash_rows(struct vw_database *database, const char *sql, s
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    enum vw_status status =
-        hash_rows(database, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", &hasher);
+    enum vw_status status = hash_rows(
+        database, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run",
+        &hasher);
     if (!status)
         status = hash_rows(database,
-                           "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id",
+                           "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER "
+                           "BY scene_hash, image_id",
                            &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
@@ -26,27 +29,31 @@ enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HAS
 
 static enum vw_status find_running(struct vw_database *database, bool *running) {
     sqlite3_stmt *statement = NULL;
-    enum vw_status status = vw_database_prepare(database, "SELECT 1 FROM run WHERE status = '" VW_LEDGER_RUNNING "'", &statement);
+    enum vw_status status =
+        vw_database_prepare(database, "SELECT 1 FROM run WHERE status = '" VW_LEDGER_RUNNING "'", &statement);
     if (!status) status = vw_database_next(database, statement, running);
     sqlite3_finalize(statement);
     return status;
 }
 
-enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run_hash, const char *head, char hash[VW_HASH_HEX_BYTES]) {
+enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
+                                    char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     bool running = false;
     enum vw_status status = find_running(database, &running);
     if (status) return status;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, running ? run_hash : head); // so that a batch of a running run need not touch the seal
-    status = hash_rows(
-        database,
-        "SELECT scene_path, config_json, scene_options_json, effects_json, choice_json, started_utc, finished_utc, status FROM run",
-        &hasher);
+    vw_hasher_add_text(&hasher,
+                       running ? run_hash : head); // so that a batch of a running run need not touch the final hash
+    status = hash_rows(database,
+                       "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, "
+                       "finished_utc, status FROM run",
+                       &hasher);
     if (!status)
         status = hash_rows(database,
-                           "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low,"
-                           " rank_high FROM score ORDER BY run_id, image_id, method",
+                           "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, "
+                           "ci_high, rank_ci_low,"
+                           " rank_ci_high FROM score ORDER BY run_id, image_id, method",
                            &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
@@ -67,7 +74,8 @@ enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_h
     return status ? status : store(database, "UPDATE run SET row_hash = ?", run_hash);
 }
 
-enum vw_status vw_ledger_write_seal(struct vw_database *database, const char *run_hash, const char *head, char seal[VW_HASH_HEX_BYTES]) {
-    enum vw_status status = vw_ledger_hash_seal(database, run_hash, head, seal);
-    return status ? status : store(database, "UPDATE run SET seal_hash = ?", seal);
+enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
+                                          char final_hash[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_ledger_hash_final(database, run_hash, head, final_hash);
+    return status ? status : store(database, "UPDATE run SET final_hash = ?", final_hash);
 }

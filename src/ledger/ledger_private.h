@@ -16,10 +16,10 @@ extern const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT]; // as table p
 
 struct vw_ledger {
     struct vw_database database;
-    struct vw_step_statements inserts; // prepared at the first append
-    char run_hash[VW_HASH_HEX_BYTES];  // row_hash of the run, where the chain begins
-    char head[VW_HASH_HEX_BYTES];      // row_hash of the last step, or of the run before the first
-    char seal[VW_HASH_HEX_BYTES];      // seal_hash of the run
+    struct vw_step_statements inserts;  // prepared at the first append
+    char run_hash[VW_HASH_HEX_BYTES];   // row_hash of the run, where the chain begins
+    char head[VW_HASH_HEX_BYTES];       // row_hash of the last step, or of the run before the first
+    char final_hash[VW_HASH_HEX_BYTES]; // final_hash of the run
     uint64_t next_step;
     struct vw_ledger_run run;
     const char *extended_config_json; // what run.config_json becomes with the next write, NULL when it stays
@@ -33,8 +33,8 @@ struct vw_ledger {
 
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);
-// In the caller's writing transaction: whether the file still is as this object knows it. VW_ERROR_MISMATCH when another process has
-// written to it since.
+// In the caller's writing transaction: whether the file still is as this object knows it. VW_ERROR_MISMATCH when
+// another process has written to it since.
 enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
 // A copy that lives as long as the ledger; NULL with a recorded message when memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
@@ -43,11 +43,13 @@ const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
 
 // run.row_hash
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
-// run.seal_hash, given the row_hash of the run and the last one.
-enum vw_status vw_ledger_hash_seal(struct vw_database *database, const char *run_hash, const char *head, char hash[VW_HASH_HEX_BYTES]);
+// run.final_hash, given the row_hash of the run and the last one.
+enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
+                                    char hash[VW_HASH_HEX_BYTES]);
 // Makes both in the caller's transaction and stores them in the run row.
 enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]);
-enum vw_status vw_ledger_write_seal(struct vw_database *database, const char *run_hash, const char *head, char seal[VW_HASH_HEX_BYTES]);
+enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
+                                          char final_hash[VW_HASH_HEX_BYTES]);
 
 // ---- ledger_state.c ----
 
@@ -57,13 +59,14 @@ struct vw_run_state {
     const char *finished_utc; // NULL while it goes on
     const struct vw_ledger_score *scores;
     uint32_t score_count;
-    char seal[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state
+    char final_hash[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state
 };
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
-// Writes state, scores, the extended config and a new seal, in the caller's transaction.
+// Writes state, scores, the extended config and a new final hash, in the caller's transaction.
 enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state);
-// To be called when that transaction is committed: the object knows it as well. `state->status` must live as long as the ledger.
+// To be called when that transaction is committed: the object knows it as well. `state->status` must live as long as
+// the ledger.
 void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state);
 
 #endif

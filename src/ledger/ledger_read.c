@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "ledger/ledger_private.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
     char *kept = vw_copy_text(text);
@@ -25,18 +25,20 @@ static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, 
 }
 
 static enum vw_status fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column) {
-    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s holds what no ledger does; restore it from a copy", ledger->database.path,
-                   sqlite3_column_name(statement, column));
+    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s holds what no ledger does; restore it from a copy",
+                   ledger->database.path, sqlite3_column_name(statement, column));
 }
 
 // The same of a column that is never NULL in a ledger of ours.
-static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
+                                  enum vw_status *status) {
     const char *text = keep_text(ledger, statement, column, status);
     if (!text && !*status) *status = fail_damaged(ledger, statement, column);
     return text;
 }
 
-// ---- The run and where it stands --------------------------------------------------------------------------------------
+// ---- The run and where it stands
+// --------------------------------------------------------------------------------------
 
 // No row, or a second one, means that this is not the ledger of one run.
 static enum vw_status load_run(struct vw_ledger *ledger) {
@@ -44,12 +46,14 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
     bool found = false;
     enum vw_status status = vw_database_prepare(
         &ledger->database,
-        "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, started_utc,"
-        " scene_options_json, effects_json, status, row_hash, seal_hash, finished_utc, choice_json FROM run",
+        "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, "
+        "started_utc,"
+        " scene_options_json, effects_json, status, row_hash, final_hash, finished_utc, plan_json FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore it from a copy", ledger->database.path);
+        status =
+            vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore it from a copy", ledger->database.path);
     if (!status) {
         ledger->run = (struct vw_ledger_run){
             .run_id = keep_some_text(ledger, statement, 0, &status),
@@ -65,17 +69,18 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .started_utc = keep_some_text(ledger, statement, 10, &status),
             .scene_options_json = keep_some_text(ledger, statement, 11, &status),
             .effects_json = keep_some_text(ledger, statement, 12, &status),
-            .choice_json = keep_some_text(ledger, statement, 17, &status),
+            .plan_json = keep_some_text(ledger, statement, 17, &status),
             .status = keep_some_text(ledger, statement, 13, &status),
             .finished_utc = keep_text(ledger, statement, 16, &status),
         };
         vw_row_copy_hash(statement, 14, ledger->run_hash);
-        vw_row_copy_hash(statement, 15, ledger->seal);
+        vw_row_copy_hash(statement, 15, ledger->final_hash);
         memcpy(ledger->head, ledger->run_hash, sizeof ledger->head);
     }
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run row; use the ledger of one run", ledger->database.path);
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run row; use the ledger of one run",
+                         ledger->database.path);
     sqlite3_finalize(statement);
     return status;
 }
@@ -83,8 +88,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
 static enum vw_status load_last_step(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
-    enum vw_status status =
-        vw_database_prepare(&ledger->database, "SELECT step, row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", &statement);
+    enum vw_status status = vw_database_prepare(
+        &ledger->database, "SELECT step, row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) {
         ledger->next_step = (uint64_t)sqlite3_column_int64(statement, 0) + 1;
@@ -106,23 +111,26 @@ enum vw_status vw_ledger_load(struct vw_ledger *ledger) {
 enum vw_status vw_ledger_check_current(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
     bool found = false, current = false;
-    enum vw_status status = vw_database_prepare(&ledger->database,
-                                                "SELECT seal_hash, (SELECT count(*) FROM (SELECT 1 FROM step WHERE step >= ? LIMIT 1)),"
-                                                " (SELECT row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1) FROM run",
-                                                &statement);
+    enum vw_status status =
+        vw_database_prepare(&ledger->database,
+                            "SELECT final_hash, (SELECT count(*) FROM (SELECT 1 FROM step WHERE step >= ? LIMIT 1)),"
+                            " (SELECT row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1) FROM run",
+                            &statement);
     if (!status && sqlite3_bind_int64(statement, 1, (sqlite3_int64)ledger->next_step) != SQLITE_OK)
         status = vw_database_fail(&ledger->database, "query the ledger");
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) {
-        char seal[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
-        vw_row_copy_hash(statement, 0, seal);
+        char final_hash[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
+        vw_row_copy_hash(statement, 0, final_hash);
         vw_row_copy_hash(statement, 2, head);
         bool added = sqlite3_column_int(statement, 1) > 0;
-        current = strcmp(seal, ledger->seal) == 0 && !added && (ledger->next_step == 0 || strcmp(head, ledger->head) == 0);
+        current = strcmp(final_hash, ledger->final_hash) == 0 && !added &&
+                  (ledger->next_step == 0 || strcmp(head, ledger->head) == 0);
     }
     sqlite3_finalize(statement);
     if (status || current) return status;
-    return vw_fail(VW_ERROR_MISMATCH, "%s: another process has written to it meanwhile; let only one run use a folder, then --resume",
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: another process has written to it meanwhile; let only one run use a folder, then --resume",
                    ledger->database.path);
 }
 
@@ -131,7 +139,8 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
     return VW_OK;
 }
 
-// ---- Tables -----------------------------------------------------------------------------------------------------------
+// ---- Tables
+// -----------------------------------------------------------------------------------------------------------
 
 // What reads the current row of a query into an item of an array.
 struct row_reader {
@@ -141,7 +150,8 @@ struct row_reader {
 };
 
 // Reads all rows into an array, to be freed by the caller.
-static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reader *reader, void **items, uint64_t *count) {
+static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reader *reader, void **items,
+                                uint64_t *count) {
     sqlite3_stmt *statement = NULL;
     void *read = NULL;
     size_t capacity = 0, used = 0;
@@ -169,14 +179,15 @@ static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .split = keep_some_text(ledger, statement, 2, &status),
         .provider = keep_text(ledger, statement, 3, &status),
         .sha256 = keep_text(ledger, statement, 4, &status),
-        .truth = keep_text(ledger, statement, 5, &status),
+        .ground_truth = keep_text(ledger, statement, 5, &status),
     };
     return status;
 }
 
 enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count) {
     static const struct row_reader reader = {
-        "SELECT image_id, name, split, provider, sha256, truth FROM image ORDER BY scene_hash, image_id", sizeof **images, read_image};
+        "SELECT image_id, name, split, provider, sha256, ground_truth FROM image ORDER BY scene_hash, image_id",
+        sizeof **images, read_image};
     if (!ledger->images) {
         void *loaded = NULL;
         uint64_t loaded_count = 0;
@@ -214,10 +225,10 @@ static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statemen
 }
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {
-    static const struct row_reader reader = {
-        "SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored FROM step"
-        " ORDER BY run_id, step",
-        sizeof **records, read_step};
+    static const struct row_reader reader = {"SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, "
+                                             "val_l1, nonfinite, clamped, floored FROM step"
+                                             " ORDER BY run_id, step",
+                                             sizeof **records, read_step};
     return read_rows(ledger, &reader, (void **)records, count);
 }
 
@@ -240,8 +251,8 @@ static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *stateme
 
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
     static const struct row_reader reader = {
-        "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe", sizeof **probes,
-        read_probe};
+        "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe",
+        sizeof **probes, read_probe};
     return read_rows(ledger, &reader, (void **)probes, count);
 }
 
@@ -254,18 +265,19 @@ static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .unit = keep_some_text(ledger, statement, 3, &status),
         .standard_error = vw_row_read_real(statement, 4),
         .visits = (uint32_t)sqlite3_column_int64(statement, 5),
-        .sampling_error = vw_row_read_real(statement, 6),
-        .low = vw_row_read_real(statement, 7),
-        .high = vw_row_read_real(statement, 8),
-        .rank_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL reads as 0
-        .rank_high = (uint32_t)sqlite3_column_int64(statement, 10),
+        .resampling_stderr = vw_row_read_real(statement, 6),
+        .ci_low = vw_row_read_real(statement, 7),
+        .ci_high = vw_row_read_real(statement, 8),
+        .rank_ci_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL reads as 0
+        .rank_ci_high = (uint32_t)sqlite3_column_int64(statement, 10),
     };
     return status;
 }
 
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
     static const struct row_reader reader = {
-        "SELECT image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low, rank_high FROM score"
+        "SELECT image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high, rank_ci_low, "
+        "rank_ci_high FROM score"
         " JOIN (SELECT method, min(rowid) AS first FROM score GROUP BY method) USING (method) ORDER BY first, image_id",
         sizeof **scores, read_score};
     uint64_t read_count = 0;

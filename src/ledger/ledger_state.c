@@ -4,14 +4,16 @@
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger) { return strcmp(ledger->run.status, VW_LEDGER_RUNNING) != 0; }
 
-static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_ledger_score *scores, uint32_t score_count) {
+static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_ledger_score *scores,
+                                     uint32_t score_count) {
     enum vw_status status = vw_database_run(&ledger->database, "DELETE FROM score");
     if (status) return status;
     struct vw_row row = {0};
-    status = vw_database_prepare(&ledger->database,
-                                 "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high,"
-                                 " rank_low, rank_high) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), nullif(?, 0))",
-                                 &row.statement);
+    status = vw_database_prepare(
+        &ledger->database,
+        "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high,"
+        " rank_ci_low, rank_ci_high) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), nullif(?, 0))",
+        &row.statement);
     for (uint32_t i = 0; !status && i < score_count; i++) {
         const struct vw_ledger_score *score = &scores[i];
         vw_row_add_text(&row, ledger->run.run_id);
@@ -21,11 +23,11 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
         vw_row_add_text(&row, score->unit);
         vw_row_add_real(&row, score->standard_error);
         vw_row_add_integer(&row, score->visits);
-        vw_row_add_real(&row, score->sampling_error);
-        vw_row_add_real(&row, score->low);
-        vw_row_add_real(&row, score->high);
-        vw_row_add_integer(&row, score->rank_low);
-        vw_row_add_integer(&row, score->rank_high);
+        vw_row_add_real(&row, score->resampling_stderr);
+        vw_row_add_real(&row, score->ci_low);
+        vw_row_add_real(&row, score->ci_high);
+        vw_row_add_integer(&row, score->rank_ci_low);
+        vw_row_add_integer(&row, score->rank_ci_high);
         status = vw_row_write(&row, &ledger->database, "record a score");
     }
     sqlite3_finalize(row.statement);
@@ -34,8 +36,8 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
 
 static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_run_state *state) {
     struct vw_row row = {0};
-    enum vw_status status =
-        vw_database_prepare(&ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?", &row.statement);
+    enum vw_status status = vw_database_prepare(
+        &ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?", &row.statement);
     if (status) return status;
     vw_row_add_text(&row, ledger->extended_config_json ? ledger->extended_config_json : ledger->run.config_json);
     vw_row_add_text(&row, state->finished_utc);
@@ -48,7 +50,8 @@ static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_run_s
 enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state) {
     enum vw_status status = replace_scores(ledger, state->scores, state->score_count);
     if (!status) status = update_run(ledger, state);
-    if (!status) status = vw_ledger_write_seal(&ledger->database, ledger->run_hash, ledger->head, state->seal);
+    if (!status)
+        status = vw_ledger_write_final_hash(&ledger->database, ledger->run_hash, ledger->head, state->final_hash);
     return status;
 }
 
@@ -56,7 +59,7 @@ void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *s
     ledger->run.status = state->status;
     if (ledger->extended_config_json) ledger->run.config_json = ledger->extended_config_json;
     ledger->extended_config_json = NULL;
-    memcpy(ledger->seal, state->seal, sizeof ledger->seal);
+    memcpy(ledger->final_hash, state->final_hash, sizeof ledger->final_hash);
 }
 
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,

@@ -3,28 +3,32 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "ledger/ledger_private.h"
 
 const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
-    [VW_PROBE_REPEAT] = "repeat",
-    [VW_PROBE_STILL] = "still",
-    [VW_PROBE_REDRAW] = "redraw",
-    [VW_PROBE_SAME_STATE] = "same_state",
+    [VW_PROBE_REPEATED] = "repeated",       [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
+    [VW_PROBE_RESAMPLED] = "resampled",     [VW_PROBE_SAME_STATE] = "same_state",
     [VW_PROBE_FIRST_ORDER] = "first_order",
 };
 
-// ---- The rows of one step, and its hash -------------------------------------------------------------------------------
+// ---- The rows of one step, and its hash
+// -------------------------------------------------------------------------------
 
 // A value is flagged when the trainer says so, or when a value that it vouches for is not finite.
 static bool is_nonfinite(const struct vw_step_record *record) {
     if (record->nonfinite || !record->validated) return record->nonfinite;
-    bool has_no_pooled = record->view_count == 0 && isnan(record->val_psnr_pooled); // an imported step, which is none the worse for it
-    bool finite = isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
-    for (uint32_t i = 0; finite && i < record->view_count; i++) finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
+    bool has_no_pooled =
+        record->view_count == 0 && isnan(record->val_psnr_pooled); // an imported step, which is none the worse for it
+    bool finite =
+        isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
+    for (uint32_t i = 0; finite && i < record->view_count; i++)
+        finite = isfinite(record->views[i].mse) && isfinite(record->views[i].l1);
     return !finite;
 }
 
-static void add_step_columns(struct vw_row *row, const char *run_id, const struct vw_step_record *record, bool nonfinite) {
+static void add_step_columns(struct vw_row *row, const char *run_id, const struct vw_step_record *record,
+                             bool nonfinite) {
     bool valued = record->validated && !nonfinite;
     vw_row_add_text(row, run_id);
     vw_row_add_integer(row, (int64_t)record->step);
@@ -78,8 +82,9 @@ static enum vw_status chain_probes(struct vw_ledger *ledger, struct vw_row row, 
 }
 
 // Writes the rows of a step, or only hashes them, and moves `head` from the row_hash before the step to its own.
-static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_statements *statements, const struct vw_step_record *record,
-                                 const uint32_t *validation_views, char head[VW_HASH_HEX_BYTES]) {
+static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_statements *statements,
+                                 const struct vw_step_record *record, const uint32_t *validation_views,
+                                 char head[VW_HASH_HEX_BYTES]) {
     bool nonfinite = is_nonfinite(record);
     enum vw_status status = VW_OK;
     struct vw_hasher hasher;
@@ -88,8 +93,10 @@ static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_
     struct vw_row row = {.statement = statements->step, .hasher = &hasher};
     add_step_columns(&row, ledger->run.run_id, record, nonfinite);
     if (record->validated && !nonfinite)
-        status = chain_views(ledger, (struct vw_row){.statement = statements->view, .hasher = &hasher}, record, validation_views);
-    if (!status) status = chain_probes(ledger, (struct vw_row){.statement = statements->probe, .hasher = &hasher}, record);
+        status = chain_views(ledger, (struct vw_row){.statement = statements->view, .hasher = &hasher}, record,
+                             validation_views);
+    if (!status)
+        status = chain_probes(ledger, (struct vw_row){.statement = statements->probe, .hasher = &hasher}, record);
     if (status) return status;
     vw_row_end_hash(&hasher, head);
     row.hasher = NULL;
@@ -97,32 +104,39 @@ static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_
     return vw_row_write(&row, &ledger->database, "record a step");
 }
 
-static enum vw_status check_sequence(const struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count, uint64_t first) {
+static enum vw_status check_sequence(const struct vw_ledger *ledger, const struct vw_step_record *records,
+                                     uint32_t count, uint64_t first) {
     for (uint32_t i = 0; i < count; i++)
         if (records[i].step != first + i)
-            return vw_fail(VW_ERROR_USAGE, "%s: step %" PRIu64 " was offered where step %" PRIu64 " follows; resume from the ledger's end",
+            return vw_fail(VW_ERROR_USAGE,
+                           "%s: step %" PRIu64 " was offered where step %" PRIu64
+                           " follows; resume from the ledger's end",
                            ledger->database.path, records[i].step, first + i);
     return VW_OK;
 }
 
-// ---- Appending --------------------------------------------------------------------------------------------------------
+// ---- Appending
+// --------------------------------------------------------------------------------------------------------
 
 static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
     struct vw_step_statements *inserts = &ledger->inserts;
     enum vw_status status = VW_OK;
     if (!inserts->step)
-        status = vw_database_prepare(&ledger->database,
-                                     "INSERT INTO step (run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-                                     " nonfinite, clamped, floored, row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                                     &inserts->step);
+        status = vw_database_prepare(
+            &ledger->database,
+            "INSERT INTO step (run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
+            " nonfinite, clamped, floored, row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            &inserts->step);
     if (!status && !inserts->view)
-        status = vw_database_prepare(&ledger->database, "INSERT INTO view (run_id, step, image_id, mse, l1) VALUES (?, ?, ?, ?, ?)",
+        status = vw_database_prepare(&ledger->database,
+                                     "INSERT INTO view (run_id, step, image_id, mse, l1) VALUES (?, ?, ?, ?, ?)",
                                      &inserts->view);
     if (!status && !inserts->probe)
-        status = vw_database_prepare(&ledger->database,
-                                     "INSERT INTO probe (run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id)"
-                                     " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                                     &inserts->probe);
+        status = vw_database_prepare(
+            &ledger->database,
+            "INSERT INTO probe (run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+            &inserts->probe);
     return status;
 }
 
@@ -139,7 +153,8 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
     status = vw_ledger_check_current(ledger);
     if (!status && changes_state) status = vw_ledger_write_state(ledger, &running);
-    for (uint32_t i = 0; !status && i < count; i++) status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);
+    for (uint32_t i = 0; !status && i < count; i++)
+        status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);
     status = vw_database_end(&ledger->database, status);
     if (status) return status; // the ledger, and what this object knows of it, are as before
     if (changes_state) vw_ledger_take_state(ledger, &running);
@@ -148,10 +163,12 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     return VW_OK;
 }
 
-// ---- Comparing --------------------------------------------------------------------------------------------------------
+// ---- Comparing
+// --------------------------------------------------------------------------------------------------------
 
 // Reads the next row_hash; "" when there is none, which equals no hash.
-static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *statement, char row_hash[VW_HASH_HEX_BYTES]) {
+static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *statement,
+                                    char row_hash[VW_HASH_HEX_BYTES]) {
     bool found = false;
     row_hash[0] = 0;
     enum vw_status status = vw_database_next(&ledger->database, statement, &found);
@@ -159,8 +176,9 @@ static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *stat
     return status;
 }
 
-static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_hashes, const struct vw_step_record *records,
-                                    uint32_t count, const uint32_t *validation_views) {
+static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_hashes,
+                                    const struct vw_step_record *records, uint32_t count,
+                                    const uint32_t *validation_views) {
     const struct vw_step_statements none = {0};
     char head[VW_HASH_HEX_BYTES], recorded[VW_HASH_HEX_BYTES];
     memcpy(head, ledger->run_hash, sizeof head);
@@ -171,7 +189,8 @@ static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_
         if (!status && strcmp(head, recorded) != 0)
             status =
                 vw_fail(VW_ERROR_MISMATCH,
-                        "%s: step %" PRIu64 ", taken again, is not the recorded one; see whether the ledger was edited (viewworth verify)"
+                        "%s: step %" PRIu64
+                        ", taken again, is not the recorded one; see whether the ledger was edited (viewworth verify)"
                         " or device, driver or CPU are others",
                         ledger->database.path, records[i].step);
     }
@@ -184,12 +203,13 @@ enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_
     uint64_t first = records[0].step;
     enum vw_status status = check_sequence(ledger, records, count, first);
     if (!status && first + count > ledger->next_step)
-        status = vw_fail(VW_ERROR_USAGE, "%s: step %" PRIu64 " cannot be compared: only those before step %" PRIu64 " are recorded",
+        status = vw_fail(VW_ERROR_USAGE,
+                         "%s: step %" PRIu64 " cannot be compared: only those before step %" PRIu64 " are recorded",
                          ledger->database.path, first + count - 1, ledger->next_step);
     if (status) return status;
     struct vw_row key = {0};
-    status =
-        vw_database_prepare(&ledger->database, "SELECT row_hash FROM step WHERE run_id = ? AND step >= ? ORDER BY step", &key.statement);
+    status = vw_database_prepare(
+        &ledger->database, "SELECT row_hash FROM step WHERE run_id = ? AND step >= ? ORDER BY step", &key.statement);
     if (status) return status;
     vw_row_add_text(&key, ledger->run.run_id);
     vw_row_add_integer(&key, first > 0 ? (int64_t)first - 1 : 0); // the row before gives the hash to go on from

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "ledger/ledger_private.h"
-#include "viewworth/memory.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
 // What is recomputed on the way, each held against the stored one before it is used further.
 struct verification {
@@ -12,7 +13,8 @@ struct verification {
     char head[VW_HASH_HEX_BYTES];
 };
 
-// ---- Rows of something else -------------------------------------------------------------------------------------------
+// ---- Rows of something else
+// -------------------------------------------------------------------------------------------
 
 static enum vw_status find_stray(struct vw_database *database, const char *table, const char *column) {
     char *sql = vw_format_text("SELECT 1 FROM %s WHERE %s IS NOT (SELECT %s FROM run) LIMIT 1", table, column, column);
@@ -22,9 +24,10 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
     enum vw_status status = vw_database_prepare(database, sql, &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found)
-        status =
-            vw_fail(VW_ERROR_MISMATCH, "%s: table %s holds a row whose %s is not that of the run: one of them was edited, or the row added",
-                    database->path, table, column);
+        status = vw_fail(
+            VW_ERROR_MISMATCH,
+            "%s: table %s holds a row whose %s is not that of the run: one of them was edited, or the row added",
+            database->path, table, column);
     sqlite3_finalize(statement);
     free(sql);
     return status;
@@ -39,10 +42,12 @@ static enum vw_status verify_belonging(struct vw_database *database) {
     return status;
 }
 
-// ---- The run, and what seals it ---------------------------------------------------------------------------------------
+// ---- The run, and what covers it
+// ---------------------------------------------------------------------------------------
 
 // Compares a hash that the run row holds.
-static enum vw_status compare_with_run(struct vw_database *database, const char *sql, const char *hash, const char *suspects) {
+static enum vw_status compare_with_run(struct vw_database *database, const char *sql, const char *hash,
+                                       const char *suspects) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
     char stored[VW_HASH_HEX_BYTES] = "";
@@ -50,7 +55,8 @@ static enum vw_status compare_with_run(struct vw_database *database, const char 
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found) vw_row_copy_hash(statement, 0, stored);
     if (!status && strcmp(stored, hash) != 0)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not fit", database->path, suspects, sqlite3_column_name(statement, 0));
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not fit", database->path, suspects,
+                         sqlite3_column_name(statement, 0));
     sqlite3_finalize(statement);
     return status;
 }
@@ -64,16 +70,18 @@ static enum vw_status verify_run(struct verification *verification) {
     return status;
 }
 
-static enum vw_status verify_seal(struct verification *verification) {
-    char seal[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_ledger_hash_seal(verification->database, verification->run_hash, verification->head, seal);
-    return status
-               ? status
-               : compare_with_run(verification->database, "SELECT seal_hash FROM run", seal,
-                                  "the run row was edited, a score row was edited, removed or added, or the last step rows were removed");
+static enum vw_status verify_final_hash(struct verification *verification) {
+    char final_hash[VW_HASH_HEX_BYTES];
+    enum vw_status status =
+        vw_ledger_hash_final(verification->database, verification->run_hash, verification->head, final_hash);
+    return status ? status
+                  : compare_with_run(verification->database, "SELECT final_hash FROM run", final_hash,
+                                     "the run row was edited, a score row was edited, removed or added, or the last "
+                                     "step rows were removed");
 }
 
-// ---- The chain of the steps -------------------------------------------------------------------------------------------
+// ---- The chain of the steps
+// -------------------------------------------------------------------------------------------
 
 // The rows of a table that belong to steps, walked beside them in the order of their keys.
 struct companion {
@@ -88,9 +96,10 @@ static enum vw_status open_companion(struct verification *verification, struct c
 }
 
 static enum vw_status fail_orphan(const struct verification *verification, const struct companion *companion) {
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: table %s holds a row of step %" PRId64 ", which has no step row: one was removed or the other added",
-                   verification->database->path, companion->table, (int64_t)sqlite3_column_int64(companion->statement, 1));
+    return vw_fail(
+        VW_ERROR_MISMATCH,
+        "%s: table %s holds a row of step %" PRId64 ", which has no step row: one was removed or the other added",
+        verification->database->path, companion->table, (int64_t)sqlite3_column_int64(companion->statement, 1));
 }
 
 // Adds the companion's rows of this step. It stands on the first row that no step before has taken.
@@ -108,12 +117,13 @@ static enum vw_status hash_companion(struct verification *verification, struct c
 }
 
 // `steps` stands on the row of `step`, whose last column is its row_hash.
-static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step, struct companion *views,
-                                  struct companion *probes) {
+static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step,
+                                  struct companion *views, struct companion *probes) {
     const char *path = verification->database->path;
     if (sqlite3_column_int64(steps, 1) != step)
         return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: step %" PRId64 " is missing: in its place stands step %" PRId64 "; step rows were removed, renumbered or added",
+                       "%s: step %" PRId64 " is missing: in its place stands step %" PRId64
+                       "; step rows were removed, renumbered or added",
                        path, step, (int64_t)sqlite3_column_int64(steps, 1));
     int hash_column = sqlite3_column_count(steps) - 1;
     char stored[VW_HASH_HEX_BYTES];
@@ -127,24 +137,28 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
     vw_row_end_hash(&hasher, verification->head);
     vw_row_copy_hash(steps, hash_column, stored);
     if (strcmp(stored, verification->head) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "%s: step %" PRId64 " was edited or moved, or view or probe rows of it: its row_hash does not fit",
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: step %" PRId64 " was edited or moved, or view or probe rows of it: its row_hash does not fit",
                    path, step);
 }
 
 static enum vw_status verify_steps(struct verification *verification) {
-    struct companion views = {.table = "view", .sql = "SELECT run_id, step, image_id, mse, l1 FROM view ORDER BY run_id, step, image_id"};
-    struct companion probes = {
-        .table = "probe",
-        .sql = "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe"};
+    struct companion views = {
+        .table = "view", .sql = "SELECT run_id, step, image_id, mse, l1 FROM view ORDER BY run_id, step, image_id"};
+    struct companion probes = {.table = "probe",
+                               .sql = "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id "
+                                      "FROM probe ORDER BY run_id, step, probe"};
     sqlite3_stmt *steps = NULL;
     bool found = false;
-    enum vw_status status = vw_database_prepare(verification->database,
-                                                "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-                                                " nonfinite, clamped, floored, row_hash FROM step ORDER BY run_id, step",
-                                                &steps);
+    enum vw_status status =
+        vw_database_prepare(verification->database,
+                            "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
+                            " nonfinite, clamped, floored, row_hash FROM step ORDER BY run_id, step",
+                            &steps);
     if (!status) status = open_companion(verification, &views);
     if (!status) status = open_companion(verification, &probes);
-    for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found; step++)
+    for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found;
+         step++)
         status = verify_step(verification, steps, step, &views, &probes);
     if (!status && views.found) status = fail_orphan(verification, &views);
     if (!status && probes.found) status = fail_orphan(verification, &probes);
@@ -161,6 +175,6 @@ enum vw_status vw_ledger_verify(struct vw_ledger *ledger) {
     status = verify_belonging(verification.database);
     if (!status) status = verify_run(&verification);
     if (!status) status = verify_steps(&verification);
-    if (!status) status = verify_seal(&verification);
+    if (!status) status = verify_final_hash(&verification);
     return vw_database_end(verification.database, status);
 }

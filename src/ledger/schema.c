@@ -1,19 +1,21 @@
 #include "ledger/schema.h"
 
-// Keys begin with the run (or scene), so that ledgers of several runs can share a file. Clustered tables (WITHOUT ROWID) keep rows in
-// key order, which is also the order they are hashed in. View and probe rows are written before their step row, whose hash covers them:
-// hence the deferred references. Scores keep their rowid, which tells in what order the methods were written.
+// Keys begin with the run (or scene), so that ledgers of several runs can share a file. Clustered tables (WITHOUT
+// ROWID) keep rows in key order, which is also the order they are hashed in. View and probe rows are written before
+// their step row, whose hash covers them: hence the deferred references. Scores keep their rowid, which tells in what
+// order the methods were written.
 static const char schema_sql[] =
     "CREATE TABLE run ("
     " run_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, scene_path TEXT NOT NULL, seed INTEGER NOT NULL,"
     " config_json TEXT NOT NULL, subset_hash TEXT NOT NULL, device TEXT NOT NULL, driver TEXT NOT NULL,"
     " shader_hash TEXT NOT NULL, version TEXT NOT NULL, started_utc TEXT NOT NULL,"
-    " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, seal_hash TEXT NOT NULL, scene_options_json TEXT NOT NULL,"
-    " effects_json TEXT NOT NULL, choice_json TEXT NOT NULL);"
+    " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, final_hash TEXT NOT NULL, scene_options_json "
+    "TEXT NOT NULL,"
+    " effects_json TEXT NOT NULL, plan_json TEXT NOT NULL);"
     "CREATE TABLE image ("
     " image_id INTEGER NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL,"
     " split TEXT NOT NULL CHECK (split IN ('train', 'val', 'test', 'excluded')),"
-    " provider TEXT, sha256 TEXT, truth TEXT,"
+    " provider TEXT, sha256 TEXT, ground_truth TEXT,"
     " PRIMARY KEY (scene_hash, image_id), UNIQUE (scene_hash, name)) WITHOUT ROWID;"
     "CREATE TABLE step ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), step INTEGER NOT NULL, epoch INTEGER NOT NULL, image_id INTEGER,"
@@ -27,18 +29,20 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE probe ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeat', 'still', 'redraw', 'same_state', 'first_order')),"
+    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state', 'first_order')),"
     " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
     " PRIMARY KEY (run_id, step, probe),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE score ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, method TEXT NOT NULL,"
-    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, sampling_error REAL, low REAL, high REAL,"
-    " rank_low INTEGER, rank_high INTEGER,"
+    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, resampling_stderr REAL, ci_low "
+    "REAL, ci_high REAL,"
+    " rank_ci_low INTEGER, rank_ci_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 4;";
+    "PRAGMA user_version = 5;";
 
-_Static_assert(VW_SCHEMA_VERSION == 4, "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
+_Static_assert(VW_SCHEMA_VERSION == 5,
+               "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
 
 enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
 
@@ -52,11 +56,13 @@ enum vw_status vw_schema_check(struct vw_database *database) {
     if (status) return status;
     if (version < 1) return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", database->path);
     if (version < VW_SCHEMA_VERSION)
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: made by an older viewworth (ledger version %d, this one knows %d); run it again into another --out",
-                       database->path, version, VW_SCHEMA_VERSION);
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "%s: made by an older viewworth (ledger version %d, this one knows %d); run it again into another --out",
+            database->path, version, VW_SCHEMA_VERSION);
     if (version > VW_SCHEMA_VERSION)
-        return vw_fail(VW_ERROR_INPUT, "%s: made by a newer viewworth (ledger version %d, this one knows %d); update viewworth",
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: made by a newer viewworth (ledger version %d, this one knows %d); update viewworth",
                        database->path, version, VW_SCHEMA_VERSION);
     return VW_OK;
 }

@@ -4,7 +4,7 @@
 
 #include "ledger/database.h"
 
-enum { VW_SCHEMA_VERSION = 4 }; // kept in PRAGMA user_version; raise it when a table changes
+enum { VW_SCHEMA_VERSION = 5 }; // kept in PRAGMA user_version; raise it when a table changes
 
 // Makes the tables, inside the caller's transaction.
 enum vw_status vw_schema_create(struct vw_database *database);

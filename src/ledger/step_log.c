@@ -1,4 +1,4 @@
-#include "viewworth/step_log.h"
+#include "ledger/step_log.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/file.h"
-#include "viewworth/hash.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
-static const double VALUE_MOST = 1e4;                   // of dB and of error: squares and sums of whatever is less stay finite
-static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring holds a number for each
-static const uint32_t EPOCHS_MOST = 1000000000;         // as of a training of ours
+static const double VALUE_MOST = 1e4;           // of dB and of error: squares and sums of whatever is less stay finite
+static const uint64_t TABLE_MOST = 1u << 26;    // photos times epochs: scoring holds a number for each
+static const uint32_t EPOCHS_MOST = 1000000000; // as of a training of ours
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
@@ -29,14 +29,17 @@ struct reading {
     uint32_t first_epoch, epoch_count; // epochs that a photo is trained in
 };
 
-// ---- Fields -----------------------------------------------------------------------------------------------------------
+// ---- Fields
+// -----------------------------------------------------------------------------------------------------------
 
-static const char *field_of(const struct reading *reading, enum column column) { return reading->log->csv.fields[reading->places[column]]; }
+static const char *field_of(const struct reading *reading, enum column column) {
+    return reading->log->csv.fields[reading->places[column]];
+}
 
 static enum vw_status refuse_field(const struct reading *reading, enum column column, const char *what) {
     const struct vw_csv *csv = &reading->log->csv;
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: field %s: \"%.80s\" is %s; correct it", csv->path, csv->line, column_names[column],
-                   field_of(reading, column), what);
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: field %s: \"%.80s\" is %s; correct it", csv->path, csv->line,
+                   column_names[column], field_of(reading, column), what);
 }
 
 static enum vw_status read_whole(const struct reading *reading, enum column column, uint64_t most, uint64_t *number) {
@@ -68,8 +71,10 @@ static enum vw_status read_values(const struct reading *reading, struct vw_step_
     enum vw_status status = read_real(reading, PSNR, &record->val_psnr);
     if (!status) status = read_real(reading, L1, &record->val_l1);
     if (!status && has_psnr != has_l1)
-        status = refuse_field(reading, has_psnr ? L1 : PSNR, "empty where the other value is not: give both or neither");
-    if (!status && record->val_l1 < 0) status = refuse_field(reading, L1, "negative, which no mean absolute error can be");
+        status =
+            refuse_field(reading, has_psnr ? L1 : PSNR, "empty where the other value is not: give both or neither");
+    if (!status && record->val_l1 < 0)
+        status = refuse_field(reading, L1, "negative, which no mean absolute error can be");
     if (status) return status;
     record->nonfinite = has_psnr && !(isfinite(record->val_psnr) && isfinite(record->val_l1));
     record->validated = has_psnr && !record->nonfinite;
@@ -77,13 +82,16 @@ static enum vw_status read_values(const struct reading *reading, struct vw_step_
     return VW_OK;
 }
 
-// ---- Rows -------------------------------------------------------------------------------------------------------------
+// ---- Rows
+// -------------------------------------------------------------------------------------------------------------
 
 static enum vw_status append_record(struct reading *reading, const struct vw_step_record *record, const char *photo) {
     struct vw_step_log *log = reading->log;
-    enum vw_status status = vw_grow((void **)&log->records, &reading->record_capacity, log->record_count + (size_t)1, sizeof *log->records);
+    enum vw_status status =
+        vw_grow((void **)&log->records, &reading->record_capacity, log->record_count + (size_t)1, sizeof *log->records);
     if (!status)
-        status = vw_grow((void **)&reading->photos, &reading->photo_capacity, log->record_count + (size_t)1, sizeof *reading->photos);
+        status = vw_grow((void **)&reading->photos, &reading->photo_capacity, log->record_count + (size_t)1,
+                         sizeof *reading->photos);
     if (status) return status;
     reading->photos[log->record_count] = photo;
     log->records[log->record_count++] = *record;
@@ -95,21 +103,24 @@ static enum vw_status check_step(const struct reading *reading, uint64_t step, b
     uint64_t next = reading->log->record_count;
     if (step == next || (first && step <= 1)) return VW_OK;
     if (first)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: field step: the log begins with step %" PRIu64 "; give it from step 0 or 1 on", csv->path,
-                       csv->line, step);
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%u: field step: the log begins with step %" PRIu64 "; give it from step 0 or 1 on",
+                       csv->path, csv->line, step);
     if (step < next)
         return vw_fail(VW_ERROR_INPUT,
                        "%s:%u: field step: step %" PRIu64 " comes again or too late, after step %" PRIu64
                        "; sort the log and keep one row of each step",
                        csv->path, csv->line, step, next - 1);
     return vw_fail(VW_ERROR_INPUT,
-                   "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64 "; give every step: a change is credited to one photo",
+                   "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64
+                   "; give every step: a change is credited to one photo",
                    csv->path, csv->line, step, next - 1);
 }
 
 static enum vw_status check_photo(const struct reading *reading, bool first) {
     const char *photo = field_of(reading, PHOTO);
-    if (!vw_name_is_clean(photo)) return refuse_field(reading, PHOTO, "no name: it holds control characters, or is no UTF-8");
+    if (!vw_name_is_clean(photo))
+        return refuse_field(reading, PHOTO, "no name: it holds baseline characters, or is no UTF-8");
     if (!*photo && !first) return refuse_field(reading, PHOTO, "missing, as only that of the first row may be");
     return VW_OK;
 }
@@ -126,8 +137,8 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     struct vw_step_record record = {.view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr_pooled = NAN};
     uint64_t epoch = 0;
     if (csv->field_count != reading->field_count)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %u fields under a header of %u columns; write one field per column", csv->path, csv->line,
-                       csv->field_count, reading->field_count);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %u fields under a header of %u columns; write one field per column",
+                       csv->path, csv->line, csv->field_count, reading->field_count);
     enum vw_status status = read_whole(reading, STEP, INT64_MAX, &record.step);
     if (!status) status = check_step(reading, record.step, first);
     if (!status) status = read_whole(reading, EPOCH, UINT32_MAX - 1, &epoch);
@@ -158,7 +169,8 @@ static enum vw_status read_header(struct reading *reading) {
             }
     for (enum column c = 0; c < COLUMN_COUNT; c++)
         if (counts[c] != 1)
-            return vw_fail(VW_ERROR_INPUT, "%s:%u: the header %s column %s; name step, epoch, photo, psnr and l1 once each", csv->path,
+            return vw_fail(VW_ERROR_INPUT,
+                           "%s:%u: the header %s column %s; name step, epoch, photo, psnr and l1 once each", csv->path,
                            csv->line, counts[c] ? "has more than one" : "lacks the", column_names[c]);
     reading->field_count = csv->field_count;
     return VW_OK;
@@ -171,13 +183,17 @@ static enum vw_status read_rows(struct reading *reading) {
     if (!status) status = read_header(reading);
     for (; !status && !(status = vw_csv_next(csv, &found)) && found; first = false) status = read_row(reading, first);
     if (!status && !reading->log->epochs)
-        status = vw_fail(VW_ERROR_INPUT, "%s: no step below its header has a photo; check that the file is whole", csv->path);
+        status = vw_fail(VW_ERROR_INPUT, "%s: no step below its header has a photo; check that the file is whole",
+                         csv->path);
     return status;
 }
 
-// ---- Photos -----------------------------------------------------------------------------------------------------------
+// ---- Photos
+// -----------------------------------------------------------------------------------------------------------
 
-static int compare_names(const void *left, const void *right) { return strcmp(*(const char *const *)left, *(const char *const *)right); }
+static int compare_names(const void *left, const void *right) {
+    return strcmp(*(const char *const *)left, *(const char *const *)right);
+}
 
 // Sorts the names and moves one of each to the front; returns how many there are.
 static uint32_t sort_names(const char **names, uint32_t count) {

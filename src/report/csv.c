@@ -1,12 +1,12 @@
-#include "viewworth/report.h"
+#include "report/report.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/csv.h"
-#include "viewworth/memory.h"
+#include "base/csv.h"
+#include "base/memory.h"
 
 // A score with its image, and what sorts it.
 struct row {
@@ -27,8 +27,8 @@ static enum vw_status collect_rows(const char *path, const struct vw_ledger_scor
     for (uint32_t i = 0; i < score_count; i++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger", path,
-                           scores[i].image_id);
+            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger",
+                           path, scores[i].image_id);
         uint32_t first = i > 0 && strcmp(scores[i].method, scores[i - 1].method) == 0 ? rows[i - 1].method_order : i;
         rows[i] = (struct row){.score = &scores[i], .image = image, .method_order = first};
     }
@@ -54,13 +54,13 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     fputc(',', stream);
     vw_csv_write_real(stream, row->score->standard_error);
     fprintf(stream, ",%u,%u,", row->score->visits, rank);
-    vw_csv_write_real(stream, row->score->sampling_error);
+    vw_csv_write_real(stream, row->score->resampling_stderr);
     fputc(',', stream);
-    vw_csv_write_real(stream, row->score->low);
+    vw_csv_write_real(stream, row->score->ci_low);
     fputc(',', stream);
-    vw_csv_write_real(stream, row->score->high);
-    print_rank(stream, row->score->rank_low);
-    print_rank(stream, row->score->rank_high);
+    vw_csv_write_real(stream, row->score->ci_high);
+    print_rank(stream, row->score->rank_ci_low);
+    print_rank(stream, row->score->rank_ci_high);
     fputc('\n', stream);
 }
 
@@ -71,7 +71,9 @@ struct table {
 
 static void print_table(FILE *stream, const void *context) {
     const struct table *table = context;
-    fputs("name,provider,method,value,unit,stderr,visits,rank,sampling_error,low,high,rank_low,rank_high\n", stream);
+    fputs("name,provider,method,value,unit,stderr,visits,rank,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_"
+          "high\n",
+          stream);
     for (uint32_t i = 0; i < table->count; i++) print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
 }
 

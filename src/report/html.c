@@ -6,13 +6,14 @@
 
 #include "report/html_data.h"
 #include "report/html_parts.h"
-#include "viewworth/file.h"
-#include "viewworth/hash.h"
-#include "viewworth/report.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "report/report.h"
 
 enum { REAL_DIGITS = 8 }; // what a page shows has fewer
 
-// ---- The pieces -----------------------------------------------------------------------------------------------------------
+// ---- The pieces
+// -----------------------------------------------------------------------------------------------------------
 
 // jansson leaves ASCII alone, so that these three and its own escapes are all that could end or begin anything in HTML.
 static int write_escaped(const char *text, size_t size_bytes, void *stream) {
@@ -52,11 +53,13 @@ static bool write_piece(FILE *stream, const char *name, const json_t *data) {
     else if (strcmp(name, "tradeoff") == 0) fputs(vw_html_tradeoff, stream);
     else if (strcmp(name, "tables") == 0) fputs(vw_html_tables, stream);
     else if (strcmp(name, "data") == 0)
-        return json_dump_callback(data, write_escaped, stream, JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
+        return json_dump_callback(data, write_escaped, stream,
+                                  JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
     return true;
 }
 
-// ---- The page -------------------------------------------------------------------------------------------------------------
+// ---- The page
+// -------------------------------------------------------------------------------------------------------------
 
 static bool write_page(FILE *stream, const json_t *data) {
     bool complete = true;

@@ -6,27 +6,36 @@
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/json.h"
-#include "viewworth/memory.h"
+#include "base/json.h"
+#include "base/memory.h"
 
 enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
 
-// jansson gives NULL when memory is short and takes it for a failure wherever it is put or filled: whether all could be added is all there
-// is to check. What could not be added is gone, and must not be filled any more.
-static enum vw_status out_of_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report"); }
+// jansson gives NULL when memory is short and takes it for a failure wherever it is put or filled: whether all could be
+// added is all there is to check. What could not be added is gone, and must not be filled any more.
+static enum vw_status out_of_memory(void) {
+    return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report");
+}
 
 static int put(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value); }
 
 // The child itself, to be filled; NULL when it could not be added.
-static json_t *put_child(json_t *object, const char *key, json_t *child) { return put(object, key, child) ? NULL : child; }
+static json_t *put_child(json_t *object, const char *key, json_t *child) {
+    return put(object, key, child) ? NULL : child;
+}
 
 static json_t *append_child(json_t *array, json_t *child) { return json_array_append_new(array, child) ? NULL : child; }
 
-static int put_text(json_t *object, const char *key, const char *text) { return put(object, key, vw_json_string(text)); }
+static int put_text(json_t *object, const char *key, const char *text) {
+    return put(object, key, vw_json_string(text));
+}
 
-static int put_count(json_t *object, const char *key, uint64_t count) { return put(object, key, json_integer((json_int_t)count)); }
+static int put_count(json_t *object, const char *key, uint64_t count) {
+    return put(object, key, json_integer((json_int_t)count));
+}
 
-// ---- Pictures -----------------------------------------------------------------------------------------------------------
+// ---- Pictures
+// -----------------------------------------------------------------------------------------------------------
 
 // A data URI, or null for no picture.
 static json_t *picture_to_json(const struct vw_report_picture *picture, const char *media_type) {
@@ -36,7 +45,8 @@ static json_t *picture_to_json(const struct vw_report_picture *picture, const ch
     char *text = vw_allocate(prefix_bytes + base64_bytes, 1);
     if (!text) return NULL;
     snprintf(text, prefix_bytes + 1, "data:%s;base64,", media_type);
-    sodium_bin2base64(text + prefix_bytes, base64_bytes, picture->data, picture->size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    sodium_bin2base64(text + prefix_bytes, base64_bytes, picture->data, picture->size_bytes,
+                      sodium_base64_VARIANT_ORIGINAL);
     json_t *uri = json_string_nocheck(text);
     free(text);
     return uri;
@@ -57,7 +67,8 @@ static int find_set(const struct vw_report_page *page, uint32_t run) {
     for (uint32_t i = 0, set = 0; i < run; i++) {
         if (page->runs[i].thumbnails == page->runs[run].thumbnails) return (int)set;
         bool first = page->runs[i].thumbnails != NULL;
-        for (uint32_t before = 0; before < i; before++) first = first && page->runs[before].thumbnails != page->runs[i].thumbnails;
+        for (uint32_t before = 0; before < i; before++)
+            first = first && page->runs[before].thumbnails != page->runs[i].thumbnails;
         set += first;
     }
     return -1;
@@ -67,10 +78,12 @@ static int put_thumbnails(const struct vw_report_page *page, uint32_t place, jso
     if (!page->runs[place].thumbnails) return put(object, "thumbnails", json_null());
     int set = find_set(page, place);
     if (set >= 0) return put_count(object, "thumbnails", (uint64_t)set);
-    return put_count(object, "thumbnails", json_array_size(sets)) | json_array_append_new(sets, thumbnails_to_json(&page->runs[place]));
+    return put_count(object, "thumbnails", json_array_size(sets)) |
+           json_array_append_new(sets, thumbnails_to_json(&page->runs[place]));
 }
 
-// ---- Rows in columns ------------------------------------------------------------------------------------------------------
+// ---- Rows in columns
+// ------------------------------------------------------------------------------------------------------
 
 // Adds a value to the column `key`, which is made when it is missing.
 static int add(json_t *columns, const char *key, json_t *value) {
@@ -89,7 +102,7 @@ static int put_images(const struct vw_report_run *run, json_t *object) {
         failed |= add(columns, "name", vw_json_string(image->name));
         failed |= add(columns, "split", vw_json_string(image->split));
         failed |= add(columns, "provider", vw_json_string(image->provider ? image->provider : ""));
-        failed |= add(columns, "truth", vw_json_string(image->truth));
+        failed |= add(columns, "ground_truth", vw_json_string(image->ground_truth));
     }
     return failed | put(object, "images", columns);
 }
@@ -104,11 +117,11 @@ static int add_score(const struct vw_ledger_score *score, uint32_t image, json_t
     }
     failed |= add(columns, "image", json_integer(image));
     failed |= add(columns, "value", vw_json_real(score->value));
-    failed |= add(columns, "low", vw_json_real(score->low));
-    failed |= add(columns, "high", vw_json_real(score->high));
+    failed |= add(columns, "ci_low", vw_json_real(score->ci_low));
+    failed |= add(columns, "ci_high", vw_json_real(score->ci_high));
     failed |= add(columns, "visits", json_integer(score->visits));
-    failed |= add(columns, "rank_low", rank_to_json(score->rank_low));
-    failed |= add(columns, "rank_high", rank_to_json(score->rank_high));
+    failed |= add(columns, "rank_ci_low", rank_to_json(score->rank_ci_low));
+    failed |= add(columns, "rank_ci_high", rank_to_json(score->rank_ci_high));
     return failed;
 }
 
@@ -116,16 +129,18 @@ static enum vw_status put_scores(const struct vw_report_run *run, json_t *object
     json_t *scores = put_child(object, "scores", json_object());
     int failed = !scores;
     for (uint32_t i = 0; !failed && i < run->score_count; i++) {
-        const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
+        const struct vw_ledger_image *image =
+            vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger", run->label,
-                           run->scores[i].image_id);
+            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger",
+                           run->label, run->scores[i].image_id);
         failed = add_score(&run->scores[i], (uint32_t)(image - run->images), scores);
     }
     return failed ? out_of_memory() : VW_OK;
 }
 
-// ---- Steps ----------------------------------------------------------------------------------------------------------------
+// ---- Steps
+// ----------------------------------------------------------------------------------------------------------------
 
 struct totals {
     uint64_t nonfinite, clamped, floored, epochs;
@@ -165,11 +180,13 @@ static int put_steps(const struct vw_report_run *run, json_t *object) {
     failed |= put_count(steps, "count", run->record_count ? run->records[run->record_count - 1].step : 0);
     failed |= put_count(steps, "nonfinite", totals.nonfinite) | put_count(steps, "clamped", totals.clamped);
     failed |= put_count(steps, "floored", totals.floored) | put_count(steps, "epochs", totals.epochs);
-    failed |= put(steps, "first_psnr", vw_json_real(totals.first_db)) | put(steps, "last_psnr", vw_json_real(totals.last_db));
+    failed |=
+        put(steps, "first_psnr", vw_json_real(totals.first_db)) | put(steps, "last_psnr", vw_json_real(totals.last_db));
     return failed;
 }
 
-// ---- The matrix -----------------------------------------------------------------------------------------------------------
+// ---- The matrix
+// -----------------------------------------------------------------------------------------------------------
 
 // By its place in `images`; null for one that they lack.
 static json_t *image_place(const struct vw_report_run *run, uint32_t image_id) {
@@ -211,7 +228,8 @@ static int put_matrix(const struct vw_report_run *run, json_t *object) {
     return failed;
 }
 
-// ---- The page -------------------------------------------------------------------------------------------------------------
+// ---- The page
+// -------------------------------------------------------------------------------------------------------------
 
 static int put_row(const struct vw_report_run *run, json_t *object) {
     const struct vw_ledger_run *row = run->row;
@@ -237,7 +255,8 @@ static int put_row(const struct vw_report_run *run, json_t *object) {
     return failed | put(fields, "seed", json_integer(row->seed));
 }
 
-static enum vw_status put_parsed(const char *text, const char *label, const char *what, json_t *object, const char *key) {
+static enum vw_status put_parsed(const char *text, const char *label, const char *what, json_t *object,
+                                 const char *key) {
     json_error_t error;
     json_t *value = json_loads(text ? text : "null", JSON_DECODE_ANY, &error);
     if (!value) return vw_fail(VW_ERROR_INPUT, "%s: %s: line %d: %s", label, what, error.line, error.text);
@@ -250,11 +269,14 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
     failed |= put_steps(run, object) | put_matrix(run, object);
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
-    if (!status) status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
-    if (!status) status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
-    if (!status) status = put_parsed(run->row->choice_json, run->label, "run.choice_json of the ledger", object, "choice");
     if (!status)
-        status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object, "scene_options");
+        status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
+    if (!status)
+        status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
+    if (!status) status = put_parsed(run->row->plan_json, run->label, "run.plan_json of the ledger", object, "choice");
+    if (!status)
+        status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object,
+                            "scene_options");
     return status;
 }
 
@@ -266,7 +288,8 @@ static enum vw_status add_document(const struct vw_report_document *document, js
     for (uint32_t i = 0; i < document->picture_count; i++)
         failed |= put(pictures, document->picture_files[i], picture_to_json(&document->pictures[i], "image/png"));
     for (uint32_t i = 0; i < document->thumbnail_count; i++)
-        failed |= put(thumbnails, document->thumbnail_names[i], picture_to_json(&document->thumbnails[i], "image/webp"));
+        failed |=
+            put(thumbnails, document->thumbnail_names[i], picture_to_json(&document->thumbnails[i], "image/webp"));
     if (failed) return out_of_memory();
     return put_parsed(document->json, document->label, document->file, object, "content");
 }
@@ -275,9 +298,11 @@ enum vw_status vw_html_data_make(const struct vw_report_page *page, json_t **dat
     json_t *root = json_object(), *sets = json_array(), *runs = json_array(), *documents = json_array();
     int failed = put(root, "thumbnail_sets", sets) | put(root, "runs", runs) | put(root, "documents", documents);
     failed |= put_text(root, "version", page->version) | put_text(root, "default_method", page->default_method);
-    enum vw_status status = failed ? out_of_memory() : put_parsed(page->methods_json, "report", "the methods", root, "methods");
+    enum vw_status status =
+        failed ? out_of_memory() : put_parsed(page->methods_json, "report", "the methods", root, "methods");
     for (uint32_t i = 0; !status && i < page->run_count; i++) status = add_run(page, i, sets, runs);
-    for (uint32_t i = 0; !status && i < page->document_count; i++) status = add_document(&page->documents[i], documents);
+    for (uint32_t i = 0; !status && i < page->document_count; i++)
+        status = add_document(&page->documents[i], documents);
     if (status) json_decref(root);
     else *data = root;
     return status;

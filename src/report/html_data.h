@@ -4,11 +4,12 @@
 
 #include <jansson.h>
 
-#include "viewworth/report.h"
+#include "report/report.h"
 
-// {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config, scene_options, effects,
-// images, thumbnails: place of its set or null, scores, steps, matrix}], documents: [{kind, label, file, content, pictures}]}. Rows of
-// images, scores and steps lie in columns: an array per field. The caller drops the reference.
+// {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config,
+// scene_options, effects, images, thumbnails: place of its set or null, scores, steps, matrix}], documents: [{kind,
+// label, file, content, pictures}]}. Rows of images, scores and steps lie in columns: an array per field. The caller
+// drops the reference.
 enum vw_status vw_html_data_make(const struct vw_report_page *page, json_t **data);
 
 #endif

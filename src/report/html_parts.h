@@ -2,7 +2,8 @@
 #ifndef VIEWWORTH_REPORT_HTML_PARTS_H
 #define VIEWWORTH_REPORT_HTML_PARTS_H
 
-// report.html: {{policy}}, {{style}}, {{chart}}, {{widgets}}, {{script}}, {{tradeoff}}, {{tables}} and {{data}} stand for the rest
+// report.html: {{policy}}, {{style}}, {{chart}}, {{widgets}}, {{script}}, {{tradeoff}}, {{tables}} and {{data}} stand
+// for the rest
 extern const char vw_html_template[];
 extern const char vw_html_style[];    // report.css
 extern const char vw_html_chart[];    // Chart.js

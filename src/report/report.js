@@ -41,8 +41,8 @@ function photoRows(one) {
   const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image], truth: truth[image],
     value: NaN, low: NaN, high: NaN, rank: NaN}));
   if (!scores) return rows;
-  scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], low: scores.low[i], high: scores.high[i],
-    visits: scores.visits[i], rankLow: scores.rank_low[i], rankHigh: scores.rank_high[i]}));
+  scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], low: scores.ci_low[i], high: scores.ci_high[i],
+    visits: scores.visits[i], rankLow: scores.rank_ci_low[i], rankHigh: scores.rank_ci_high[i]}));
   const ranked = rows.filter(row => known(row.value)).sort((a, b) => b.value - a.value || (a.name < b.name ? -1 : 1));
   ranked.forEach((row, i) => { row.rank = i + 1; });
   return ranked.concat(rows.filter(row => !known(row.value)));
@@ -83,12 +83,12 @@ function tile(value, text) { return element('div', {class: 'tile'}, element('b',
 
 function fillTiles() {
   const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
-  const bounded = scored.some(row => known(row.low));
+  const bounded = scored.some(row => known(row.ci_low));
   const surely = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them surely' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
   if (scored.length) {
-    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), surely('photos help', row => row.low > 0)),
-      tile(String(scored.filter(row => row.value < 0).length), surely('photos harm', row => row.high < 0)));
+    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), surely('photos help', row => row.ci_low > 0)),
+      tile(String(scored.filter(row => row.value < 0).length), surely('photos harm', row => row.ci_high < 0)));
   }
   tiles.push(tile(grouped(steps.count), 'steps in ' + plural(steps.epochs, 'epoch')),
     tile(duration(one.run.started_utc, one.run.finished_utc), 'from the first step to the end'));
@@ -104,8 +104,8 @@ function warningsOf(one) {
   if (steps.clamped) warn(plural(steps.clamped, 'step') + ' had gradients beyond the fixed-point range, which were clamped.');
   if (steps.floored) warn('in ' + plural(steps.floored, 'step') + ' a validation photo was matched beyond 100 dB, where PSNR is cut.');
   (matrix ? matrix.view : []).forEach((image, i) => {
-    if (matrix.disagrees[i]) warn('validation photo ' + images.name[image] + ' looks spoiled: it ranks the photos as no other does.');
-    if (matrix.stays_low[i]) warn('validation photo ' + images.name[image] + ' looks spoiled: its PSNR stays far below the others’.');
+    if (matrix.disagrees[i]) warn('validation photo ' + images.name[image] + ' looks corrupted: it ranks the photos as no other does.');
+    if (matrix.stays_low[i]) warn('validation photo ' + images.name[image] + ' looks corrupted: its PSNR stays far below the others’.');
   });
   return warnings;
 }
@@ -153,15 +153,15 @@ function rankingColumns(rows) {
   const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
   const others = siblings().filter(one => one !== run() && scoresOf(one)).slice(0, 4);
   const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
-  const interval = row => known(row.low) ? signed(row.low, decimals) + ' to ' + signed(row.high, decimals) : '–';
+  const interval = row => known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–';
   const columns = [
     {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = most valuable'},
     {title: 'Photo', key: row => row.name, class: 'long',
       cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider,
-        row.truth && (row.truth === 'clean' ? 'clean' : 'spoiled on purpose: ' + row.truth)])},
+        row.ground_truth && (row.ground_truth === 'clean' ? 'clean' : 'corrupted on purpose: ' + row.ground_truth)])},
     {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true, hint: 'positive helps (' + unit + ')',
       cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, signed(row.value, decimals))},
-    {title: '95 % interval', key: row => row.low, descending: true, hint: 'of the score over seeds; sorts by its lower end',
+    {title: '95 % interval', key: row => row.ci_low, descending: true, hint: 'of the score over seeds; sorts by its lower end',
       cell: bar, class: 'wide'},
     {title: 'from, to', cell: interval, number: true, class: others.length > 2 ? 'wide screen' : 'wide'},
     {title: 'Rank interval', key: row => row.rankLow, number: true, hint: '95 % interval of the rank', class: 'wide',
@@ -192,7 +192,7 @@ function fillRankingFilters() {
 }
 
 function passes(row) {
-  const text = [row.name, row.provider, row.truth].join(' ').toLowerCase();
+  const text = [row.name, row.provider, row.ground_truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
     text.includes(chosen.text.toLowerCase());
 }
@@ -203,7 +203,7 @@ function fillRanking() {
   const rows = photoRows(run()), columns = rankingColumns(rows);
   if (ranking) printable.splice(printable.indexOf(ranking.table), 1);
   ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
-  const sampled = rows.some(row => known(row.low)) ? ' Bars are 95 % intervals over seeds; dots help, squares harm.' : '';
+  const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds; dots help, squares harm.' : '';
   byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '. Positive helps.' + sampled : '';
   filterRanking();
   show('ranking');
@@ -237,7 +237,7 @@ function hatched(name) {
   pen.lineWidth = 1.6;
   for (const shift of [-8, 0, 8]) { pen.moveTo(shift, 8); pen.lineTo(shift + 8, 0); }
   pen.stroke();
-  return pen.createPattern(tile, 'repeat');
+  return pen.createPattern(tile, 'repeated');
 }
 
 function fillDistribution() {
@@ -297,9 +297,9 @@ function pairsOf(list) { return list.flatMap((a, i) => list.slice(i + 1).map(b =
 
 // The photos that both runs have scored by the chosen method.
 function pointsOf([a, b]) {
-  const inB = valuesByName(b), truths = new Map(a.images.name.map((name, i) => [name, a.images.truth[i]]));
+  const inB = valuesByName(b), ground_truths = new Map(a.images.name.map((name, i) => [name, a.images.ground_truth[i]]));
   return [...valuesByName(a)].filter(([name]) => inB.has(name))
-    .map(([name, value]) => ({x: value, y: inB.get(name), name, spoiled: Boolean(truths.get(name)) && truths.get(name) !== 'clean'}));
+    .map(([name, value]) => ({x: value, y: inB.get(name), name, corrupted: Boolean(ground_truths.get(name)) && ground_truths.get(name) !== 'clean'}));
 }
 
 function agreementOf(points) {
@@ -310,7 +310,7 @@ function agreementOf(points) {
 function drawScatter([a, b]) {
   const points = pointsOf([a, b]), {r, rho} = agreementOf(points), ends = points.flatMap(point => [point.x, point.y]).filter(known);
   const line = [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end})), decimals = decimalsFor(ends);
-  const kinds = [['photos', false, 'circle', 'helps'], ['spoiled on purpose', true, 'crossRot', 'harms']];
+  const kinds = [['photos', false, 'circle', 'helps'], ['corrupted on purpose', true, 'crossRot', 'harms']];
   drawChart('agreement-chart', {
     shape: 'square',
     label: 'Scores of one run against those of another',
@@ -319,8 +319,8 @@ function drawScatter([a, b]) {
     behind: tableBehind('Table of the points', ['photo', nameOfRun(a), nameOfRun(b)],
       () => points.map(point => [point.name, signed(point.x, decimals), signed(point.y, decimals)]), [1, 2]),
     config: () => ({type: 'scatter', data: {datasets: [
-      ...kinds.map(([label, spoiled, pointStyle, name]) => ({label, data: points.filter(point => point.spoiled === spoiled), pointStyle,
-        radius: 4.5, borderWidth: spoiled ? 2 : 1, borderColor: colour(name), backgroundColor: colour(name) + '99'}))
+      ...kinds.map(([label, corrupted, pointStyle, name]) => ({label, data: points.filter(point => point.corrupted === corrupted), pointStyle,
+        radius: 4.5, borderWidth: corrupted ? 2 : 1, borderColor: colour(name), backgroundColor: colour(name) + '99'}))
         .filter(set => set.data.length),
       {label: 'equal scores', type: 'line', data: line, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1, pointRadius: 0,
         pointStyle: 'line'}]},

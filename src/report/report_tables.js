@@ -132,7 +132,7 @@ function viewsTable(one) {
       hint: 'Spearman’s correlation of its column with the mean of the others'},
     {title: 'Ranking without it', key: i => matrix.without[i], cell: i => fixed(matrix.without[i], 3), number: true,
       hint: 'Spearman’s correlation of the ranking without it to the one with it', class: 'wide'},
-    {title: 'Looks spoiled', key: i => verdict(i).length, descending: true, cell: i => verdict(i).join('; ') || 'no'},
+    {title: 'Looks corrupted', key: i => verdict(i).length, descending: true, cell: i => verdict(i).join('; ') || 'no'},
   ], {pageRows: 25});
   table.setRows(matrix.view.map((_, i) => i));
   return table;
@@ -163,7 +163,7 @@ function fillRuns() {
     ['hash of the scene', one => one.run.scene_hash], ['hash of the photos trained on', one => one.run.subset_hash],
     ['hash of the shaders', one => one.run.shader_hash], ['head of the ledger', one => one.run.head],
   ];
-  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', setting: 'setting chosen', gives_up: 'which gives up'};
+  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', setting: 'setting chosen', trade_off: 'which gives up'};
   for (const [key, title] of Object.entries(chosen))
     if (runs.some(one => (one.choice || {})[key] !== undefined)) facts.push([title, one => textOf((one.choice || {})[key])]);
   const row = ([title, value]) => [element('th', {scope: 'row'}, title), ...runs.map(one =>
@@ -222,13 +222,13 @@ function drawLists(id, compare, name) {
 const isWorse = pair => known(pair.difference) && pair.difference !== 0 && pair.difference < 0 !== pair.measure.endsWith('_l1');
 
 function verdictOf(pair) {
-  if (!known(pair.low)) return 'a single seed says nothing of noise';
+  if (!known(pair.ci_low)) return 'a single seed says nothing of noise';
   return pair.beyond_noise ? isWorse(pair) ? 'worse' : 'better' : 'within noise';
 }
 
 function pairsTable(compare) {
   const digits = pair => measureDigits(pair.measure);
-  const bar = pair => intervalBar({value: pair.difference, low: pair.low, high: pair.high, harms: isWorse(pair)},
+  const bar = pair => intervalBar({value: pair.difference, low: pair.ci_low, high: pair.ci_high, harms: isWorse(pair)},
     intervalScale(compare.pairs.filter(one => one.measure === pair.measure).map(one => ({...one, value: one.difference}))),
     signed(pair.difference, digits(pair)) + ', ' + verdictOf(pair));
   const place = element('div');
@@ -239,7 +239,7 @@ function pairsTable(compare) {
     {title: 'Difference', key: pair => pair.difference, descending: true, number: true,
       cell: pair => signed(pair.difference, digits(pair))},
     {title: '95 % interval', cell: bar, class: 'wide'},
-    {title: 'from, to', number: true, cell: pair => signed(pair.low, digits(pair)) + ' to ' + signed(pair.high, digits(pair))},
+    {title: 'from, to', number: true, cell: pair => signed(pair.ci_low, digits(pair)) + ' to ' + signed(pair.ci_high, digits(pair))},
     {title: 'Verdict', key: verdictOf, cell: verdictOf, hint: 'of L1 less is better, of the others more'},
   ], {sort: null});
   table.setRows(compare.pairs);
@@ -288,17 +288,17 @@ function fillComparisons() {
 
 // ---- Benchmarks ---------------------------------------------------------------------------------------------------------
 
-// A row per method and a column per judgement of the chosen group: "lds/val_psnr" is val_psnr of lds.
+// A row per method and a column per metric of the chosen group: "lds/val_psnr" is val_psnr of lds.
 function benchmarkTable(records, group) {
   const cells = new Map(), names = [], methods = [];
   for (const row of records) {
-    const [head, name = ''] = row.judgement.split('/');
+    const [head, name = ''] = row.metric.split('/');
     if (head !== group) continue;
     if (!names.includes(name)) names.push(name);
     if (!methods.includes(row.method)) methods.push(row.method);
     cells.set(row.method + '/' + name, row);
   }
-  const interval = row => row.low !== '' ? ' (' + signed(number(row.low), 2) + ' to ' + signed(number(row.high), 2) + ')' : '';
+  const interval = row => row.ci_low !== '' ? ' (' + signed(number(row.ci_low), 2) + ' to ' + signed(number(row.ci_high), 2) + ')' : '';
   const place = element('div'), value = cell => cell ? number(cell.value) : NaN;
   const cellOf = name => method => cells.get(method + '/' + name), text = cell => cell ? short(value(cell)) + interval(cell) : '–';
   new SortedTable(place, [
@@ -311,13 +311,13 @@ function benchmarkTable(records, group) {
 
 function fillBenchmarks() {
   tablesNamed('benchmark.csv').forEach((table, place) => {
-    const records = recordsOf(table), groups = [...new Set(records.map(row => row.judgement.split('/')[0]))];
+    const records = recordsOf(table), groups = [...new Set(records.map(row => row.metric.split('/')[0]))];
     if (!groups.length) return;
     show('benchmarks');
     const target = element('div'), draw = group => target.replaceChildren(benchmarkTable(records, group));
     const first = groups.includes('lds') ? 'lds' : groups[0], entries = groups.map(name => [name, name]);
-    byId('benchmarks').append(element('p', {class: 'quiet'}, table.label + ': judgements of benchmark.csv; intervals are 95 %.'),
-      element('div', {class: 'filters'}, selectBox('choose-judgement-' + place, 'Judgement', entries, first, draw)), target);
+    byId('benchmarks').append(element('p', {class: 'quiet'}, table.label + ': metrics of benchmark.csv; intervals are 95 %.'),
+      element('div', {class: 'filters'}, selectBox('choose-metric-' + place, 'Metric', entries, first, draw)), target);
     draw(first);
   });
 }

@@ -2,12 +2,12 @@
 // The section of the report on tradeoff.csv: how long a run takes at each point, and what its PSNR and its scores are then worth.
 
 const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson', 'seed_spearman',
-  'agreement_pearson', 'all_pixels_pearson', 'auc', 'lds', 'lds_low', 'lds_high'];
+  'agreement_pearson', 'all_pixels_pearson', 'auc', 'lds', 'lds_ci_low', 'lds_ci_high'];
 const TRADEOFF_MEASURES = [
-  {key: 'agreement_pearson', title: 'agreement r', digits: 3, means: 'agreement with the exhaustive scores (Pearson’s r)'},
+  {key: 'agreement_pearson', title: 'agreement r', digits: 3, means: 'agreement with the full_resolution scores (Pearson’s r)'},
   {key: 'seed_pearson', title: 'seeds r', digits: 3, means: 'agreement of two seeds (Pearson’s r)'},
   {key: 'seed_spearman', title: 'seeds rho', digits: 3, means: 'agreement of two seeds (Spearman’s rho)'},
-  {key: 'auc', title: 'AUC', digits: 3, means: 'spoiled photos found (AUC)'},
+  {key: 'auc', title: 'AUC', digits: 3, means: 'corrupted photos found (AUC)'},
   {key: 'lds', title: 'LDS', digits: 3, means: 'effects of leaving photos out foreseen (LDS)'},
 ];
 const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips have more
@@ -28,8 +28,8 @@ function timeOf(seconds) {
 
 // Rows by point and method: {rows, methods, points}, where points are the first rows of each, in the order of the file.
 function tradeoffOf(table) {
-  const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_front: row.psnr_front === '1',
-    score_front: row.score_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
+  const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_pareto_front: row.psnr_pareto_front === '1',
+    score_pareto_front: row.score_pareto_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
   const points = new Map();
   for (const row of rows) if (!points.has(row.point)) points.set(row.point, row);
   return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))], points: [...points.values()]};
@@ -38,8 +38,8 @@ function tradeoffOf(table) {
 // A row per point: that of the method, or where it has none, what belongs to the point alone.
 function rowsOfMethod({rows, points}, method) {
   const scored = new Map(rows.filter(row => row.method === method).map(row => [row.point, row]));
-  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_low', 'lds_high'];
-  const none = {score_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
+  const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_ci_low', 'lds_ci_high'];
+  const none = {score_pareto_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
   return points.map(point => scored.get(point.point) || {...point, ...none});
 }
 
@@ -77,8 +77,8 @@ function logAxis(title, values) {
 
 // ---- Time against quality -----------------------------------------------------------------------------------------------
 
-// Colour and shape of a knob together are its own: there are more knobs than colours.
-function knobStyle(place) {
+// Colour and shape of a parameter together are its own: there are more parameters than colours.
+function parameterStyle(place) {
   const shape = POINTS[(place + Math.floor(place / PALETTE.length)) % POINTS.length], tint = PALETTE[place % PALETTE.length];
   return {pointStyle: shape, borderColor: tint, backgroundColor: tint, radius: 5, hoverRadius: 7,
     borderWidth: /cross|star/.test(shape) ? 2 : 1};
@@ -90,7 +90,7 @@ function drawCost({id, rows, key, title, digits, front, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
   if (!shown.length) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
   const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.point}));
-  const knobs = [...new Set(rows.filter(row => !row.base).map(row => row.knob))];
+  const parameters = [...new Set(rows.filter(row => !row.base).map(row => row.parameter))];
   const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
   const line = joined.length > 1 ? points(joined) : [];
   drawChart(id, {
@@ -103,8 +103,8 @@ function drawCost({id, rows, key, title, digits, front, about = ''}) {
     config: () => ({type: 'scatter', data: {datasets: [
       {label: 'base', data: points(shown.filter(row => row.base)), pointStyle: 'circle', radius: 7, hoverRadius: 9, borderWidth: 3,
         borderColor: colour('ink'), backgroundColor: 'transparent'},
-      ...knobs.map((knob, i) => ({label: clipped(knob), ...knobStyle(i),
-        data: points(shown.filter(row => !row.base && row.knob === knob))})),
+      ...parameters.map((parameter, i) => ({label: clipped(parameter), ...parameterStyle(i),
+        data: points(shown.filter(row => !row.base && row.parameter === parameter))})),
       {label: 'fastest for what they reach', type: 'line', data: line, borderColor: colour('quiet'), borderWidth: 1.5,
         radius: 0, hitRadius: 0, pointStyle: 'line'}].filter(set => set.data.length)},
     options: {scales: {x: logAxis('seconds of a run', shown.map(row => row.run_seconds)), y: axis(title, {grace: '6%'})},
@@ -114,12 +114,12 @@ function drawCost({id, rows, key, title, digits, front, about = ''}) {
   });
 }
 
-// ---- One knob -----------------------------------------------------------------------------------------------------------
+// ---- One parameter -----------------------------------------------------------------------------------------------------------
 
-function knobsOf({points}) {
+function parametersOf({points}) {
   const settings = new Map();
-  for (const {knob, setting, base} of points) if (!base) settings.set(knob, (settings.get(knob) || new Set()).add(setting));
-  return [...settings.keys()].filter(knob => settings.get(knob).size > 1);
+  for (const {parameter, setting, base} of points) if (!base) settings.set(parameter, (settings.get(parameter) || new Set()).add(setting));
+  return [...settings.keys()].filter(parameter => settings.get(parameter).size > 1);
 }
 
 // Places of settings on an axis: numbers by their logarithm, then what is none ("all"), a step apart.
@@ -132,49 +132,49 @@ function placesOf(settings) {
   return {places, step, isScale: numbers.length > 1};
 }
 
-function settingAxis(knob, {places, step}) {
+function settingAxis(parameter, {places, step}) {
   const ticks = [...places].map(([text, value]) => ({value, label: clipped(text, 12)})).sort((a, b) => a.value - b.value);
   const labels = new Map(ticks.map(tick => [tick.value, tick.label])), characters = ticks.reduce((sum, tick) => sum + tick.label.length, 0);
-  return axis(clipped(knob), {type: 'linear', min: ticks[0].value - step / 3, max: ticks[ticks.length - 1].value + step / 3,
+  return axis(clipped(parameter), {type: 'linear', min: ticks[0].value - step / 3, max: ticks[ticks.length - 1].value + step / 3,
     afterBuildTicks: scale => { scale.ticks = ticks.map(({value}) => ({value})); },
     ticks: {color: colour('quiet'), minRotation: characters > (onPaper ? 12 : 24) ? 40 : 0, maxRotation: 50, autoSkipPadding: 4,
       callback: value => labels.get(value) ?? ''}});
 }
 
-// The base's setting of a knob, among all that its own setting names: "rays 500, samples 32, ...". '' where it names none.
-function settingOfBase(base, knob) {
-  const part = base.setting.split(', ').find(text => text.startsWith(knob + ' '));
-  return part ? part.slice(knob.length + 1) : '';
+// The base's setting of a parameter, among all that its own setting names: "rays 500, samples 32, ...". '' where it names none.
+function settingOfBase(base, parameter) {
+  const part = base.setting.split(', ').find(text => text.startsWith(parameter + ' '));
+  return part ? part.slice(parameter.length + 1) : '';
 }
 
-// The settings of a knob against one column, with the base's value as a dashed line; `also` is a second column, {key, title}.
-function drawKnob({id, rows, knob, key, title, digits, log = false, also, caption}) {
+// The settings of a parameter against one column, with the base's value as a dashed line; `also` is a second column, {key, title}.
+function drawParameter({id, rows, parameter, key, title, digits, log = false, also, caption}) {
   const fits = row => log ? drawable(row[key]) : known(row[key]);
-  const base = rows.find(row => row.base), own = base ? settingOfBase(base, knob) : '';
-  const ofKnob = [...rows.filter(row => row.knob === knob && !row.base), ...own ? [{...base, setting: own}] : []];
-  const shown = ofKnob.filter(fits);
-  if (!shown.some(row => !row.base)) return clearChart(id, 'No setting of ' + clipped(knob) + ' has a value of ' + title + '.');
-  const scale = placesOf([...new Set(ofKnob.map(row => row.setting))]), ends = [...scale.places.values()];
-  const points = column => ofKnob.filter(row => known(row[column]))
+  const base = rows.find(row => row.base), own = base ? settingOfBase(base, parameter) : '';
+  const ofParameter = [...rows.filter(row => row.parameter === parameter && !row.base), ...own ? [{...base, setting: own}] : []];
+  const shown = ofParameter.filter(fits);
+  if (!shown.some(row => !row.base)) return clearChart(id, 'No setting of ' + clipped(parameter) + ' has a value of ' + title + '.');
+  const scale = placesOf([...new Set(ofParameter.map(row => row.setting))]), ends = [...scale.places.values()];
+  const points = column => ofParameter.filter(row => known(row[column]))
     .map(row => ({x: scale.places.get(row.setting), y: row[column], setting: row.setting})).sort((a, b) => a.x - b.x);
   const level = base && fits(base) ? [Math.min(...ends) - scale.step / 3, Math.max(...ends) + scale.step / 3]
     .map(x => ({x, y: base[key], setting: 'base'})) : [];
-  const extra = also && ofKnob.some(row => known(row[also.key])) ? points(also.key) : [];
+  const extra = also && ofParameter.some(row => known(row[also.key])) ? points(also.key) : [];
   const heights = [...shown, ...level.length ? [base] : []].map(row => row[key]);
   const lineOf = name => ({borderColor: colour(name), backgroundColor: colour(name), borderWidth: 1.8, radius: 4, showLine: scale.isScale});
   drawChart(id, {
     shape: 'small',
-    label: title + ' by the setting of ' + clipped(knob),
+    label: title + ' by the setting of ' + clipped(parameter),
     caption,
     behind: tableBehind('Table of the points', ['setting', title, ...extra.length ? [also.title] : []],
-      () => ofKnob.map(row => [element('td', {class: 'long'}, row.setting), fixed(row[key], digits),
+      () => ofParameter.map(row => [element('td', {class: 'long'}, row.setting), fixed(row[key], digits),
         ...extra.length ? [fixed(row[also.key], digits)] : []]), [1, 2]),
     config: () => ({type: 'line', data: {datasets: [
       {label: title, data: points(key), ...lineOf('helps')},
       {label: also && also.title, data: extra, ...lineOf('harms'), borderDash: [7, 4], pointStyle: 'rect'},
       {label: 'base', data: level, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1.5, radius: 0, hitRadius: 0,
         pointStyle: 'line'}].filter(set => set.data.length)},
-    options: {scales: {x: settingAxis(knob, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
+    options: {scales: {x: settingAxis(parameter, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
       plugins: {legend: {display: extra.length > 0, position: 'bottom', labels: legendLabels()}, tooltip: {
         filter: item => item.raw.setting !== undefined,
         callbacks: {title: () => '', label: ({raw}) => clipped(raw.setting, 60) + ': ' + fixed(raw.y, digits)}}}}}),
@@ -186,9 +186,9 @@ function drawKnob({id, rows, knob, key, title, digits, log = false, also, captio
 function tradeoffTable(place) {
   const figure = (title, key, digits, more = {}) =>
     ({title, key: row => row[key], cell: row => fixed(row[key], digits), number: true, descending: true, ...more});
-  const front = row => row.psnr_front ? row.score_front ? 'both' : 'PSNR' : row.score_front ? 'scores' : '';
-  const lds = row => known(row.lds) ? fixed(row.lds, 2) + (known(row.lds_low) && known(row.lds_high) ?
-    ' (' + fixed(row.lds_low, 2) + ' to ' + fixed(row.lds_high, 2) + ')' : '') : '–';
+  const front = row => row.psnr_pareto_front ? row.score_pareto_front ? 'both' : 'PSNR' : row.score_pareto_front ? 'scores' : '';
+  const lds = row => known(row.lds) ? fixed(row.lds, 2) + (known(row.lds_ci_low) && known(row.lds_ci_high) ?
+    ' (' + fixed(row.lds_ci_low, 2) + ' to ' + fixed(row.lds_ci_high, 2) + ')' : '') : '–';
   return new SortedTable(place, [
     {title: 'Point', key: row => row.point, class: 'long', cell: row => row.base ? element('b', {}, row.point) : row.point},
     {title: 'Run, s', key: row => row.run_seconds, number: true, hint: 'seconds, with scoring', cell: row => fixed(row.run_seconds, 1)},
@@ -197,8 +197,8 @@ function tradeoffTable(place) {
     figure('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos of the base\'s size; none where other pixels count'}),
     figure('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
     figure('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
-    figure('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the exhaustive scores'}),
-    figure('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a spoiled photo scores below a clean one'}),
+    figure('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the full_resolution scores'}),
+    figure('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a corrupted photo scores below a clean one'}),
     {title: 'LDS', key: row => row.lds, descending: true, number: true, class: 'wide', cell: lds, hint: 'with its 95 % interval'},
     {title: 'Front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
       hint: 'in which of them no other point is as good in less time'},
@@ -218,39 +218,39 @@ function drawTradeoff(one) {
   const rows = rowsOfMethod(one.tradeoff, one.method), measure = TRADEOFF_MEASURES.find(({key}) => key === one.measure);
   const agrees = measure && measure.key === 'agreement_pearson', method = clipped(one.method, 40);
   one.table.setRows(rows);
-  drawCost({id: one.id + '-psnr', rows, key: 'val_psnr', title: 'validation PSNR, dB', digits: 2, front: 'psnr_front'});
+  drawCost({id: one.id + '-psnr', rows, key: 'val_psnr', title: 'validation PSNR, dB', digits: 2, front: 'psnr_pareto_front'});
   if (measure)
-    drawCost({id: one.id + '-score', rows, ...measure, front: agrees ? 'score_front' : '',
+    drawCost({id: one.id + '-score', rows, ...measure, front: agrees ? 'score_pareto_front' : '',
       about: 'By ' + method + ': ' + measure.means + '. '});
-  if (!one.knob) return;
-  const draw = (name, more) => drawKnob({id: one.id + '-' + name, rows, knob: one.knob, digits: 2, ...more});
+  if (!one.parameter) return;
+  const draw = (name, more) => drawParameter({id: one.id + '-' + name, rows, parameter: one.parameter, digits: 2, ...more});
   if (measure)
-    draw('knob-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper setting does as well.',
+    draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper setting does as well.',
       also: agrees ? {key: 'all_pixels_pearson', title: 'with all validation pixels, r'} : undefined});
-  draw('knob-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'What the setting gains or costs in quality.'});
-  draw('knob-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'What it costs in time; dashed is the base.'});
+  draw('parameter-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'What the setting gains or costs in quality.'});
+  draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'What it costs in time; dashed is the base.'});
 }
 
 function addTradeoff(table, place) {
-  const tradeoff = tradeoffOf(table), {methods} = tradeoff, knobs = knobsOf(tradeoff), id = 'tradeoff-' + place;
+  const tradeoff = tradeoffOf(table), {methods} = tradeoff, parameters = parametersOf(tradeoff), id = 'tradeoff-' + place;
   if (!tradeoff.points.length) return;
   show('tradeoffs');
   const measures = TRADEOFF_MEASURES.filter(({key}) => tradeoff.rows.some(row => known(row[key])));
   const summary = tradeoffSummary(tradeoff), leads = !runs.length && !place; // what the page begins with
-  const one = {id, tradeoff, knob: knobs[0], measure: measures.length ? measures[0].key : '',
+  const one = {id, tradeoff, parameter: parameters[0], measure: measures.length ? measures[0].key : '',
     method: methods.includes(data.default_method) ? data.default_method : methods[0] || ''};
   const choice = (name, title, entries) => entries.length > 1 ? [selectBox(id + '-choose-' + name, title, entries, one[name],
     value => { one[name] = value; drawTradeoff(one); })] : [];
   const spot = name => element('div', {id: id + '-' + name}), target = element('div', {id: id + '-table'});
   byId('tradeoffs').append(
-    element('p', {class: 'quiet'}, table.label + ': each point is the base setting with one knob changed. ' + (leads ? '' : summary)),
+    element('p', {class: 'quiet'}, table.label + ': each point is the base setting with one parameter changed. ' + (leads ? '' : summary)),
     element('div', {class: 'filters'}, ...choice('method', 'Method', methods.map(name => [name, name])),
       ...choice('measure', 'Measure of the scores', measures.map(({key, means}) => [key, means]))),
     element('div', {class: 'beside'}, spot('psnr'), spot('score')));
-  if (knobs.length)
-    byId('tradeoffs').append(element('h3', {}, 'One knob at a time'),
-      element('div', {class: 'filters'}, ...choice('knob', 'Knob', knobs.map(name => [name, clipped(name)]))),
-      element('div', {class: 'beside three'}, spot('knob-score'), spot('knob-psnr'), spot('knob-time')));
+  if (parameters.length)
+    byId('tradeoffs').append(element('h3', {}, 'One parameter at a time'),
+      element('div', {class: 'filters'}, ...choice('parameter', 'Parameter', parameters.map(name => [name, clipped(name)]))),
+      element('div', {class: 'beside three'}, spot('parameter-score'), spot('parameter-psnr'), spot('parameter-time')));
   byId('tradeoffs').append(element('h3', {}, 'Points'), target);
   one.table = tradeoffTable(target);
   drawTradeoff(one);

@@ -212,22 +212,22 @@ function tableBehind(title, header, makeRows, numbers) {
 // The scale that intervals share: it spans zero and nearly all of their ends. One far outlier would squeeze all others to a dot: what lies
 // beyond is drawn up to an arrow at the edge.
 function intervalScale(rows) {
-  const ends = rows.flatMap(row => [row.value, row.low, row.high]).filter(known).sort((a, b) => a - b);
+  const ends = rows.flatMap(row => [row.value, row.ci_low, row.ci_high]).filter(known).sort((a, b) => a - b);
   const place = share => ends[Math.round(share * (ends.length - 1))];
   const low = Math.min(0, ends.length ? place(.02) : 0), high = Math.max(0, ends.length ? place(.98) : 0);
   return high > low ? {low, high} : {low: -1, high: 1};
 }
 
 // A dot (helps) or a square (harms) with its error bar around it, and zero dashed. `harms` is given where less is better.
-function intervalBar({value, low, high, harms = value < 0}, scale, title) {
-  const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.low) / (scale.high - scale.low)));
+function intervalBar({value, ci_low, ci_high, harms = value < 0}, scale, title) {
+  const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.ci_low) / (scale.ci_high - scale.ci_low)));
   const kind = harms ? 'harms' : 'helps', ends = known(low) && known(high) ? [low, high] : [value, value];
   const bar = svgElement('svg', {class: 'interval', viewBox: '0 0 160 18', role: 'img', 'aria-label': title},
     svgElement('title', {}, title), svgElement('line', {class: 'zero', x1: at(0), x2: at(0), y1: 0, y2: 18}));
   if (!known(value)) return bar;
   bar.append(svgElement('line', {class: kind + ' whisker', x1: at(ends[0]), x2: at(ends[1]), y1: 9, y2: 9}));
-  if (ends[0] < scale.low) bar.append(svgElement('path', {class: kind, d: 'M7 5 L1 9 L7 13 Z'}));
-  if (ends[1] > scale.high) bar.append(svgElement('path', {class: kind, d: 'M153 5 L159 9 L153 13 Z'}));
+  if (ends[0] < scale.ci_low) bar.append(svgElement('path', {class: kind, d: 'M7 5 L1 9 L7 13 Z'}));
+  if (ends[1] > scale.ci_high) bar.append(svgElement('path', {class: kind, d: 'M153 5 L159 9 L153 13 Z'}));
   bar.append(harms ? svgElement('rect', {class: kind, x: at(value) - 3.5, y: 5.5, width: 7, height: 7})
     : svgElement('circle', {class: kind, cx: at(value), cy: 9, r: 4}));
   return bar;

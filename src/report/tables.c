@@ -1,4 +1,4 @@
-#include "viewworth/tables.h"
+#include "report/tables.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/csv.h"
+#include "base/csv.h"
 
 // The rows of a table, and what else it takes to print them.
 struct table {
@@ -96,7 +96,8 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
     return vw_csv_write_file(path, print_duplicates, &(struct table){.rows = rows, .count = count});
 }
 
-// ---- The matrix -------------------------------------------------------------------------------------------------------
+// ---- The matrix
+// -------------------------------------------------------------------------------------------------------
 
 static double mean_of(const double *row, uint32_t count) {
     double mean = 0;
@@ -104,8 +105,8 @@ static double mean_of(const double *row, uint32_t count) {
     return mean;
 }
 
-static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit, const double *row,
-                             uint32_t view_count, double mean, double standard_error) {
+static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit,
+                             const double *row, uint32_t view_count, double mean, double standard_error) {
     write_text(stream, photo->name);
     write_text(stream, photo->provider);
     write_text(stream, measure);
@@ -129,15 +130,18 @@ static void print_matrix(FILE *stream, const void *context) {
     }
     fputc('\n', stream);
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
-        const struct vw_ledger_image *photo = vw_ledger_find_image(table->images, table->image_count, matrix->photos[p]);
+        const struct vw_ledger_image *photo =
+            vw_ledger_find_image(table->images, table->image_count, matrix->photos[p]);
         size_t first = (size_t)p * matrix->view_count;
         print_matrix_row(stream, photo, "dv_psnr", "dB", &matrix->psnr[first], matrix->view_count,
                          mean_of(&matrix->psnr[first], matrix->view_count), table->standard_errors[p]);
-        print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN, NAN);
+        print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN,
+                         NAN);
     }
 }
 
-static bool knows_all(const struct vw_ledger_image *images, uint32_t image_count, const uint32_t *image_ids, uint32_t count) {
+static bool knows_all(const struct vw_ledger_image *images, uint32_t image_count, const uint32_t *image_ids,
+                      uint32_t count) {
     for (uint32_t i = 0; i < count; i++)
         if (!vw_ledger_find_image(images, image_count, image_ids[i])) return false;
     return true;

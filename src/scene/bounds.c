@@ -1,37 +1,41 @@
 // Choosing the box. In this order:
 //
 // 1. The box that the scene file declares (aabb_scale), when it holds what the cameras look at.
-// 2. SfM points: along each axis from the 2nd to the 98th percentile of the points, so that strays do not count, and a tenth more; wide
-//    enough for the point that the cameras look at (see 3) where there is one. The cube around that has its middle and its longest side.
-// 3. Cameras that look inwards: centred on the point with the least sum of squared distances to all optical axes; the half extent is
-//    1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of what a typical
-//    camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or pointing away from each other):
-//    nothing tells the depth of the scene, so it is taken as 4 times the spread of the cameras.
+// 2. SfM points: along each axis from the 2nd to the 98th percentile of the points, so that strays do not count, and a
+// tenth more; wide
+//    enough for the point that the cameras look at (see 3) where there is one. The cube around that has its middle and
+//    its longest side.
+// 3. Cameras that look inwards: centred on the point with the least sum of squared distances to all optical axes; the
+// half extent is
+//    1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of
+//    what a typical camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or
+//    pointing away from each other): nothing tells the depth of the scene, so it is taken as 4 times the spread of the
+//    cameras.
 //
-// Sums and differences are taken relative to the cameras' centroid, so that coordinates of a million metres lose nothing but their own
-// rounding.
+// Sums and differences are taken relative to the cameras' centroid, so that coordinates of a million metres lose
+// nothing but their own rounding.
 #include "scene/bounds.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "scene/draft.h"
-#include "viewworth/memory.h"
-#include "viewworth/statistics.h"
+#include "scene/builder.h"
+#include "base/memory.h"
+#include "base/statistics.h"
 
 static const double MARGIN = 1.1;
-static const double STRAY_SHARE = 0.02;           // of the points, at either end of an axis
-enum { POINTS_MIN = 64 };                         // fewer tell less than the cameras do
+static const double STRAY_SHARE = 0.02; // of the points, at either end of an axis
+enum { POINTS_MIN = 64 };               // fewer tell less than the cameras do
 static const double SPREADS_AWAY = 4;
 static const double PARALLEL_DETERMINANT = 0.003; // about the square of the axes' angular spread: 3 degrees
 static const double FRONT_SHARE = 0.75;           // of the cameras must have the common point before them
 
 struct axes {
     double centroid_world[3];
-    double mean_look[3];   // of the unit directions: length 1 when all are parallel, near 0 when they cancel
-    double spread_world;   // root mean square distance from the centroid
-    double focus[3];       // the point closest to all axes, relative to the centroid
-    bool common_point;     // the axes have one, and it lies before most cameras
+    double mean_look[3]; // of the unit directions: length 1 when all are parallel, near 0 when they cancel
+    double spread_world; // root mean square distance from the centroid
+    double focus[3];     // the point closest to all axes, relative to the centroid
+    bool common_point;   // the axes have one, and it lies before most cameras
 };
 
 static void position_of(const struct vw_view *view, const double origin_world[3], double position[3]) {
@@ -81,7 +85,8 @@ static void find_centroid(const struct vw_scene *scene, double centroid_world[3]
     for (int i = 0; i < 3; i++) centroid_world[i] = first_world[i] + mean[i];
 }
 
-// The normal equations of the point closest to all axes: the mean of (I - look look^T) times point = the mean of the same times position.
+// The normal equations of the point closest to all axes: the mean of (I - look look^T) times point = the mean of the
+// same times position.
 static struct axes measure_axes(const struct vw_scene *scene) {
     struct axes axes = {0};
     double matrix[3][3] = {{0}}, right[3] = {0}, square = 0;
@@ -113,7 +118,8 @@ static double half_view_tangent(const struct vw_camera *camera) {
 }
 
 // The median over views of the half width seen at the focus.
-static enum vw_status median_half_width(const struct vw_scene *scene, const struct axes *axes, double *half_width_world) {
+static enum vw_status median_half_width(const struct vw_scene *scene, const struct axes *axes,
+                                        double *half_width_world) {
     double *widths = vw_allocate(scene->view_count, sizeof *widths);
     if (!widths) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -128,7 +134,8 @@ static enum vw_status median_half_width(const struct vw_scene *scene, const stru
     return VW_OK;
 }
 
-static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box, const char **source) {
+static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box,
+                                     const char **source) {
     double half_width_world = 0;
     if (axes->common_point) {
         enum vw_status status = median_half_width(scene, axes, &half_width_world);
@@ -148,11 +155,14 @@ static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct 
 }
 
 // From one tenth outside the points to one tenth outside them along one axis, relative to the cameras' centroid.
-static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted, double range[2]) {
-    for (uint32_t p = 0; p < scene->point_count; p++) sorted[p] = scene->points[p].position_world[axis] - axes->centroid_world[axis];
+static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted,
+                            double range[2]) {
+    for (uint32_t p = 0; p < scene->point_count; p++)
+        sorted[p] = scene->points[p].position_world[axis] - axes->centroid_world[axis];
     vw_sort(sorted, scene->point_count);
     uint32_t strays = (uint32_t)(STRAY_SHARE * scene->point_count);
-    double low = sorted[strays], high = sorted[scene->point_count - 1 - strays], more = 0.5 * (MARGIN - 1) * (high - low);
+    double low = sorted[strays], high = sorted[scene->point_count - 1 - strays],
+           more = 0.5 * (MARGIN - 1) * (high - low);
     range[0] = low - more;
     range[1] = high + more;
     if (!axes->common_point) return;
@@ -161,7 +171,8 @@ static void range_of_points(const struct vw_scene *scene, const struct axes *axe
 }
 
 // Leaves the box alone when the points are too few, or all in one place.
-static enum vw_status box_of_points(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box, const char **source) {
+static enum vw_status box_of_points(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box,
+                                    const char **source) {
     if (scene->point_count < POINTS_MIN) return VW_OK;
     double *sorted = vw_allocate(scene->point_count, sizeof *sorted);
     if (!sorted) return VW_ERROR_MEMORY;
@@ -196,9 +207,12 @@ static bool is_plausible(const struct vw_box *declared, const struct vw_box *see
 // Numbers that are finite one by one can overflow together.
 static enum vw_status check_box(const struct vw_scene *scene, const struct vw_box *box) {
     const double *centre = box->centre_world;
-    if (isnormal(box->half_extent_world) && isfinite(centre[0]) && isfinite(centre[1]) && isfinite(centre[2])) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: camera positions or focal lengths are so large or small that the scene has no box; correct them",
-                   scene->path);
+    if (isnormal(box->half_extent_world) && isfinite(centre[0]) && isfinite(centre[1]) && isfinite(centre[2]))
+        return VW_OK;
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "%s: camera positions or focal lengths are so large or small that the scene has no box; correct them",
+        scene->path);
 }
 
 enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene) {
@@ -216,7 +230,8 @@ enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_sce
             box = ngp;
             text = vw_format_text("aabb_scale %g of the scene file (scale %g)", declared->aabb_scale, declared->scale);
         } else {
-            status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not hold what the cameras look at", declared->aabb_scale);
+            status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not hold what the cameras look at",
+                                   declared->aabb_scale);
             if (status) return status;
         }
     }

@@ -1,17 +1,19 @@
-// Projection through the two lenses of scene.h and its inverse. Inside this file positions are (x, y) = (X/Z, Y/Z) in the OpenCV camera
-// frame, and distorted positions are in units of the focal lengths.
+// Projection through the two lenses of scene.h and its inverse. Inside this file positions are (x, y) = (X/Z, Y/Z) in
+// the OpenCV camera frame, and distorted positions are in units of the focal lengths.
 #include <math.h>
 
 #include "viewworth/scene.h"
 
 static const int NEWTON_STEPS_MAX = 50;
 static const int HALVINGS_MAX = 30;
-static const double RESIDUAL_MAX = 1e-11;     // in units of the focal length: 1e-7 px at 10,000 px
-static const double RADIUS2_MAX = 1e4;        // the square of the tangent of 89.4 degrees: no pinhole sees further out
-static const double FISHEYE_ANGLE_MAX = 1.55; // radians; camera.glsl has the same: directions (x, y, -1) end at a right angle
+static const double RESIDUAL_MAX = 1e-11; // in units of the focal length: 1e-7 px at 10,000 px
+static const double RADIUS2_MAX = 1e4;    // the square of the tangent of 89.4 degrees: no pinhole sees further out
+static const double FISHEYE_ANGLE_MAX =
+    1.55; // radians; camera.glsl has the same: directions (x, y, -1) end at a right angle
 enum { BISECTIONS_MAX = 100, DEGREE_MAX = 6 };
 
-// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse -----------------
+// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse
+// -----------------
 
 static double polynomial(const double *coefficients, int degree, double x) {
     double value = coefficients[degree];
@@ -29,7 +31,8 @@ static double bisect(const double *coefficients, int degree, double left, double
     return left;
 }
 
-// The places in (0, limit) where a polynomial changes its sign, ascending: between two roots of its derivative there is at most one.
+// The places in (0, limit) where a polynomial changes its sign, ascending: between two roots of its derivative there is
+// at most one.
 static int find_roots(const double *coefficients, int degree, double limit, double roots[DEGREE_MAX]) {
     if (degree == 0) return 0;
     double derivative[DEGREE_MAX] = {0}, turns[DEGREE_MAX + 1], left = 0;
@@ -49,8 +52,9 @@ static double least_root(const double *coefficients, int degree, double limit, d
     return find_roots(coefficients, degree, limit, roots) ? roots[0] : fallback;
 }
 
-// With N and D, numerator and denominator of the radial factor, as polynomials in s = r2, the slope of the distorted radius r N / D is
-// (N D + 2 s (N' D - N D')) / D^2. Gives the squared radius where it first vanishes or D does; infinite when neither happens.
+// With N and D, numerator and denominator of the radial factor, as polynomials in s = r2, the slope of the distorted
+// radius r N / D is (N D + 2 s (N' D - N D')) / D^2. Gives the squared radius where it first vanishes or D does;
+// infinite when neither happens.
 static double fold_radius2(const struct vw_camera *camera) {
     const double top[4] = {1, camera->k1, camera->k2, camera->k3}, bottom[4] = {1, camera->k4, camera->k5, camera->k6};
     double slope[DEGREE_MAX + 1] = {0};
@@ -59,7 +63,8 @@ static double fold_radius2(const struct vw_camera *camera) {
     return fmin(least_root(slope, DEGREE_MAX, RADIUS2_MAX, INFINITY), least_root(bottom, 3, RADIUS2_MAX, INFINITY));
 }
 
-// ---- The polynomial lens ----------------------------------------------------------------------------------------------
+// ---- The polynomial lens
+// ----------------------------------------------------------------------------------------------
 
 // The distorted position of (x, y) and its derivatives.
 struct distorted {
@@ -128,7 +133,8 @@ static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     return guess.error <= RESIDUAL_MAX * fmax(1, length) && determinant(&guess.at) > 0;
 }
 
-// ---- The fisheye lens: a matter of angles alone ---------------------------------------------------------------------------
+// ---- The fisheye lens: a matter of angles alone
+// ---------------------------------------------------------------------------
 
 static double distort_angle(const struct vw_camera *camera, double theta, double *slope) {
     double t2 = theta * theta;
@@ -138,13 +144,14 @@ static double distort_angle(const struct vw_camera *camera, double theta, double
 
 // The angle up to which the distorted angle grows with the true one.
 static double fold_angle(const struct vw_camera *camera) {
-    const double slopes[5] = {1, 3 * camera->k1, 5 * camera->k2, 7 * camera->k3, 9 * camera->k4}; // of the square of the angle
+    const double slopes[5] = {1, 3 * camera->k1, 5 * camera->k2, 7 * camera->k3,
+                              9 * camera->k4}; // of the square of the angle
     const double limit = FISHEYE_ANGLE_MAX * FISHEYE_ANGLE_MAX;
     return sqrt(least_root(slopes, 4, limit, limit));
 }
 
-// The angle that is seen at a distorted angle: Newton's method kept between bounds that close in on it. Below the fold there is one
-// solution or none.
+// The angle that is seen at a distorted angle: Newton's method kept between bounds that close in on it. Below the fold
+// there is one solution or none.
 static bool undistort_angle(const struct vw_camera *camera, double target, double *theta) {
     double low = 0, high = fold_angle(camera), slope;
     if (!(target < distort_angle(camera, high, &slope))) return false;
@@ -164,9 +171,9 @@ static bool undistort_fisheye(const struct vw_camera *camera, double *x, double 
     double length = hypot(*x, *y), theta;
     if (length == 0) return true;
     if (!undistort_angle(camera, length, &theta)) return false;
-    double stretch = tan(theta) / length;
-    *x *= stretch;
-    *y *= stretch;
+    double segment = tan(theta) / length;
+    *x *= segment;
+    *y *= segment;
     return true;
 }
 
@@ -177,11 +184,12 @@ static void distort_fisheye(const struct vw_camera *camera, double *x, double *y
     *y *= shrink;
 }
 
-// ---- Both -------------------------------------------------------------------------------------------------------------
+// ---- Both
+// -------------------------------------------------------------------------------------------------------------
 
 bool vw_camera_is_distorted(const struct vw_camera *camera) {
-    return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 || camera->k4 != 0 || camera->k5 != 0 ||
-           camera->k6 != 0 || camera->p1 != 0 || camera->p2 != 0;
+    return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 ||
+           camera->k4 != 0 || camera->k5 != 0 || camera->k6 != 0 || camera->p1 != 0 || camera->p2 != 0;
 }
 
 double vw_camera_reach(const struct vw_camera *camera) {
@@ -198,7 +206,8 @@ bool vw_camera_unproject(const struct vw_camera *camera, double x_px, double y_p
     double x = (x_px - camera->centre_x_px) / camera->focal_x_px;
     double y = (y_px - camera->centre_y_px) / camera->focal_y_px;
     bool fisheye = camera->lens == VW_LENS_FISHEYE;
-    if (vw_camera_is_distorted(camera) && !(fisheye ? undistort_fisheye(camera, &x, &y) : undistort(camera, &x, &y))) return false;
+    if (vw_camera_is_distorted(camera) && !(fisheye ? undistort_fisheye(camera, &x, &y) : undistort(camera, &x, &y)))
+        return false;
     direction_camera[0] = x;
     direction_camera[1] = -y;
     direction_camera[2] = -1;

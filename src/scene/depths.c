@@ -1,16 +1,18 @@
 #include <stdlib.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/scene.h"
 
 static double depth_of(const struct vw_view *view, const double position_world[3]) {
     double depth = 0;
-    for (int i = 0; i < 3; i++) depth -= (position_world[i] - view->camera_to_world[i][3]) * view->camera_to_world[i][2];
+    for (int i = 0; i < 3; i++)
+        depth -= (position_world[i] - view->camera_to_world[i][3]) * view->camera_to_world[i][2];
     return depth;
 }
 
 // Points behind a camera are no evidence of what it sees.
-static void gather(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t *ends, double *depths) {
+static void gather(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t *ends,
+                   double *depths) {
     for (int filling = 0; filling < 2; filling++) { // count, then fill
         for (uint32_t p = 0; p < scene->point_count; p++) {
             const struct vw_point *point = &scene->points[p];
@@ -26,8 +28,8 @@ static void gather(const struct vw_scene *scene, vw_track_filter *counts, const 
     }
 }
 
-enum vw_status vw_scene_depths(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t **ends,
-                               double **depths) {
+enum vw_status vw_scene_depths(const struct vw_scene *scene, vw_track_filter *counts, const void *context,
+                               uint32_t **ends, double **depths) {
     *ends = vw_allocate((size_t)scene->view_count + 1, sizeof **ends);
     *depths = vw_allocate(scene->track_count, sizeof **depths);
     if (*ends && *depths) {

@@ -1,10 +1,12 @@
-#include "viewworth/duplicates.h"
+#include "value/duplicate_scores.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
+#include "scene/duplicates.h"
+#include "image/image.h"
 #include "viewworth/scene.h"
 
 enum { CELLS = 16, CELL_COUNT = CELLS * CELLS, SAMPLES = 8 }; // samples: of a cell, along each axis, at most
@@ -17,7 +19,8 @@ struct fingerprint {
     float cells[CELL_COUNT];
 };
 
-// ---- What photos show -------------------------------------------------------------------------------------------------
+// ---- What photos show
+// -------------------------------------------------------------------------------------------------
 
 // The pixel of sample `index` of all along a side.
 static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
@@ -47,7 +50,8 @@ static void take_fingerprint(const struct vw_view *view, struct fingerprint *fin
     }
     for (uint32_t i = 0; i < CELL_COUNT; i++) squares += (cells[i] - mean) * (cells[i] - mean);
     bool flat = squares < CELL_COUNT * FLAT_CONTRAST * FLAT_CONTRAST;
-    for (uint32_t i = 0; i < CELL_COUNT; i++) fingerprint->cells[i] = flat ? 0 : (float)((cells[i] - mean) / sqrt(squares));
+    for (uint32_t i = 0; i < CELL_COUNT; i++)
+        fingerprint->cells[i] = flat ? 0 : (float)((cells[i] - mean) / sqrt(squares));
 }
 
 static double correlate(const struct fingerprint *a, const struct fingerprint *b) {
@@ -56,9 +60,12 @@ static double correlate(const struct fingerprint *a, const struct fingerprint *b
     return fmin(sum, 1);
 }
 
-// ---- Where they were taken --------------------------------------------------------------------------------------------
+// ---- Where they were taken
+// --------------------------------------------------------------------------------------------
 
-static double distance(const double a[3], const double b[3]) { return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]); }
+static double distance(const double a[3], const double b[3]) {
+    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
+}
 
 // How far away the nearest thing is that the view shows: the near depth where points tell it, else the box's middle.
 static double depth_of(const struct vw_scene *scene, const struct vw_view *view) {
@@ -77,9 +84,12 @@ static bool stand_together(const struct vw_scene *scene, const struct vw_view *a
     return between <= tan(ANGLE_MOST) * depth && turn <= ANGLE_MOST;
 }
 
-// ---- Groups -----------------------------------------------------------------------------------------------------------
+// ---- Groups
+// -----------------------------------------------------------------------------------------------------------
 
-static bool is_asked(const struct vw_view *view) { return view->split == VW_SPLIT_TRAIN || view->split == VW_SPLIT_VAL; }
+static bool is_asked(const struct vw_view *view) {
+    return view->split == VW_SPLIT_TRAIN || view->split == VW_SPLIT_VAL;
+}
 
 static double similarity_of(const struct vw_scene *scene, const struct fingerprint *prints, uint32_t a, uint32_t b) {
     const struct vw_view *first = &scene->views[a], *second = &scene->views[b];
@@ -88,7 +98,8 @@ static double similarity_of(const struct vw_scene *scene, const struct fingerpri
 }
 
 // leaders[v]: the view that v is a near-duplicate of, itself where there is none before it.
-static void find_leaders(const struct vw_scene *scene, const struct fingerprint *prints, uint32_t *leaders, double *similarities) {
+static void find_leaders(const struct vw_scene *scene, const struct fingerprint *prints, uint32_t *leaders,
+                         double *similarities) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         leaders[v] = v;
         similarities[v] = 1;
@@ -103,7 +114,8 @@ static void find_leaders(const struct vw_scene *scene, const struct fingerprint 
 }
 
 // Lists all groups of more than one; returns how many photos they hold. O(photos^2) at worst, in memory reads alone.
-static uint32_t list_groups(uint32_t view_count, const uint32_t *leaders, const double *similarities, struct vw_duplicate *duplicates) {
+static uint32_t list_groups(uint32_t view_count, const uint32_t *leaders, const double *similarities,
+                            struct vw_duplicate *duplicates) {
     uint32_t count = 0, group = 0;
     for (uint32_t first = 0; first < view_count; first++) {
         uint32_t begin = count;
@@ -116,7 +128,8 @@ static uint32_t list_groups(uint32_t view_count, const uint32_t *leaders, const 
     return count;
 }
 
-enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_duplicate **duplicates, uint32_t *count) {
+enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_duplicate **duplicates,
+                                        uint32_t *count) {
     struct fingerprint *prints = vw_allocate(scene->view_count, sizeof *prints);
     uint32_t *leaders = vw_allocate(scene->view_count, sizeof *leaders);
     double *similarities = vw_allocate(scene->view_count, sizeof *similarities);

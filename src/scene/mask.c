@@ -5,12 +5,13 @@
 
 #include "image/downscale.h"
 #include "scene/safe_path.h"
-#include "viewworth/file.h"
-#include "viewworth/image.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
 #include "viewworth/scene.h"
 
-// ---- Finding -------------------------------------------------------------------------------------------------------------
+// ---- Finding
+// -------------------------------------------------------------------------------------------------------------
 
 // Where "/images/" stands last in the part of the path that lies in the folder; NULL when it does not.
 static const char *find_images_folder(const char *folder, const char *image_path) {
@@ -35,7 +36,8 @@ enum vw_status vw_mask_find(const char *folder, const char *image_path, char **m
         if (status || *mask_path || !vw_file_exists(candidates[i])) continue;
         if (!vw_path_lies_inside(folder, candidates[i]))
             status =
-                vw_fail(VW_ERROR_INPUT, "%s: this mask leaves the scene folder through a link; copy it into the folder", candidates[i]);
+                vw_fail(VW_ERROR_INPUT, "%s: this mask leaves the scene folder through a link; copy it into the folder",
+                        candidates[i]);
         else if (!(*mask_path = vw_copy_text(candidates[i]))) status = VW_ERROR_MEMORY;
     }
     for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) free(candidates[i]);
@@ -46,11 +48,12 @@ enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t
     uint32_t width_px, height_px;
     enum vw_status status = vw_image_probe(path, &width_px, &height_px);
     if (status || (uint64_t)width_px * photo_height_px == (uint64_t)height_px * photo_width_px) return status;
-    return vw_fail(VW_ERROR_INPUT, "%s: the mask has %u x %u pixels but its photo %u x %u; give both the same shape", path, width_px,
-                   height_px, photo_width_px, photo_height_px);
+    return vw_fail(VW_ERROR_INPUT, "%s: the mask has %u x %u pixels but its photo %u x %u; give both the same shape",
+                   path, width_px, height_px, photo_width_px, photo_height_px);
 }
 
-// ---- Reading -------------------------------------------------------------------------------------------------------------
+// ---- Reading
+// -------------------------------------------------------------------------------------------------------------
 
 // A mask file as it is, and the sizes that it is brought to.
 struct masking {
@@ -72,7 +75,9 @@ static bool keeps_photo_pixel(const struct masking *masking, uint32_t x_px, uint
 }
 
 // The photo pixels [first, end) that pixel `at` of the downscaled photo covers, in part at least.
-static uint32_t first_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) { return (uint32_t)((uint64_t)at * photo_px / small_px); }
+static uint32_t first_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) {
+    return (uint32_t)((uint64_t)at * photo_px / small_px);
+}
 static uint32_t end_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) {
     return (uint32_t)((((uint64_t)at + 1) * photo_px + small_px - 1) / small_px);
 }
@@ -102,10 +107,12 @@ static enum vw_status make_mask(const char *path, const struct masking *masking,
         return VW_OK;
     }
     free(made);
-    return vw_fail(VW_ERROR_INPUT, "%s: the mask hides the whole photo; white keeps: invert it, or leave the photo out", path);
+    return vw_fail(VW_ERROR_INPUT, "%s: the mask hides the whole photo; white keeps: invert it, or leave the photo out",
+                   path);
 }
 
-enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale, uint8_t **mask) {
+enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale,
+                            uint8_t **mask) {
     struct masking masking = {
         .photo_width_px = photo_width_px,
         .photo_height_px = photo_height_px,

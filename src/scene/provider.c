@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/draft.h"
-#include "viewworth/csv.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "scene/builder.h"
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
 
@@ -15,16 +15,19 @@ static enum vw_status read_header(const struct vw_csv *csv) {
 }
 
 static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene) {
-    if (csv->field_count != 2) return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
+    if (csv->field_count != 2)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
     const char *name = csv->fields[0];
     struct vw_view *view = vw_scene_find_named(scene, name);
     if (!view)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them", csv->path, csv->line,
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them",
+                       csv->path, csv->line, name);
+    if (*view->provider)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line,
                        name);
-    if (*view->provider) return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line, name);
     if (!vw_name_is_clean(csv->fields[1]))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name holds control characters or is no UTF-8; correct it", csv->path,
-                       csv->line);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name holds control characters or is no UTF-8; correct it",
+                       csv->path, csv->line);
     char *copy = vw_copy_text(csv->fields[1]);
     if (!copy) return VW_ERROR_MEMORY;
     free(view->provider);

@@ -4,12 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/colmap.h"
-#include "scene/draft.h"
-#include "scene/photo_list.h"
-#include "scene/recipe.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "scene/formats/colmap.h"
+#include "scene/builder.h"
+#include "scene/formats/photo_list_writers.h"
+#include "scene/synthetic/recipe.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
 
 static bool probe_recipe(const char *path) {
     void *text = NULL;
@@ -22,7 +23,9 @@ static bool probe_recipe(const char *path) {
     return recipe;
 }
 
-static enum vw_status load_recipe(struct vw_draft *draft) { return vw_recipe_load(draft->params, draft->scene); }
+static enum vw_status load_recipe(struct vw_scene_builder *builder) {
+    return vw_recipe_load(builder->params, builder->scene);
+}
 
 static const struct vw_scene_format formats[] = {
     // in the order they are tried
@@ -38,9 +41,10 @@ static enum vw_status check_pool(const struct vw_scene_params *params, const cha
     if (params->pool && strcmp(params->pool, "all") != 0 && !lists_pool(params))
         return vw_fail(VW_ERROR_USAGE, "--pool %s: unknown pool; use all or list", params->pool);
     if (lists_pool(params) && strcmp(format, "phototourism") != 0)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--pool list: %s is read as %s, which has no list of a NeRF-W TSV; use --format phototourism or --train",
-                       params->path, format);
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--pool list: %s is read as %s, which has no list of a NeRF-W TSV; use --format phototourism or --train",
+            params->path, format);
     return VW_OK;
 }
 
@@ -51,55 +55,58 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
         return VW_OK;
     }
     if (params->format)
-        return vw_fail(VW_ERROR_USAGE, "--format %s: unknown format; use recipe, transforms, phototourism or colmap", params->format);
-    if (!vw_folder_exists(params->path)) return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", params->path);
-    return vw_fail(VW_ERROR_INPUT,
-                   "%s: no scene found; give a folder with transforms.json, with a TSV and dense/, or with sparse/, or a recipe",
-                   params->path);
+        return vw_fail(VW_ERROR_USAGE, "--format %s: unknown format; use recipe, transforms, phototourism or colmap",
+                       params->format);
+    if (!vw_folder_exists(params->path))
+        return vw_fail(VW_ERROR_INPUT, "%s: no such scene; check the path", params->path);
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "%s: no scene found; give a folder with transforms.json, with a TSV and dense/, or with sparse/, or a recipe",
+        params->path);
 }
 
 // Everything that does not depend on the format.
-static enum vw_status finish(struct vw_draft *draft) {
-    const struct vw_scene_params *params = draft->params;
-    struct vw_scene *scene = draft->scene;
+static enum vw_status finish(struct vw_scene_builder *builder) {
+    const struct vw_scene_params *params = builder->params;
+    struct vw_scene *scene = builder->scene;
     enum vw_status status = vw_splits_assign(params, scene);
     if (!status && params->providers) status = vw_providers_read(params->providers, scene);
-    if (!status && draft->photos) status = vw_photos_read(draft);
-    if (!status && params->plant) status = vw_defects_plant(params, scene);
+    if (!status && builder->photos) status = vw_photos_read(builder);
+    if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);
     return status;
 }
 
-static enum vw_status load(struct vw_draft *draft) {
-    const struct vw_scene_params *params = draft->params;
+static enum vw_status load(struct vw_scene_builder *builder) {
+    const struct vw_scene_params *params = builder->params;
     const struct vw_scene_format *format = NULL;
     enum vw_status status = find_format(params, &format);
     if (!status) status = check_pool(params, format->name);
     if (status) return status;
-    draft->folder = vw_folder_exists(params->path) ? vw_copy_text(params->path) : vw_path_folder(params->path);
-    draft->scene->path = vw_copy_text(params->path);
-    draft->scene->format = vw_copy_text(format->name);
-    if (!draft->folder || !draft->scene->path || !draft->scene->format) return VW_ERROR_MEMORY;
-    return format->load(draft);
+    builder->folder = vw_folder_exists(params->path) ? vw_copy_text(params->path) : vw_path_folder(params->path);
+    builder->scene->path = vw_copy_text(params->path);
+    builder->scene->format = vw_copy_text(format->name);
+    if (!builder->folder || !builder->scene->path || !builder->scene->format) return VW_ERROR_MEMORY;
+    return format->load(builder);
 }
 
-static void close_draft(struct vw_draft *draft) {
-    for (size_t i = 0; i < draft->photo_capacity; i++) {
-        free(draft->photos[i].image_path);
-        free(draft->photos[i].mask_path);
+static void close_builder(struct vw_scene_builder *builder) {
+    for (size_t i = 0; i < builder->photo_capacity; i++) {
+        free(builder->photos[i].image_path);
+        free(builder->photos[i].mask_path);
     }
-    free(draft->photos);
-    free(draft->folder);
+    free(builder->photos);
+    free(builder->folder);
 }
 
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene) {
-    struct vw_draft draft = {.params = params, .scene = vw_allocate(1, sizeof *draft.scene)};
-    if (!draft.scene) return VW_ERROR_MEMORY;
-    enum vw_status status = load(&draft);
-    if (!status) status = finish(&draft);
-    close_draft(&draft);
-    if (status) vw_scene_close(&draft.scene);
-    else *scene = draft.scene;
+    struct vw_scene_builder builder = {.params = params, .scene = vw_allocate(1, sizeof *builder.scene)};
+    if (!builder.scene) return VW_ERROR_MEMORY;
+    enum vw_status status = load(&builder);
+    if (!status) status = finish(&builder);
+    close_builder(&builder);
+    if (status) vw_scene_close(&builder.scene);
+    else *scene = builder.scene;
     return status;
 }
 
@@ -107,7 +114,8 @@ enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char 
     const struct vw_scene_format *found = NULL;
     *opens = false;
     enum vw_status status = VW_OK;
-    if (list->scene_path) status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
+    if (list->scene_path)
+        status = find_format(&(struct vw_scene_params){.path = list->scene_path, .format = list->scene_format}, &found);
     if (!status && found) status = vw_photo_list_check_place(list);
     if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
     if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
@@ -116,12 +124,14 @@ enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char 
 
 bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
     size_t pixel = (size_t)y_px * view->image.width_px + x_px;
-    return (!view->mask || view->mask[pixel] == VW_MASK_KEEP) && (!view->image.unusable || !view->image.unusable[pixel]);
+    return (!view->mask || view->mask[pixel] == VW_MASK_KEEP) &&
+           (!view->image.unusable || !view->image.unusable[pixel]);
 }
 
 bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
     size_t pixel = (size_t)y_px * view->image.width_px + x_px;
-    return (!view->mask || view->mask[pixel] != VW_MASK_BEYOND_LENS) && (!view->image.unusable || !view->image.unusable[pixel]);
+    return (!view->mask || view->mask[pixel] != VW_MASK_BEYOND_LENS) &&
+           (!view->image.unusable || !view->image.unusable[pixel]);
 }
 
 void vw_scene_close(struct vw_scene **scene) {
@@ -130,7 +140,7 @@ void vw_scene_close(struct vw_scene **scene) {
     for (uint32_t v = 0; v < closing->view_count; v++) {
         free(closing->views[v].name);
         free(closing->views[v].provider);
-        free(closing->views[v].truth);
+        free(closing->views[v].ground_truth);
         free(closing->views[v].mask);
         vw_image_clear(&closing->views[v].image);
     }

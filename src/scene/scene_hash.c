@@ -1,10 +1,11 @@
-#include "scene/draft.h"
-#include "viewworth/hash.h"
-#include "viewworth/memory.h"
+#include "scene/builder.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
 static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
-    const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px, camera->k1, camera->k2,
-                             camera->k3,         camera->k4,         camera->k5,          camera->k6,          camera->p1, camera->p2};
+    const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
+                             camera->k1,         camera->k2,         camera->k3,          camera->k4,
+                             camera->k5,         camera->k6,         camera->p1,          camera->p2};
     vw_hasher_add_integer(hasher, camera->width_px);
     vw_hasher_add_integer(hasher, camera->height_px);
     vw_hasher_add_integer(hasher, camera->lens);

@@ -1,12 +1,12 @@
-// Points of structure from motion beside another scene file. They say something of the scene only when they live among its cameras: a
-// transforms.json is often turned, moved and scaled after COLMAP.
+// Points of structure from motion beside another scene file. They say something of the scene only when they live among
+// its cameras: a transforms.json is often turned, moved and scaled after COLMAP.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/colmap.h"
-#include "scene/draft.h"
-#include "viewworth/memory.h"
+#include "scene/formats/colmap.h"
+#include "scene/builder.h"
+#include "base/memory.h"
 
 static const double ROTATION_TOLERANCE = 1e-3; // of matrix entries: 0.06 degrees
 static const double POSITION_TOLERANCE = 1e-3; // of the cameras' spread
@@ -17,7 +17,8 @@ enum { AGREEING_VIEWS_MIN = 2 };
 static ptrdiff_t find_image(const struct vw_colmap_model *model, const char *folder, const char *image_path) {
     const char *name = vw_view_name_of(image_path + strlen(folder) + (image_path[strlen(folder)] == '/'));
     ptrdiff_t found = vw_colmap_find_image(model, name);
-    if (found < 0 && !strncmp(name, "images/", strlen("images/"))) found = vw_colmap_find_image(model, name + strlen("images/"));
+    if (found < 0 && !strncmp(name, "images/", strlen("images/")))
+        found = vw_colmap_find_image(model, name + strlen("images/"));
     return found;
 }
 
@@ -31,29 +32,33 @@ static double measure_spread(const struct vw_scene *scene) {
     return sqrt(square / scene->view_count);
 }
 
-static bool agrees(const struct vw_view *view, const struct vw_colmap_image *image, const struct vw_camera *camera, double spread_world) {
+static bool agrees(const struct vw_view *view, const struct vw_colmap_image *image, const struct vw_camera *camera,
+                   double spread_world) {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
             if (!(fabs(view->camera_to_world[i][j] - image->camera_to_world[i][j]) <= ROTATION_TOLERANCE)) return false;
-        if (!(fabs(view->camera_to_world[i][3] - image->camera_to_world[i][3]) <= POSITION_TOLERANCE * spread_world)) return false;
+        if (!(fabs(view->camera_to_world[i][3] - image->camera_to_world[i][3]) <= POSITION_TOLERANCE * spread_world))
+            return false;
     }
     double focal_px = camera->focal_x_px * view->camera.width_px / camera->width_px;
     return fabs(view->camera.focal_x_px - focal_px) <= FOCAL_TOLERANCE * focal_px;
 }
 
 // Fills `views` (see vw_colmap_take_points) and decides whether the model's cameras are those of the scene.
-static enum vw_status compare(const struct vw_draft *draft, const struct vw_colmap_model *model, uint32_t *views, bool *agree) {
-    struct vw_scene *scene = draft->scene;
+static enum vw_status compare(const struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                              uint32_t *views, bool *agree) {
+    struct vw_scene *scene = builder->scene;
     double spread_world = measure_spread(scene);
     uint32_t agreeing = 0;
     for (size_t i = 0; i < model->image_count; i++) views[i] = UINT32_MAX;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
-        ptrdiff_t i = find_image(model, draft->folder, draft->photos[v].image_path);
+        ptrdiff_t i = find_image(model, builder->folder, builder->photos[v].image_path);
         if (i < 0) continue;
         const struct vw_colmap_image *image = &model->images[i];
         if (!agrees(view, image, &model->cameras[image->camera].camera, spread_world))
-            return vw_scene_note(scene, "the COLMAP model beside it gives no points: its camera of %s is another one", view->name);
+            return vw_scene_note(scene, "the COLMAP model beside it gives no points: its camera of %s is another one",
+                                 view->name);
         views[i] = v;
         agreeing++;
     }
@@ -61,22 +66,22 @@ static enum vw_status compare(const struct vw_draft *draft, const struct vw_colm
     return *agree ? VW_OK : vw_scene_note(scene, "the COLMAP model beside it gives no points: it holds other photos");
 }
 
-static enum vw_status take(struct vw_draft *draft, const struct vw_colmap_model *model) {
+static enum vw_status take(struct vw_scene_builder *builder, const struct vw_colmap_model *model) {
     bool agree = false;
     uint32_t *views = vw_allocate(model->image_count, sizeof *views);
     if (!views) return VW_ERROR_MEMORY;
-    enum vw_status status = compare(draft, model, views, &agree);
-    if (!status && agree) status = vw_colmap_take_points(model, views, draft->scene);
+    enum vw_status status = compare(builder, model, views, &agree);
+    if (!status && agree) status = vw_colmap_take_points(model, views, builder->scene);
     free(views);
     return status;
 }
 
-enum vw_status vw_sfm_evidence_find(struct vw_draft *draft) {
-    char *model_folder = vw_colmap_find(draft->folder);
+enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder) {
+    char *model_folder = vw_colmap_find(builder->folder);
     if (!model_folder) return VW_OK;
     struct vw_colmap_model model = {0};
-    enum vw_status status = vw_colmap_read(model_folder, draft->folder, &model);
-    if (!status) status = take(draft, &model);
+    enum vw_status status = vw_colmap_read(model_folder, builder->folder, &model);
+    if (!status) status = take(builder, &model);
     vw_colmap_clear(&model);
     free(model_folder);
     return status;

@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/draft.h"
-#include "scene/name_list.h"
-#include "scene/nerfw_tsv.h"
-#include "viewworth/memory.h"
+#include "scene/builder.h"
+#include "scene/formats/name_list.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "base/memory.h"
 
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 
@@ -14,7 +14,8 @@ const char *vw_split_name(enum vw_split split) {
     return names[split];
 }
 
-enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views, uint32_t *count) {
+enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views,
+                                   uint32_t *count) {
     *views = vw_allocate(scene->view_count, sizeof **views);
     if (!*views) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++)
@@ -23,10 +24,12 @@ enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split s
 }
 
 // Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
-static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name, enum vw_split split,
-                            uint8_t *claims) {
+static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name,
+                            enum vw_split split, uint8_t *claims) {
     const struct vw_view *view = vw_scene_find_named(scene, name);
-    if (!view) return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path, line, name);
+    if (!view)
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not in the scene; write names as the scene file spells them", path,
+                       line, name);
     uint8_t *by = &claims[view - scene->views];
     if (*by && *by != 1 + split)
         return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is in two splits, %s and %s; keep it in one list", path, line, name,
@@ -52,7 +55,8 @@ static enum vw_status read_list(const struct vw_scene *scene, const char *path, 
     uint32_t count;
     enum vw_status status = vw_names_read(path, take_name, &list, &count);
     if (!status && !count)
-        status = vw_fail(VW_ERROR_INPUT, "%s: names no view; write one name a line, or leave --%s out", path, vw_split_name(split));
+        status = vw_fail(VW_ERROR_INPUT, "%s: names no view; write one name a line, or leave --%s out", path,
+                         vw_split_name(split));
     return status;
 }
 
@@ -68,8 +72,8 @@ static enum vw_status read_tsv(const struct vw_scene *scene, const char *path, e
     }
     vw_tsv_clear(&tsv);
     if (!status && empty)
-        status = vw_fail(VW_ERROR_INPUT, "%s: has no row for --%s; give one that has, or leave --%s out", path, vw_split_name(split),
-                         vw_split_name(split));
+        status = vw_fail(VW_ERROR_INPUT, "%s: has no row for --%s; give one that has, or leave --%s out", path,
+                         vw_split_name(split), vw_split_name(split));
     return status;
 }
 
@@ -79,13 +83,16 @@ static bool loader_has_opinion(const struct vw_scene *scene) {
     return false;
 }
 
-// Every eighth view validates and every eighth tests, unless that would leave too few to train. Excluded ones are not counted.
+// Every eighth view validates and every eighth tests, unless that would leave too few to train. Excluded ones are not
+// counted.
 static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
     uint32_t train = 0, i = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) train += scene->views[v].split == VW_SPLIT_TRAIN;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
-        enum vw_split split = i % STRIDE == 0 ? VW_SPLIT_VAL : i % STRIDE == TEST_PHASE ? VW_SPLIT_TEST : VW_SPLIT_TRAIN;
+        enum vw_split split = i % STRIDE == 0            ? VW_SPLIT_VAL
+                              : i % STRIDE == TEST_PHASE ? VW_SPLIT_TEST
+                                                         : VW_SPLIT_TRAIN;
         i++;
         if (split == VW_SPLIT_TRAIN || lists[split] || train <= TRAIN_VIEWS_MIN) continue;
         scene->views[v].split = split;
@@ -106,7 +113,8 @@ static enum vw_status check_counts(const char *path, const struct vw_scene *scen
     uint32_t train = scene->split_count[VW_SPLIT_TRAIN];
     if (train >= TRAIN_VIEWS_MIN) return VW_OK;
     if (scene->view_count < TRAIN_VIEWS_MIN)
-        return vw_fail(VW_ERROR_INPUT, "%s: a single photo cannot be valued; give a scene with at least %d", path, TRAIN_VIEWS_MIN);
+        return vw_fail(VW_ERROR_INPUT, "%s: a single photo cannot be valued; give a scene with at least %d", path,
+                       TRAIN_VIEWS_MIN);
     return vw_fail(VW_ERROR_INPUT, "%s: %s left to train, at least %d are needed; check the lists and splits", path,
                    train ? "only one view is" : "no view is", TRAIN_VIEWS_MIN);
 }

@@ -1,10 +1,10 @@
-#include "viewworth/view_distance.h"
+#include "scene/view_distance.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "viewworth/memory.h"
-#include "viewworth/statistics.h"
+#include "base/memory.h"
+#include "base/statistics.h"
 
 static const double RATIO_MOST = 4;
 static const double BETWEEN_LEAST = 0.02; // of the median distance to the box's centre
@@ -41,8 +41,8 @@ static bool is_copy(const struct scales *scales, const struct vw_view *a, const 
 }
 
 // The training view nearest to `view`, itself left out, and its copies when it trains too; NULL when there is none.
-static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales, const struct vw_view *view,
-                                          double *least) {
+static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales,
+                                          const struct vw_view *view, double *least) {
     const struct vw_view *nearest = NULL;
     *least = INFINITY;
     for (uint32_t i = 0; i < scene->view_count; i++) {
@@ -60,7 +60,8 @@ static const struct vw_view *find_nearest(const struct vw_scene *scene, const st
 static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->view_count; i++)
-        if (scene->views[i].split == VW_SPLIT_TRAIN && find_nearest(scene, scales, &scene->views[i], &values[count])) count++;
+        if (scene->views[i].split == VW_SPLIT_TRAIN && find_nearest(scene, scales, &scene->views[i], &values[count]))
+            count++;
     return count ? vw_median(values, count) : 0;
 }
 
@@ -69,7 +70,8 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
     for (uint32_t i = 0; i < scene->view_count; i++) {
         double apart = 0;
         if (scene->views[i].split != VW_SPLIT_TRAIN) continue;
-        for (int k = 0; k < 3; k++) apart = hypot(apart, scene->views[i].camera_to_world[k][3] - scene->box.centre_world[k]);
+        for (int k = 0; k < 3; k++)
+            apart = hypot(apart, scene->views[i].camera_to_world[k][3] - scene->box.centre_world[k]);
         values[count++] = apart;
     }
     return vw_median(values, count);
@@ -77,12 +79,14 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
 
 static struct scales find_scales(const struct vw_scene *scene, double *values) {
     double least_world = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
-    const struct scales by_place = {1, INFINITY, least_world}, by_angle = {INFINITY, 1, least_world}; // one of the two alone
+    const struct scales by_place = {1, INFINITY, least_world},
+                        by_angle = {INFINITY, 1, least_world}; // one of the two alone
     return (struct scales){fmax(median_to_nearest(scene, &by_place, values), least_world),
                            fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
 }
 
-enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances, uint32_t *count) {
+enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances,
+                                       uint32_t *count) {
     double *values = vw_allocate(scene->view_count, sizeof *values);
     struct vw_view_distance *made = vw_allocate(scene->view_count, sizeof *made);
     if (!values || !made) {

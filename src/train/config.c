@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 const struct vw_config vw_config_default = {
     .epochs = 30,
@@ -114,23 +114,26 @@ static enum vw_status check_together(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE, "--rays times --samples is %" PRIu64 ": at most %u samples per step",
                        (uint64_t)config->rays * config->samples, 1u << 24);
     if (config->levels * config->features % 4 != 0)
-        return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels, config->features);
+        return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels,
+                       config->features);
     if (config->base_seed > (config->vary == VW_VARY_ALL ? 0 : INT64_MAX))
-        return vw_fail(VW_ERROR_USAGE, "base_seed is %" PRIu64 ": at most %" PRId64 ", and 0 where everything varies", config->base_seed,
-                       INT64_MAX);
+        return vw_fail(VW_ERROR_USAGE, "base_seed is %" PRIu64 ": at most %" PRId64 ", and 0 where everything varies",
+                       config->base_seed, INT64_MAX);
     double finest = config->base_resolution * pow(config->growth, config->levels - 1.0);
     if (finest > 65535.0)
         return vw_fail(VW_ERROR_USAGE,
-                       "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels or --base-resolution",
+                       "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels "
+                       "or --base-resolution",
                        finest);
     if (config->first_order && config->table_precision == VW_TABLE_FLOAT16)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--first-order goes a sixteenth of a step, which float16 may round away; leave it out or take --table-precision float32");
+        return vw_fail(VW_ERROR_USAGE, "--first-order goes a sixteenth of a step, which float16 may round away; leave "
+                                       "it out or take --table-precision float32");
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
-        return vw_fail(VW_ERROR_USAGE, "--same-state %u: at most one state per epoch behind --burn-in, which are %u; take more --epochs",
-                       config->same_state, counted);
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--same-state %u: at most one state per epoch behind --burn-in, which are %u; take more --epochs",
+            config->same_state, counted);
     return VW_OK;
 }
 
@@ -139,7 +142,8 @@ enum vw_status vw_config_check(const struct vw_config *config) {
         if (number_fits(config, &numbers[i])) continue;
         char range[VW_CONFIG_RANGE_BYTES];
         number_range(&numbers[i], range);
-        return vw_fail(VW_ERROR_USAGE, "--%s takes %s, not %.10g", numbers[i].option, range, number_get(config, &numbers[i]));
+        return vw_fail(VW_ERROR_USAGE, "--%s takes %s, not %.10g", numbers[i].option, range,
+                       number_get(config, &numbers[i]));
     }
     return check_together(config);
 }
@@ -171,17 +175,22 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
     failed = failed || json_object_set_new(object, "background", json_string(vw_background_name(config->background)));
-    failed = failed || json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
-    if (config->vary != VW_VARY_ALL) { // absent otherwise, so that such runs keep the names they had before there was a choice
+    failed = failed ||
+             json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
+    if (config->vary !=
+        VW_VARY_ALL) { // absent otherwise, so that such runs keep the names they had before there was a choice
         failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
         failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     }
     if (config->table_precision != VW_TABLE_FLOAT32) // likewise
-        failed = failed || json_object_set_new(object, "table_precision", json_string(vw_table_precision_name(config->table_precision)));
+        failed = failed || json_object_set_new(object, "table_precision",
+                                               json_string(vw_table_precision_name(config->table_precision)));
     // Only where they are asked for: a run without them is what it was before there was a choice.
     failed = failed || (config->first_order && json_object_set_new(object, "first_order", json_true()));
-    failed = failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
-    // The effects that are on are part of the identity by their names, however they were asked for: see vw_trainer_run_id.
+    failed =
+        failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
+    // The effects that are on are part of the identity by their names, however they were asked for: see
+    // vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
     char *text = failed ? NULL : json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
@@ -189,7 +198,8 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     return text;
 }
 
-static enum vw_status name_from_json(const json_t *object, const char *key, const char *const *names, int count, int *choice) {
+static enum vw_status name_from_json(const json_t *object, const char *key, const char *const *names, int count,
+                                     int *choice) {
     const char *name = json_string_value(json_object_get(object, key));
     for (*choice = 0; *choice < count; ++*choice)
         if (name && !strcmp(name, names[*choice])) return VW_OK;
@@ -212,13 +222,16 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     json_t *object = json_loads(json, 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && status == VW_OK; i++) status = number_from_json(object, &numbers[i], &parsed);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && status == VW_OK; i++)
+        status = number_from_json(object, &numbers[i], &parsed);
     int choice;
     if (status == VW_OK) status = name_from_json(object, "loss", loss_names, VW_ARRAY_COUNT(loss_names), &choice);
     if (status == VW_OK) parsed.loss = (enum vw_loss)choice;
-    if (status == VW_OK) status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
+    if (status == VW_OK)
+        status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
     if (status == VW_OK) parsed.optimizer = (enum vw_optimizer)choice;
-    if (status == VW_OK && json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
+    if (status == VW_OK &&
+        json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
         status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
         if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
     }
@@ -228,7 +241,8 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
     }
     if (status == VW_OK && json_object_get(object, "table_precision")) {
-        status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names), &choice);
+        status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names),
+                                &choice);
         if (status == VW_OK) parsed.table_precision = (enum vw_table_precision)choice;
     }
     const char *effects = json_string_value(json_object_get(object, "effects"));

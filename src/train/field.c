@@ -1,13 +1,14 @@
-#include "field.h"
+#include "train/field.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "appearance.h"
-#include "contraction.h"
+#include "train/effects/appearance.h"
+#include "train/effects/contraction.h"
 #include "gpu/shaders.h"
-#include "pixels.h"
-#include "viewworth/memory.h"
+#include "train/pixels.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 enum { EVALUATOR_CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
@@ -27,9 +28,10 @@ static enum vw_status create_cameras(struct field *field, const struct vw_scene 
     uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     if (!cameras) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < scene->view_count; i++) cameras[i] = field_camera(field->model, &scene->views[i], &field->model->box);
-    enum vw_status status =
-        vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
+    for (uint32_t i = 0; i < scene->view_count; i++)
+        cameras[i] = field_camera(field->model, &scene->views[i], &field->model->box);
+    enum vw_status status = vw_buffer_create(
+        field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
     if (status == VW_OK) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);
     free(cameras);
     return status;
@@ -40,8 +42,8 @@ static enum vw_status create_params(struct field *field, uint64_t seed) {
     void *initial = vw_allocate(model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
     model_initialise(model, seed, initial);
-    enum vw_status status =
-        vw_buffer_create(field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
+    enum vw_status status = vw_buffer_create(
+        field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
     if (status == VW_OK) status = vw_buffer_write(field->params, 0, initial, model->param_bytes);
     free(initial);
     return status;
@@ -65,7 +67,8 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
     if (status == VW_OK && model->specialization.effect_occupancy)
         status =
-            vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS}, &field->occupancy);
+            vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS},
+                             &field->occupancy);
     if (status != VW_OK) field_destroy(field);
     return status;
 }
@@ -92,8 +95,11 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
     const struct vw_binding shared[] = {
-        // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not read.
-        {.slot = VW_SLOT_GRID, .buffer = field->params, .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes},
+        // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not
+        // read.
+        {.slot = VW_SLOT_GRID,
+         .buffer = field->params,
+         .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes},
         {.slot = VW_SLOT_GRID_TEXEL,
          .buffer = field->params,
          .size_bytes = grid_bytes,
@@ -120,7 +126,8 @@ static enum vw_status create_evaluator_buffers(uint32_t rays, struct evaluator *
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
     } buffers[] = {
-        {&evaluator->pixels, {.name = "evaluated_pixels", .size_bytes = sizeof(struct vw_pixel) * rays, .home = VW_BUFFER_UPLOAD}},
+        {&evaluator->pixels,
+         {.name = "evaluated_pixels", .size_bytes = sizeof(struct vw_pixel) * rays, .memory = VW_BUFFER_UPLOAD}},
         {&evaluator->rays, {.name = "evaluated_rays", .size_bytes = sizeof(struct vw_ray) * evaluator->ray_count}},
         {&evaluator->samples, {.name = "evaluated_samples", .size_bytes = 16 * samples}},
         {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
@@ -203,7 +210,8 @@ void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch)
     uint32_t samples = evaluator->field->model->specialization.samples;
     for (uint32_t first = 0; first < evaluator->ray_count; first += evaluator->chunk_rays) {
         uint32_t left = evaluator->ray_count - first;
-        struct vw_push_samples push = {.first_ray = first, .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
+        struct vw_push_samples push = {.first_ray = first,
+                                       .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
         vw_batch_dispatch(batch, evaluator->forward, &push, sizeof push, (uint64_t)push.ray_count * samples);
         vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
     }
@@ -216,7 +224,8 @@ enum vw_status evaluator_run(struct evaluator *evaluator) {
     return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
 }
 
-enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours) {
+enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
+                                vw_float4 *colours) {
     enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
     if (status == VW_OK) status = evaluator_run(evaluator);
     return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;

@@ -1,9 +1,10 @@
-// The field on the device: the params block, the cameras, and the passes that render rays from them without changing anything.
-// Validation and `render` are two evaluators over the same field (decision 1: a pure function of the params).
+// The field on the device: the params block, the cameras, and the passes that render rays from them without changing
+// anything. Validation and `render` are two evaluators over the same field (decision 1: a pure function of the params).
 #ifndef VIEWWORTH_TRAIN_FIELD_H
 #define VIEWWORTH_TRAIN_FIELD_H
 
-#include "model.h"
+#include "gpu/compute.h"
+#include "train/model.h"
 
 struct field {
     struct vw_gpu *gpu;            // borrowed
@@ -22,8 +23,8 @@ void field_destroy(struct field *field);
 // The camera of a view, in coordinates of `box`, as the effects that are on see it.
 struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box);
 
-// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky. Writes them behind `*count` and
-// advances it.
+// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky. Writes them
+// behind `*count` and advances it.
 void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
 
 // forward_field, as the grid's features are stored.
@@ -48,7 +49,8 @@ enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw
 // Renders the rays that there are, and waits.
 enum vw_status evaluator_run(struct evaluator *evaluator);
 // Renders `count` pixels: their colours over the backdrop, and the transmittance that remains.
-enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count, vw_float4 *colours);
+enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
+                                vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
 void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
 

@@ -1,4 +1,4 @@
-#include "half.h"
+#include "train/half.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,6 +10,7 @@ uint16_t half_nearest(float value) {
     memcpy(&bits, &value, sizeof bits);
     uint32_t size = bits & 0x7FFFFFFF, sign = bits >> 16 & 0x8000;
     if (size < LEAST_NORMAL) return (uint16_t)(sign | (uint32_t)lrintf(fabsf(value) * 0x1p24f)); // a multiple of 2^-24
-    uint32_t rounded = (size + 0xFFF + (size >> 13 & 1) - 0x38000000) >> 13; // 13 digits fewer, and an exponent's bias 112 lower
+    uint32_t rounded =
+        (size + 0xFFF + (size >> 13 & 1) - 0x38000000) >> 13; // 13 digits fewer, and an exponent's bias 112 lower
     return (uint16_t)(sign | (rounded < INFINITE ? rounded : INFINITE));
 }

@@ -1,10 +1,12 @@
-// Floats as halves: binary16 of IEEE 754, as `--table-precision float16` keeps the hash grid. shaders/grid_pair.glsl does the same.
+// Floats as halves: binary16 of IEEE 754, as `--table-precision float16` keeps the hash grid. shaders/grid_pair.glsl
+// does the same.
 #ifndef VIEWWORTH_TRAIN_HALF_H
 #define VIEWWORTH_TRAIN_HALF_H
 
 #include <stdint.h>
 
-// The bits of the half nearest to `value`, of two the even one; infinity for what rounds beyond the largest (65504), and for NaN.
+// The bits of the half nearest to `value`, of two the even one; infinity for what rounds beyond the largest (65504),
+// and for NaN.
 uint16_t half_nearest(float value);
 
 #endif

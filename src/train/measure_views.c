@@ -1,13 +1,15 @@
-// How near the field comes to whole views: the passes of validation, on all their usable pixels or an even share of them, through an
-// evaluator of its own. The errors are summed in double on the host, in the order of the pixels.
+// How near the field comes to whole views: the passes of validation, on all their usable pixels or an even share of
+// them, through an evaluator of its own. The errors are summed in double on the host, in the order of the pixels.
 #include <math.h>
 #include <stdlib.h>
 
-#include "appearance.h"
-#include "pixels.h"
-#include "trainer.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
+#include "train/effects/appearance.h"
+#include "train/pixels.h"
+#include "train/trainer_private.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/psnr.h"
 
 enum { TILE_RAYS = 4096 };
 static const double FIT_RIDGE = 0.1; // as in shaders/appearance.glsl
@@ -19,10 +21,13 @@ struct seen_view {
     vw_float4 *targets;        // what the photo shows there, on the backdrop, and the pixel's weight
     struct vw_ray *tile;       // scratch
     uint32_t fit_count, count; // pixels to fit on; all
-    double gain[3], bias[3];   // by channel: the view is seen as (1 + gain) rendered + bias; 0 where validation fits nothing
+    double gain[3],
+        bias[3]; // by channel: the view is seen as (1 + gain) rendered + bias; 0 where validation fits nothing
 };
 
-static double channel_of(vw_float4 colour, int channel) { return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z; }
+static double channel_of(vw_float4 colour, int channel) {
+    return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z;
+}
 
 static enum vw_status allocate(size_t count, struct seen_view *seen) {
     *seen = (struct seen_view){.pixels = vw_allocate(count, sizeof *seen->pixels),
@@ -50,8 +55,8 @@ static enum vw_status render(struct evaluator *evaluator, struct seen_view *seen
     return status;
 }
 
-// What shaders/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1 + gain) rendered + bias.
-// Nothing to fit on gives 0 and 0.
+// What shaders/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1 + gain)
+// rendered + bias. Nothing to fit on gives 0 and 0.
 static void fit_channel(struct seen_view *seen, int channel) {
     double rr = FIT_RIDGE, r = 0, n = FIT_RIDGE, rm = 0, m = 0;
     for (uint32_t i = 0; i < seen->fit_count; i++) {
@@ -90,8 +95,8 @@ static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
 }
 
 // Renders and measures the pixels that were chosen, those that weigh nothing left out.
-static enum vw_status see(const struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view, struct seen_view *seen,
-                          struct vw_view_error *error) {
+static enum vw_status see(const struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view,
+                          struct seen_view *seen, struct vw_view_error *error) {
     enum vw_status status = render(evaluator, seen);
     if (status == VW_OK && !sum_errors(seen, error))
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
@@ -99,28 +104,30 @@ static enum vw_status see(const struct vw_trainer *trainer, struct evaluator *ev
     return status;
 }
 
-// ---- A share of every view --------------------------------------------------------------------------------------------------
+// ---- A share of every view
+// --------------------------------------------------------------------------------------------------
 
-static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view, uint32_t pixels_max,
-                                   struct seen_view *seen, struct vw_view_error *error) {
+static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view,
+                                   uint32_t pixels_max, struct seen_view *seen, struct vw_view_error *error) {
     const struct vw_scene *scene = trainer->scene;
     bool fits = appearance_fits_views(&trainer->model);
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     seen->fit_count = fits ? pixels_stratify(scene, view, left, fit_max, seen->pixels) : 0;
-    seen->count = seen->fit_count +
-                  pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), pixels_max, seen->pixels + seen->fit_count);
+    seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view),
+                                                    pixels_max, seen->pixels + seen->fit_count);
     if (!trainer->masks) pixels_unmask(scene, seen->pixels, seen->count);
     return see(trainer, evaluator, view, seen, error);
 }
 
-enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count, uint32_t pixels_max,
-                                        struct vw_view_error *errors) {
+enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
+                                        uint32_t pixels_max, struct vw_view_error *errors) {
     size_t most = (size_t)pixels_max + (appearance_fits_views(&trainer->model) ? VIEW_FIT_RAYS_MAX : 0);
     struct evaluator evaluator = {0};
     struct seen_view seen;
     enum vw_status status = allocate(most, &seen);
-    if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    if (status == VW_OK)
+        status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
         status = measure_view(trainer, &evaluator, views[i], pixels_max, &seen, &errors[i]);
     evaluator_destroy(&evaluator);
@@ -128,7 +135,8 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
     return status;
 }
 
-// ---- A whole view ------------------------------------------------------------------------------------------------------------
+// ---- A whole view
+// ------------------------------------------------------------------------------------------------------------
 
 // All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
 static void choose_all(const struct vw_trainer *trainer, uint32_t view, struct seen_view *seen) {
@@ -171,7 +179,8 @@ enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t vie
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
     size_t most = (size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
-    if (status == VW_OK) status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    if (status == VW_OK)
+        status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) {
         choose_all(trainer, view, &seen);
         status = see(trainer, &evaluator, view, &seen, &whole->error);

@@ -1,19 +1,20 @@
-#include "model.h"
+#include "train/model.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "contraction.h"
-#include "effects.h"
-#include "half.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "train/effects/contraction.h"
+#include "train/effects/registry.h"
+#include "train/half.h"
+#include "base/memory.h"
+#include "base/random.h"
 
-_Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER, "losses differ");
-_Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM && (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM &&
-                   (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
+_Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER,
+               "losses differ");
+_Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM &&
+                   (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM && (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
 _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND &&
                    (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY,
@@ -37,7 +38,8 @@ static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? gre
 
 uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
 
-// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may begin at any level.
+// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
+// begin at any level.
 static void lay_out_levels(const struct vw_config *config, struct model *model) {
     uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / model->pair_bytes;
     for (uint32_t level = 0; level < config->levels; level++) {
@@ -51,12 +53,14 @@ static void lay_out_levels(const struct vw_config *config, struct model *model) 
         model->param_count += entries * config->features;
         model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
         model->drawn_pair[level + 1] =
-            model->drawn_pair[level] + (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_BYTES / FLOAT_PAIR_BYTES);
+            model->drawn_pair[level] +
+            (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_BYTES / FLOAT_PAIR_BYTES);
     }
 }
 
 // Whole levels, as many as one binding of 64-bit gradient words holds.
-static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits, struct model *model) {
+static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
+                                      struct model *model) {
     uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint32_t first = model->specialization.first_pair[level];
@@ -70,15 +74,17 @@ static enum vw_status lay_out_windows(const struct vw_config *config, const stru
         window->pair_count = end - window->first_pair;
         if ((uint64_t)window->pair_count * word_bytes > limits->storage_binding_bytes)
             return vw_fail(VW_ERROR_USAGE,
-                           "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of %llu; lower it",
-                           (unsigned long long)window->pair_count * word_bytes, (unsigned long long)limits->storage_binding_bytes);
+                           "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of "
+                           "%llu; lower it",
+                           (unsigned long long)window->pair_count * word_bytes,
+                           (unsigned long long)limits->storage_binding_bytes);
     }
     return VW_OK;
 }
 
-// Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every contribution clamped to
-// `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry. Narrow words are used while they leave 16
-// bits.
+// Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every
+// contribution clamped to `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry.
+// Narrow words are used while they leave 16 bits.
 static void choose_fixed_point(uint32_t samples_per_step, struct vw_specialization *specialization) {
     bool narrow = samples_per_step <= 1u << 15;
     double clamp = narrow ? 16.0 : 1024.0; // far above the gradients of a sound training, which are of order 1
@@ -89,7 +95,8 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
     specialization->gradient_clamp = (float)clamp;
 }
 
-static enum scatter_form choose_scatter(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, uint32_t chunk_samples) {
+static enum scatter_form choose_scatter(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits,
+                                        uint32_t chunk_samples) {
     bool few_processors = info->kind == VW_GPU_CPU && sysconf(_SC_NPROCESSORS_ONLN) <= WALK_PROCESSORS_MAX;
     if (few_processors && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
     return limits->int64_atomics ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
@@ -137,8 +144,9 @@ static void lay_out_weights(struct model *model) {
 
 static void lay_out_sky(struct model *model) {
     uint32_t columns = model->specialization.effect_sky ? VW_SKY_COLUMNS : 0;
-    assert(model->param_bytes == model->weights.offset_bytes + model->weights.size_bytes); // update_weights moves both as one
-    model->param_count += 3 * (uint64_t)columns;                                           // the fourth number is padding
+    assert(model->param_bytes ==
+           model->weights.offset_bytes + model->weights.size_bytes); // update_weights moves both as one
+    model->param_count += 3 * (uint64_t)columns;                     // the fourth number is padding
     model->sky = (struct param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
     model->moved_columns += columns;
     model->param_bytes += model->sky.size_bytes;
@@ -153,7 +161,8 @@ static struct param_range append_range(struct model *model, const char *name, ui
 
 static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
     const struct vw_specialization *s = &model->specialization;
-    uint64_t views = scene->view_count, trained = scene->split_count[VW_SPLIT_TRAIN], code = 4 * CODE4, width = 4 * s->width4;
+    uint64_t views = scene->view_count, trained = scene->split_count[VW_SPLIT_TRAIN], code = 4 * CODE4,
+             width = 4 * s->width4;
     if (s->effect_appearance) {
         model->appearance = append_range(model, "appearance", sizeof(struct vw_appearance) * views);
         model->param_count += 6 * trained;
@@ -165,8 +174,9 @@ static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
     }
 }
 
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
-                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene,
+                            const struct vw_effect_verdict *verdicts, const struct vw_gpu_info *info,
+                            const struct vw_gpu_limits *limits, struct model *model) {
     *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     struct vw_specialization *s = &model->specialization;
@@ -183,11 +193,15 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
 
     uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
-    uint32_t group_samples = model->ray_group * config->samples, step_samples = model_pad_rays(model, config->rays) * config->samples;
+    uint32_t group_samples = model->ray_group * config->samples,
+             step_samples = model_pad_rays(model, config->rays) * config->samples;
     if (16ull * model->row_count * VW_ROW_STRIDE(group_samples) > limits->storage_binding_bytes)
-        return vw_fail(VW_ERROR_USAGE, "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
-                       config->samples, group_samples);
-    uint64_t fits = limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // row stride that fits one binding
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
+            config->samples, group_samples);
+    uint64_t fits =
+        limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // row stride that fits one binding
     if (VW_ROW_STRIDE(chunk) > fits) chunk = (uint32_t)(fits - VW_ROW_STRIDE(0));
     if (chunk > step_samples) chunk = step_samples;
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
@@ -195,11 +209,13 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     s->rows_texel = (uint64_t)model->row_count * VW_ROW_STRIDE(s->chunk_samples) <= limits->texel_elements;
     s->grid_texel = model->pair_count <= limits->texel_elements;
     if (!s->grid_texel && model->grid.size_bytes > limits->storage_binding_bytes)
-        return vw_fail(VW_ERROR_USAGE, "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
+        return vw_fail(VW_ERROR_USAGE,
+                       "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
                        (unsigned long long)model->grid.size_bytes);
     if (16 * model->weight_columns > limits->shared_memory_bytes)
         return vw_fail(VW_ERROR_USAGE,
-                       "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower --width or --levels",
+                       "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower "
+                       "--width or --levels",
                        16 * model->weight_columns, limits->shared_memory_bytes);
     return lay_out_windows(config, limits, model);
 }
@@ -209,7 +225,8 @@ static void fill_uniform(float *values, uint64_t count, uint64_t first_index, fl
     for (uint64_t i = 0; i < count; i += 4) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, (uint32_t)((first_index + i) / 4), 0, words);
-        for (uint64_t j = 0; j < 4 && i + j < count; j++) values[i + j] = scale * (2.0f * vw_random_unit(words[j]) - 1.0f);
+        for (uint64_t j = 0; j < 4 && i + j < count; j++)
+            values[i + j] = scale * (2.0f * vw_random_unit(words[j]) - 1.0f);
     }
 }
 
@@ -225,7 +242,8 @@ static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, 
 static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
     memset(grid, 0, model->grid.size_bytes);
     for (uint32_t level = 0; level < model->specialization.levels; level++) {
-        uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level], first_drawn = 2 * (uint64_t)model->drawn_pair[level];
+        uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level],
+                 first_drawn = 2 * (uint64_t)model->drawn_pair[level];
         uint64_t count = 2 * (uint64_t)model->drawn_pair[level + 1] - first_drawn;
         if (model->half_grid) fill_halves((uint16_t *)grid + first, count, first_drawn, seed);
         else fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
@@ -246,7 +264,8 @@ static float *fill_matrix(float *values, const struct drawn *drawn, uint32_t out
 }
 
 void model_initialise(const struct model *model, uint64_t seed, void *params) {
-    uint32_t width4 = model->specialization.width4, encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
+    uint32_t width4 = model->specialization.width4,
+             encoding4 = model->specialization.levels * model->specialization.feature_pairs / 2;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
     const struct drawn drawn = {weights, 2 * (uint64_t)model->drawn_pair[model->specialization.levels], seed};
     fill_grid(model, seed, params);
@@ -259,6 +278,8 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     uint64_t filled = (uint64_t)((char *)next - (char *)params);
     assert(filled == model->weights.offset_bytes + model->weights.size_bytes);
     memset(next, 0, model->param_bytes - filled);
-    // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the second visit on.
-    if (model->code_weights.size_bytes) fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn, width4, CODE4);
+    // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
+    // second visit on.
+    if (model->code_weights.size_bytes)
+        fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn, width4, CODE4);
 }

@@ -1,9 +1,10 @@
-// The model of a run: from config, scene and device limits to the specialization constants, the sizes that follow from them, and the layout
-// of the one block that holds all trainable numbers.
+// The model of a run: from config, scene and device limits to the specialization constants, the sizes that follow from
+// them, and the layout of the one block that holds all trainable numbers.
 #ifndef VIEWWORTH_TRAIN_MODEL_H
 #define VIEWWORTH_TRAIN_MODEL_H
 
 #include "viewworth/gpu.h"
+#include "viewworth/scene.h"
 #include "viewworth/train.h"
 #include "interface.h"
 
@@ -30,15 +31,16 @@ struct model {
     struct vw_specialization specialization; // with training = 1
     struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
     struct param_range grid, weights;        // grid: pair_bytes per feature pair; weights: vec4 columns, see mlp.glsl
-    struct param_range sky;                  // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
-    // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden unit][CODE4]; codes: vec4
-    // [view][CODE4]. Those of views that are not trained on stay 0.
+    struct param_range
+        sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
+    // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
+    // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
     struct param_range appearance, code_weights, codes;
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding
-    // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of floats are laid
-    // out, so that both precisions begin with the same numbers.
+    // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of
+    // floats are laid out, so that both precisions begin with the same numbers.
     uint32_t drawn_pair[VW_LEVELS_MAX + 1];
     uint32_t pair_bytes;     // of the grid: 8, two floats, or 4, two halves
     bool half_grid;          // the latter: passes that touch the grid take their half form
@@ -52,11 +54,12 @@ struct model {
     uint32_t window_count;
 };
 
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
-                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene,
+                            const struct vw_effect_verdict *verdicts, const struct vw_gpu_info *info,
+                            const struct vw_gpu_limits *limits, struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights uniform for unit
-// gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.
+// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights
+// uniform for unit gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // `rays` rounded up to whole groups.

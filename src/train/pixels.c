@@ -1,10 +1,12 @@
-#include "pixels.h"
+#include "train/pixels.h"
 
 #include <math.h>
 
-#include "viewworth/random.h"
+#include "image/image.h"
+#include "base/random.h"
 
-// Beyond this distance from the box's centre (in box edges), rays start near the box instead of at the camera: see interface.h.
+// Beyond this distance from the box's centre (in box edges), rays start near the box instead of at the camera: see
+// interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
 struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box) {
@@ -13,7 +15,8 @@ struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_b
     double axis[3][3], position[3], depth = 0.0, distance2 = 0.0; // axis[c]: column c of the rotation, unit length
     for (int column = 0; column < 3; column++) {
         double length = 0.0;
-        for (int row = 0; row < 3; row++) length += view->camera_to_world[row][column] * view->camera_to_world[row][column];
+        for (int row = 0; row < 3; row++)
+            length += view->camera_to_world[row][column] * view->camera_to_world[row][column];
         for (int row = 0; row < 3; row++) axis[column][row] = view->camera_to_world[row][column] / sqrt(length);
     }
     for (int row = 0; row < 3; row++) {
@@ -34,7 +37,10 @@ struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_b
         .reference = {(float)position[0], (float)position[1], (float)position[2], (float)depth},
         .distortion = {(float)camera->k1, (float)camera->k2, (float)camera->p1, (float)camera->p2},
         .higher = {(float)camera->k3, (float)camera->k4, (float)camera->k5, (float)camera->k6},
-        .more = {.x = (float)camera->centre_y_px, .y = (float)near, .z = (float)far, .w = camera->lens == VW_LENS_FISHEYE},
+        .more = {.x = (float)camera->centre_y_px,
+                 .y = (float)near,
+                 .z = (float)far,
+                 .w = camera->lens == VW_LENS_FISHEYE},
     };
 }
 
@@ -53,21 +59,26 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
 
 void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
     for (uint32_t i = 0; i < count; i++)
-        pixels[i].weight = vw_view_can_use(&scene->views[pixels[i].view], (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px) ? 1.0f : 0.0f;
+        pixels[i].weight =
+            vw_view_can_use(&scene->views[pixels[i].view], (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px) ? 1.0f
+                                                                                                               : 0.0f;
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw, uint32_t count,
-                 struct vw_pixel *pixels) {
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw,
+                 uint32_t count, struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     for (uint32_t ray = 0; ray < count; ray++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_PIXEL, step, ray, draw, words);
-        pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px), vw_random_below(words[1], image->height_px));
+        pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px),
+                                vw_random_below(words[1], image->height_px));
     }
 }
 
 // The bounds of part `index` of `parts` nearly equal parts of `total`.
-static uint32_t part_begin(uint32_t index, uint32_t parts, uint32_t total) { return (uint32_t)((uint64_t)index * total / parts); }
+static uint32_t part_begin(uint32_t index, uint32_t parts, uint32_t total) {
+    return (uint32_t)((uint64_t)index * total / parts);
+}
 
 static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
@@ -81,7 +92,8 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pix
                          struct vw_pixel *pixels) {
     uint32_t width = columns.end - columns.begin, height = scene->views[view].image.height_px;
     if ((uint64_t)width * height <= count) {
-        for (uint32_t i = 0; i < width * height; i++) pixels[i] = pixels_at(scene, view, columns.begin + i % width, i / width);
+        for (uint32_t i = 0; i < width * height; i++)
+            pixels[i] = pixels_at(scene, view, columns.begin + i % width, i / width);
         return width * height;
     }
     // Bands of rows whose height is near the width of the strata in them; band b takes its share of the count.
@@ -92,7 +104,8 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pix
         for (uint32_t stratum = 0; stratum < strata; stratum++, written++) {
             uint32_t words[4];
             vw_random_words(0, VW_RANDOM_VALIDATION, 0, view, written, words);
-            uint32_t x_px = draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
+            uint32_t x_px =
+                draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
             uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));
             pixels[written] = pixels_at(scene, view, columns.begin + x_px, y_px);
         }

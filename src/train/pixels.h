@@ -1,13 +1,14 @@
-// From photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at (decision 9: pixels
-// stay on the host; only the drawn ones travel).
+// From photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at
+// (decision 9: pixels stay on the host; only the drawn ones travel).
 #ifndef VIEWWORTH_TRAIN_PIXELS_H
 #define VIEWWORTH_TRAIN_PIXELS_H
 
 #include "viewworth/scene.h"
 #include "interface.h"
 
-// Points are sparse: surfaces lie somewhat nearer and farther than the points of a view say. A tenth of the depth on either side is more
-// than the 6 % of a view's depth range that its points may miss (near_far.c), and costs little sampling.
+// Points are sparse: surfaces lie somewhat nearer and farther than the points of a view say. A tenth of the depth on
+// either side is more than the 6 % of a view's depth range that its points may miss (near_far.c), and costs little
+// sampling.
 #define PIXELS_NEAR_MARGIN 0.9
 #define PIXELS_FAR_MARGIN 1.1
 
@@ -20,18 +21,19 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
 // What a training that ignores mask files looks at: gives their weight back to pixels that only a mask hides.
 void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
-// The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0 is the step's own,
-// the others are what it might have drawn instead.
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw, uint32_t count,
-                 struct vw_pixel *pixels);
+// The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
+// is the step's own, the others are what it might have drawn instead.
+void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw,
+                 uint32_t count, struct vw_pixel *pixels);
 
 struct pixel_columns {
     uint32_t begin, end;
 };
 struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view);
 
-// `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when there are no more
-// than `count`). Independent of the seed, so that all runs are measured on the same pixels. Returns how many were written.
+// `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when
+// there are no more than `count`). Independent of the seed, so that all runs are measured on the same pixels. Returns
+// how many were written.
 uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint32_t count,
                          struct vw_pixel *pixels);
 

@@ -2,14 +2,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "pixels.h"
-#include "trainer.h"
-#include "viewworth/memory.h"
+#include "train/pixels.h"
+#include "train/trainer_private.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 enum { TILE_RAYS = 8192 };
 
-static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator, struct vw_pixel *pixels,
-                                   vw_float4 *colours, float *rgb) {
+static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator,
+                                   struct vw_pixel *pixels, vw_float4 *colours, float *rgb) {
     const struct vw_image *image = &trainer->scene->views[view].image;
     uint64_t total = (uint64_t)image->width_px * image->height_px;
     for (uint64_t first = 0; first < total; first += TILE_RAYS) {
@@ -30,7 +31,8 @@ enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, floa
     struct vw_pixel *pixels = vw_allocate(TILE_RAYS, sizeof *pixels);
     vw_float4 *colours = vw_allocate(TILE_RAYS, sizeof *colours);
     float *rendered = vw_allocate((size_t)image->width_px * image->height_px, 3 * sizeof *rendered);
-    enum vw_status status = pixels && colours && rendered ? evaluator_create(&trainer->field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
+    enum vw_status status =
+        pixels && colours && rendered ? evaluator_create(&trainer->field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
     if (status == VW_OK) status = render_tiles(trainer, view, &evaluator, pixels, colours, rendered);
     evaluator_destroy(&evaluator);
     free(pixels);

@@ -1,10 +1,11 @@
-#include "step.h"
+#include "train/step.h"
 
 #include <stddef.h>
 #include <string.h>
 
 #include "gpu/shaders.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static uint32_t word_bytes(const struct model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
@@ -32,13 +33,15 @@ static enum vw_status create_buffers(struct step_passes *step) {
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) // an effect that is off has no bytes
-        if (buffers[i].params.size_bytes) status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
-    if (status == VW_OK && model->specialization.effect_occupancy) status = occupancy_create_buffers(step->field, &step->occupancy);
+        if (buffers[i].params.size_bytes)
+            status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    if (status == VW_OK && model->specialization.effect_occupancy)
+        status = occupancy_create_buffers(step->field, &step->occupancy);
     return status;
 }
 
-static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader, const struct vw_binding *bindings,
-                                  uint32_t count, struct vw_pass **pass) {
+static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader,
+                                  const struct vw_binding *bindings, uint32_t count, struct vw_pass **pass) {
     struct vw_pass_params params = {.shader = shader,
                                     .specialization = (const uint32_t *)&step->field->model->specialization,
                                     .specialization_count = VW_SPECIALIZATION_COUNT,
@@ -47,7 +50,8 @@ static enum vw_status create_pass(struct step_passes *step, const struct vw_shad
     return vw_pass_create(step->field->gpu, &params, pass);
 }
 
-static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels, struct vw_buffer *scalars) {
+static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels,
+                                           struct vw_buffer *scalars) {
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = pixels},
         {.slot = VW_SLOT_SCALARS, .buffer = scalars},
@@ -58,7 +62,8 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_WEIGHT_PARTIALS, .buffer = step->weight_partials},
         {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
-        {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky ? step->d_sky : step->field->step_state}, // declared, but not written, without it
+        {.slot = VW_SLOT_D_SKY,
+         .buffer = step->d_sky ? step->d_sky : step->field->step_state}, // declared, but not written, without it
     };
     uint32_t count = 10;
     field_bind(step->field, bindings, &count);
@@ -80,8 +85,10 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
-    if (status == VW_OK && step->d_sky) status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
-    if (status == VW_OK && step->occupancy.kept) status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
+    if (status == VW_OK && step->d_sky)
+        status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
+    if (status == VW_OK && step->occupancy.kept)
+        status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
     return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
 }
 
@@ -92,7 +99,8 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
     const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
                                                [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
                                                [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model), pair = field->model->pair_bytes;
+    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
+             pair = field->model->pair_bytes;
     bool momentum = field->model->specialization.momentum;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_ROWS, .buffer = field->rows},
@@ -108,7 +116,10 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
          .buffer = step->grid_moment1,
          .offset_bytes = momentum ? 8 * first : 0,
          .size_bytes = momentum ? 8 * pairs : 8},
-        {.slot = VW_SLOT_GRID_MOMENT2, .buffer = step->grid_moment2, .offset_bytes = 8 * first, .size_bytes = 8 * pairs},
+        {.slot = VW_SLOT_GRID_MOMENT2,
+         .buffer = step->grid_moment2,
+         .offset_bytes = 8 * first,
+         .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
     uint32_t count = 9;
@@ -119,8 +130,8 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
     return create_pass(step, update, bindings, count, &step->update_grid[index]);
 }
 
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                           struct step_passes *step) {
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels,
+                           struct vw_buffer *scalars, struct step_passes *step) {
     *step = (struct step_passes){.field = field,
                                  .rays = config->rays,
                                  .padded_rays = model_pad_rays(field->model, config->rays),
@@ -128,7 +139,8 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
-    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, scalars, i);
+    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++)
+        status = create_window_passes(step, scalars, i);
     if (status != VW_OK) step_destroy(step);
     return status;
 }
@@ -152,8 +164,8 @@ void step_destroy(struct step_passes *step) {
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
-    struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1, step->grid_moment2,
-                                       step->grid_visits};
+    struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1,
+                                       step->grid_moment2, step->grid_visits};
     uint32_t count = VW_ARRAY_COUNT(state);
     memcpy(buffers, state, sizeof state);
     appearance_training_state(&step->appearance, buffers, &count);
@@ -161,9 +173,10 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
     return count;
 }
 
-// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`: where in vw_kept).
-static void dispatch_samples(const struct step_passes *step, struct vw_batch *batch, const struct vw_pass *pass, const void *push,
-                             size_t push_bytes, uint64_t invocations, size_t groups) {
+// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
+// where in vw_kept).
+static void dispatch_samples(const struct step_passes *step, struct vw_batch *batch, const struct vw_pass *pass,
+                             const void *push, size_t push_bytes, uint64_t invocations, size_t groups) {
     struct vw_buffer *kept = step->occupancy.kept;
     if (kept) vw_batch_dispatch_indirect(batch, pass, push, push_bytes, kept, groups);
     else vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
@@ -174,8 +187,10 @@ void step_record_scatter(const struct step_passes *step, struct vw_batch *batch,
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct grid_window *window = &model->windows[i];
         uint32_t levels = window->level_count;
-        struct vw_push_scatter push = {
-            .sample_count = samples, .first_level = window->first_level, .level_count = levels, .first_pair = window->first_pair};
+        struct vw_push_scatter push = {.sample_count = samples,
+                                       .first_level = window->first_level,
+                                       .level_count = levels,
+                                       .first_pair = window->first_pair};
         if (model->scatter == SCATTER_WALK) vw_batch_dispatch(batch, step->scatter[i], &push, sizeof push, levels);
         else
             dispatch_samples(step, batch, step->scatter[i], &push, sizeof push, (uint64_t)samples * levels,
@@ -186,7 +201,8 @@ void step_record_scatter(const struct step_passes *step, struct vw_batch *batch,
 // Forward and back through the rays of one chunk, whose activations the next chunk overwrites.
 static void record_chunk(const struct step_passes *step, struct vw_batch *batch, const struct vw_push_samples *push) {
     const struct model *model = step->field->model;
-    const size_t field_groups = offsetof(struct vw_kept, field_groups), weight_groups = offsetof(struct vw_kept, weight_groups);
+    const size_t field_groups = offsetof(struct vw_kept, field_groups),
+                 weight_groups = offsetof(struct vw_kept, weight_groups);
     uint32_t samples = push->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles;
     if (step->occupancy.kept) occupancy_record_chunk(&step->occupancy, batch, push);
@@ -198,10 +214,12 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
     step_record_scatter(step, batch, samples);
 }
 
-void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                           uint32_t scalar_row) {
-    struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = step->rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
+void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row) {
+    struct vw_push_rays rays = {.first_pixel = first_pixel,
+                                .ray_count = step->rays,
+                                .step_low = (uint32_t)number,
+                                .step_high = (uint32_t)(number >> 32)};
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number);
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
     appearance_record_forward(&step->appearance, step->field->model, batch);
@@ -218,11 +236,13 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
 }
 
-void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
+void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                 uint32_t scalar_row) {
     const struct model *model = step->field->model;
     step_record_gradients(step, batch, number, first_pixel, scalar_row);
-    struct vw_push_update update = {
-        .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .scalar_row = scalar_row};
+    struct vw_push_update update = {.count = model->moved_columns,
+                                    .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
+                                    .scalar_row = scalar_row};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {

@@ -3,9 +3,10 @@
 #ifndef VIEWWORTH_TRAIN_STEP_H
 #define VIEWWORTH_TRAIN_STEP_H
 
-#include "appearance.h"
-#include "field.h"
-#include "occupancy.h"
+#include "train/effects/appearance.h"
+#include "train/field.h"
+#include "gpu/compute.h"
+#include "train/effects/occupancy.h"
 
 struct step_passes {
     struct field *field; // borrowed
@@ -14,7 +15,8 @@ struct step_passes {
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_sky; // NULL without the effect, as its pass
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
-    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights, *reduce_loss, *update_weights;
+    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights,
+        *reduce_loss, *update_weights;
     struct vw_pass *gradient_sky;
     struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
     struct appearance appearance;
@@ -22,12 +24,12 @@ struct step_passes {
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels, struct vw_buffer *scalars,
-                           struct step_passes *step);
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels,
+                           struct vw_buffer *scalars, struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
-// Everything a step changes that the next one starts from: params, moments, visits, and what effects carry. With it and the step's number,
-// training goes on. Returns how many buffers there are.
+// Everything a step changes that the next one starts from: params, moments, visits, and what effects carry. With it and
+// the step's number, training goes on. Returns how many buffers there are.
 enum { TRAINING_STATE_BUFFERS_MAX = 16 };
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
@@ -35,10 +37,11 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
 
 // Records the first part of a step, up to its loss and gradients, without the optimiser.
-void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                           uint32_t scalar_row);
+void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
-void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
+void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                 uint32_t scalar_row);
 
 #endif

@@ -1,26 +1,31 @@
 // Steps in batches: draw the pixels, record training and validation, submit, read the scalars back as step records.
-#include "trainer.h"
+#include "train/trainer_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "effects.h"
+#include "train/effects/registry.h"
 #include "gpu/shaders.h"
-#include "pixels.h"
+#include "train/pixels.h"
 #include "viewworth/log.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "base/psnr.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "detect/decide.h"
+#include "base/random.h"
 
 enum {
     STEPS_PER_BATCH_MAX = 64,
     PIXELS_PER_BATCH_MAX = 1 << 20,
     VAL_RAYS_PER_VIEW_MIN = 32,
 };
-static const double BATCH_SECONDS = 0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
+static const double BATCH_SECONDS =
+    0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
 
-// ---- Creation ---------------------------------------------------------------------------------------------------------
+// ---- Creation
+// ---------------------------------------------------------------------------------------------------------
 
 static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t index) {
     uint64_t total = trainer->config.val_rays;
@@ -29,40 +34,45 @@ static uint32_t val_rays_of_view(const struct vw_trainer *trainer, uint32_t inde
 }
 
 static struct pixel_columns scored_columns(const struct vw_trainer *trainer, uint32_t view) {
-    return appearance_fits_views(&trainer->model) ? view_fit_right_half(trainer->scene, view) : pixels_all_columns(trainer->scene, view);
+    return appearance_fits_views(&trainer->model) ? view_fit_right_half(trainer->scene, view)
+                                                  : pixels_all_columns(trainer->scene, view);
 }
 
 // The fixed pixels of every validation view, one after another, and each view's range.
-static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pixel *pixels, struct vw_ray_range *ranges) {
+static enum vw_status choose_val_pixels(struct vw_trainer *trainer, struct vw_pixel *pixels,
+                                        struct vw_ray_range *ranges) {
     uint32_t written = 0;
     for (uint32_t i = 0; i < trainer->val_count; i++) {
         uint32_t view = trainer->val_views[i];
-        uint32_t count =
-            pixels_stratify(trainer->scene, view, scored_columns(trainer, view), val_rays_of_view(trainer, i), pixels + written);
+        uint32_t count = pixels_stratify(trainer->scene, view, scored_columns(trainer, view),
+                                         val_rays_of_view(trainer, i), pixels + written);
         ranges[i] = (struct vw_ray_range){.first = written, .count = count};
         if (!trainer->masks) pixels_unmask(trainer->scene, pixels + written, count);
         for (uint32_t ray = 0; ray < count; ray++) trainer->val_pixel_counts[i] += pixels[written + ray].weight != 0.0f;
         if (!trainer->val_pixel_counts[i])
-            return vw_fail(VW_ERROR_INPUT, "%s: this validation view has no usable pixel%s; leave it out of the validation list",
-                           trainer->scene->views[view].name,
-                           appearance_fits_views(&trainer->model) ? " in its right half, where appearance is scored" : "");
+            return vw_fail(
+                VW_ERROR_INPUT, "%s: this validation view has no usable pixel%s; leave it out of the validation list",
+                trainer->scene->views[view].name,
+                appearance_fits_views(&trainer->model) ? " in its right half, where appearance is scored" : "");
         written += count;
     }
     trainer->val_rays = written;
     return VW_OK;
 }
 
-static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels, uint32_t pixel_count,
-                                               const struct vw_ray_range *ranges) {
+static enum vw_status create_validation_passes(struct vw_trainer *trainer, const struct vw_pixel *pixels,
+                                               uint32_t pixel_count, const struct vw_ray_range *ranges) {
     uint64_t range_bytes = sizeof *ranges * trainer->val_count;
     enum vw_status status = evaluator_create(&trainer->field, pixel_count, &trainer->validation);
     if (status == VW_OK) status = evaluator_set_pixels(&trainer->validation, pixels, pixel_count);
     if (status == VW_OK)
-        status = vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes},
-                                  &trainer->val_ranges);
+        status =
+            vw_buffer_create(trainer->gpu, &(struct vw_buffer_params){.name = "val_ranges", .size_bytes = range_bytes},
+                             &trainer->val_ranges);
     if (status == VW_OK) status = vw_buffer_write(trainer->val_ranges, 0, ranges, range_bytes);
     if (status == VW_OK && appearance_fits_views(&trainer->model))
-        status = view_fit_create(&trainer->validation, ranges + trainer->val_count, trainer->val_count, &trainer->view_fit);
+        status =
+            view_fit_create(&trainer->validation, ranges + trainer->val_count, trainer->val_count, &trainer->view_fit);
     if (status != VW_OK) return status;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_RAYS, .buffer = trainer->validation.rays},
@@ -90,7 +100,8 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     if (status == VW_OK) status = choose_val_pixels(trainer, pixels, ranges);
     uint32_t count = trainer->val_rays;
     if (status == VW_OK && fits)
-        view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, ranges, pixels, &count, ranges + trainer->val_count);
+        view_fit_choose_pixels(trainer->scene, trainer->val_views, trainer->val_count, ranges, pixels, &count,
+                               ranges + trainer->val_count);
     if (status == VW_OK && !trainer->masks) pixels_unmask(trainer->scene, pixels, count);
     if (status == VW_OK) status = create_validation_passes(trainer, pixels, count, ranges);
     free(pixels);
@@ -111,9 +122,11 @@ static uint32_t probes_per_step(const struct vw_trainer *trainer) {
     return (trainer->config.noise_floor ? PROBES_PER_STEP : 0) + trainer->config.first_order;
 }
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
-    return trainer->config.rays * (trainer->config.noise_floor ? 1 + PROBE_REDRAWS : 1);
+    return trainer->config.rays * (trainer->config.noise_floor ? 1 + PROBE_RESAMPLES : 1);
 }
-static uint32_t rows_per_slot(const struct vw_trainer *trainer) { return (trainer->steps_capacity + 1) * rows_per_step(trainer); }
+static uint32_t rows_per_slot(const struct vw_trainer *trainer) {
+    return (trainer->steps_capacity + 1) * rows_per_step(trainer);
+}
 
 static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
     uint32_t most = PIXELS_PER_BATCH_MAX / pixels_per_step(trainer);
@@ -131,28 +144,34 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     bool allocated = trainer->records && trainer->view_errors && trainer->probes && trainer->probe_errors;
     enum vw_status status = allocated ? VW_OK : VW_ERROR_MEMORY;
     if (status == VW_OK)
+        status = vw_buffer_create(trainer->gpu,
+                                  &(struct vw_buffer_params){.name = "pixels",
+                                                             .size_bytes = BATCHES_IN_FLIGHT * pixel_bytes,
+                                                             .memory = VW_BUFFER_UPLOAD},
+                                  &trainer->pixels);
+    if (status == VW_OK)
         status = vw_buffer_create(
             trainer->gpu,
-            &(struct vw_buffer_params){.name = "pixels", .size_bytes = BATCHES_IN_FLIGHT * pixel_bytes, .home = VW_BUFFER_UPLOAD},
-            &trainer->pixels);
-    if (status == VW_OK)
-        status = vw_buffer_create(trainer->gpu,
-                                  &(struct vw_buffer_params){.name = "scalars",
-                                                             .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
-                                                             .home = VW_BUFFER_READBACK},
-                                  &trainer->scalars);
-    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) status = vw_batch_create(trainer->gpu, &trainer->slots[i].batch);
+            &(struct vw_buffer_params){.name = "scalars",
+                                       .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
+                                       .memory = VW_BUFFER_READBACK},
+            &trainer->scalars);
+    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++)
+        status = vw_batch_create(trainer->gpu, &trainer->slots[i].batch);
     return status;
 }
 
 static enum vw_status choose_views(struct vw_trainer *trainer) {
-    enum vw_status status = vw_scene_list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
+    enum vw_status status =
+        vw_scene_list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
     if (status == VW_OK && trainer->validate)
         status = vw_scene_list_views(trainer->scene, VW_SPLIT_VAL, &trainer->val_views, &trainer->val_count);
     if (status != VW_OK) return status;
-    if (!trainer->train_count) return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", trainer->scene->path);
+    if (!trainer->train_count)
+        return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", trainer->scene->path);
     if (trainer->validate && !trainer->val_count)
-        return vw_fail(VW_ERROR_INPUT, "%s: no view is left to validate on; check the splits or give --val FILE", trainer->scene->path);
+        return vw_fail(VW_ERROR_INPUT, "%s: no view is left to validate on; check the splits or give --val FILE",
+                       trainer->scene->path);
     trainer->order = vw_allocate(trainer->train_count, sizeof *trainer->order);
     trainer->ordered_epoch = UINT64_MAX;
     return trainer->order ? VW_OK : VW_ERROR_MEMORY;
@@ -164,9 +183,11 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
         trainer->effect_count = params->effect_count;
         memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
     } else {
-        status = vw_effects_decide(NULL, trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
+        status =
+            vw_effects_decide(NULL, trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
     }
-    trainer->masks = !trainer->scene->masked_view_count || vw_effects_is_on(trainer->effects, trainer->effect_count, "masks");
+    trainer->masks =
+        !trainer->scene->masked_view_count || vw_effects_is_on(trainer->effects, trainer->effect_count, "masks");
     return status;
 }
 
@@ -174,11 +195,13 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
 static enum vw_status create_probes(struct vw_trainer *trainer) {
     const struct vw_config *config = &trainer->config;
     enum vw_status status = VW_OK;
-    if (config->noise_floor || config->same_state) status = kept_state_create(&trainer->step, &trainer->kept_state);
+    if (config->noise_floor || config->same_state) status = snapshot_create(&trainer->step, &trainer->snapshot);
     if (status == VW_OK && config->noise_floor) status = noise_probe_create(trainer, &trainer->noise_probe);
     if (status == VW_OK && config->first_order)
-        status = first_order_create(&trainer->field, vw_gpu_get_limits(trainer->gpu)->storage_binding_bytes, &trainer->first_order);
-    if (status == VW_OK && config->same_state) status = same_state_create(trainer, probes_per_step(trainer), &trainer->same_state);
+        status = first_order_create(&trainer->field, vw_gpu_get_limits(trainer->gpu)->storage_binding_bytes,
+                                    &trainer->first_order);
+    if (status == VW_OK && config->same_state)
+        status = same_state_create(trainer, probes_per_step(trainer), &trainer->same_state);
     return status;
 }
 
@@ -199,7 +222,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->scene = params->scene;
     trainer->config = *params->config;
     trainer->validate = params->validate;
-    trainer->hold_step = UINT64_MAX;
+    trainer->stop_step = UINT64_MAX;
     enum vw_status status = vw_config_check(&trainer->config);
     if (status == VW_OK) status = check_probes(trainer);
     if (status == VW_OK) status = take_effects(trainer, params);
@@ -208,10 +231,11 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
         status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu),
                               vw_gpu_get_limits(trainer->gpu), &trainer->model);
     if (status == VW_OK)
-        status =
-            field_create(trainer->gpu, &trainer->model, trainer->scene, vw_config_seed_of(&trainer->config, VW_VARY_INIT), &trainer->field);
+        status = field_create(trainer->gpu, &trainer->model, trainer->scene,
+                              vw_config_seed_of(&trainer->config, VW_VARY_INIT), &trainer->field);
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
-    if (status == VW_OK) status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
+    if (status == VW_OK)
+        status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
     if (status == VW_OK && trainer->validate) status = create_validation(trainer);
     if (status == VW_OK) status = create_probes(trainer);
     if (status != VW_OK) {
@@ -229,7 +253,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     noise_probe_destroy(&trainer->noise_probe);
     first_order_destroy(&trainer->first_order);
     same_state_destroy(&trainer->same_state);
-    kept_state_destroy(&trainer->kept_state);
+    snapshot_destroy(&trainer->snapshot);
     vw_pass_destroy(&trainer->reduce_views);
     view_fit_destroy(&trainer->view_fit);
     evaluator_destroy(&trainer->validation);
@@ -250,13 +274,15 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     *pointer = NULL;
 }
 
-uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return (uint64_t)trainer->config.epochs * trainer->train_count; }
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) {
+    return (uint64_t)trainer->config.epochs * trainer->train_count;
+}
 
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
     return ((uint64_t)trainer_epoch_of_step(trainer, step) + 1) * trainer->train_count;
 }
 
-void vw_trainer_hold_after(struct vw_trainer *trainer, uint64_t step) { trainer->hold_step = step; }
+void vw_trainer_stop_after(struct vw_trainer *trainer, uint64_t step) { trainer->stop_step = step; }
 
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
     *count = trainer->effect_count;
@@ -268,7 +294,8 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
     return trainer->val_views;
 }
 
-// ---- Recording --------------------------------------------------------------------------------------------------------
+// ---- Recording
+// --------------------------------------------------------------------------------------------------------
 
 uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step) {
     return step > 0 ? (uint32_t)((step - 1) / trainer->train_count) : 0;
@@ -277,7 +304,8 @@ uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step) 
 uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step) {
     uint32_t epoch = trainer_epoch_of_step(trainer, step);
     if (epoch != trainer->ordered_epoch)
-        vw_random_order(vw_config_seed_of(&trainer->config, VW_VARY_ORDER), epoch, trainer->train_count, trainer->order);
+        vw_random_order(vw_config_seed_of(&trainer->config, VW_VARY_ORDER), epoch, trainer->train_count,
+                        trainer->order);
     trainer->ordered_epoch = epoch;
     return trainer->order[(step - 1) % trainer->train_count];
 }
@@ -294,17 +322,17 @@ void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch
     vw_batch_dispatch(batch, trainer->reduce_views, &push, sizeof push, 64ull * trainer->val_count);
 }
 
-static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step, uint32_t step_in_batch,
-                            uint32_t scalar_row) {
+static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step,
+                            uint32_t step_in_batch, uint32_t scalar_row) {
     uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
     uint32_t first_pixel = (slot_index * trainer->steps_capacity + step_in_batch) * pixels_per_step(trainer);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_PIXELS);
     bool probed = noise_probe_due(trainer, step), first_order = first_order_due(trainer, step);
     uint32_t probe_row = scalar_row + trainer_rows_per_measurement(trainer);
-    for (uint32_t draw = 0; draw <= (probed ? PROBE_REDRAWS : 0); draw++)
+    for (uint32_t draw = 0; draw <= (probed ? PROBE_RESAMPLES : 0); draw++)
         pixels_draw(trainer->scene, view_of_step(trainer, step), seed, step, draw, rays, pixels + draw * rays);
-    if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * (probed ? 1 + PROBE_REDRAWS : 1));
+    if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * (probed ? 1 + PROBE_RESAMPLES : 1));
     if (probed) noise_probe_record(trainer, slot->batch, step, first_pixel, probe_row);
     if (first_order) first_order_record_begin(trainer->first_order, slot->batch);
     step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
@@ -318,10 +346,10 @@ static bool state_is_due(const struct vw_trainer *trainer) {
     return trainer->next_step > 0 && last > trainer->same_state.probed_step && same_state_due(trainer, last);
 }
 
-// Records and submits the next steps into a free slot, up to one behind which the state is probed; leaves the slot idle when no step is
-// left, or none can be taken before the state has been probed.
+// Records and submits the next steps into a free slot, up to one behind which the state is probed; leaves the slot idle
+// when no step is left, or none can be taken before the state has been probed.
 static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot *slot) {
-    uint64_t total = vw_trainer_total_steps(trainer), last = trainer->hold_step < total ? trainer->hold_step : total;
+    uint64_t total = vw_trainer_total_steps(trainer), last = trainer->stop_step < total ? trainer->stop_step : total;
     if (trainer->next_step > last || state_is_due(trainer)) return VW_OK;
     uint32_t row = (uint32_t)(slot - trainer->slots) * rows_per_slot(trainer);
     slot->first_step = trainer->next_step;
@@ -344,7 +372,8 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
     return status;
 }
 
-// ---- Reading back -----------------------------------------------------------------------------------------------------
+// ---- Reading back
+// -----------------------------------------------------------------------------------------------------
 
 // `sums` has one row per validation view: squared error high and low, absolute error high and low.
 static void read_validation(const struct vw_trainer *trainer, const vw_float4 *sums, struct vw_view_error *views,
@@ -386,17 +415,20 @@ void trainer_read_probe(const struct vw_trainer *trainer, const vw_float4 *rows,
 }
 
 // `rows` are those of the step's own measurement, behind which the probes' lie.
-static void read_probes(struct vw_trainer *trainer, const vw_float4 *rows, struct vw_probe *probes, struct vw_step_record *record) {
-    uint32_t stride = trainer_rows_per_measurement(trainer), noise = noise_probe_due(trainer, record->step) ? PROBES_PER_STEP : 0;
+static void read_probes(struct vw_trainer *trainer, const vw_float4 *rows, struct vw_probe *probes,
+                        struct vw_step_record *record) {
+    uint32_t stride = trainer_rows_per_measurement(trainer),
+             noise = noise_probe_due(trainer, record->step) ? PROBES_PER_STEP : 0;
     record->probes = probes;
     for (uint32_t i = 0; i < noise; i++) {
         enum vw_probe_kind kind = noise_probe_kind(i); // a repeat takes no step that could fail
         probes[i] = (struct vw_probe){.step = record->step, .index = i, .kind = kind, .view = VW_RECORD_UNTRAINED};
-        trainer_read_probe(trainer, rows + (1 + i) * stride, kind != VW_PROBE_REPEAT, &probes[i]);
+        trainer_read_probe(trainer, rows + (1 + i) * stride, kind != VW_PROBE_REPEATED, &probes[i]);
     }
     record->probe_count = noise;
     if (!first_order_due(trainer, record->step)) return;
-    probes[noise] = (struct vw_probe){.step = record->step, .index = noise, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
+    probes[noise] = (struct vw_probe){
+        .step = record->step, .index = noise, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
     first_order_read(trainer, rows + stride + noise_rows(trainer), record->nonfinite, &probes[noise]);
     record->probe_count++;
 }
@@ -404,8 +436,12 @@ static void read_probes(struct vw_trainer *trainer, const vw_float4 *rows, struc
 static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t index, const vw_float4 *row) {
     struct vw_step_record *record = &trainer->records[index];
     struct vw_view_error *views = trainer->view_errors + (size_t)index * trainer->val_count;
-    *record = (struct vw_step_record){
-        .step = step, .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
+    *record = (struct vw_step_record){.step = step,
+                                      .view = VW_RECORD_UNTRAINED,
+                                      .train_loss = NAN,
+                                      .val_psnr = NAN,
+                                      .val_psnr_pooled = NAN,
+                                      .val_l1 = NAN};
     if (step > 0) {
         record->epoch = trainer_epoch_of_step(trainer, step);
         record->view = view_of_step(trainer, step);
@@ -445,8 +481,10 @@ static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_
     slot->in_flight = false;
     if (status != VW_OK) return status;
     adapt_batch_size(trainer, slot);
-    const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
-    for (uint32_t i = 0; i < slot->row_count; i++) read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
+    const vw_float4 *rows =
+        (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
+    for (uint32_t i = 0; i < slot->row_count; i++)
+        read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
     bool last_submitted = slot->first_step + slot->row_count == trainer->next_step;
     if (!last_submitted || !state_is_due(trainer)) return VW_OK;

@@ -1,86 +1,109 @@
-// The trainer's inside, shared by trainer.c (steps), noise_probe.c, first_order.c, same_state.c, render.c, field_file.c, checkpoint.c and
-// identity.c.
-#ifndef VIEWWORTH_TRAIN_TRAINER_H
-#define VIEWWORTH_TRAIN_TRAINER_H
+// The trainer turns steps into step records.
+#ifndef VIEWWORTH_TRAINER_H
+#define VIEWWORTH_TRAINER_H
 
-#include "first_order.h"
-#include "kept_state.h"
-#include "noise_probe.h"
-#include "same_state.h"
-#include "step.h"
-#include "view_fit.h"
+#include <stdbool.h>
+#include <stdint.h>
 
-enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and files the last one's records
+#include "viewworth/gpu.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+#include "viewworth/types.h"
 
-struct batch_slot {
-    struct vw_batch *batch;
-    uint64_t first_step; // 0 in the run's first batch, which also measures the untrained field
-    uint32_t row_count;  // steps it holds, step 0 included
-    double submitted_s;
-    bool in_flight;
-};
+struct vw_trainer;
 
-struct vw_trainer {
-    struct vw_gpu *gpu;           // borrowed
-    const struct vw_scene *scene; // borrowed
-    struct vw_config config;
-    bool validate;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+struct vw_trainer_params {
+    struct vw_gpu *gpu;           // outlives the trainer
+    const struct vw_scene *scene; // outlives the trainer; split train and (when validating) val not empty
+    const struct vw_config *config;
+    const struct vw_effect_verdict
+        *effects; // decided or recorded verdicts, in registry order; NULL: vw_effects_decide() without a device
     uint32_t effect_count;
-    bool masks; // mask files are obeyed, or there are none
-    struct model model;
-    struct field field;
-    struct step_passes step;
-
-    uint32_t *train_views, train_count;
-    uint32_t *order; // of the epoch `ordered_epoch`: indices in train_views
-    uint64_t ordered_epoch;
-
-    struct evaluator validation;
-    struct vw_pass *reduce_views;
-    struct vw_buffer *val_ranges; // vw_ray_range per validation view
-    uint32_t *val_views, val_count;
-    uint32_t *val_pixel_counts; // pixels with weight, per validation view
-    uint32_t val_rays;          // that are scored; those to fit views on lie behind them
-    struct view_fit view_fit;
-
-    struct kept_state kept_state;        // while something else is tried from it; empty unless something is
-    struct noise_probe *noise_probe;     // NULL without --noise-floor
-    struct first_order *first_order;     // NULL without --first-order
-    struct same_state_probes same_state; // empty without --same-state
-
-    struct vw_buffer *pixels;  // UPLOAD: per batch slot, steps_capacity times one or more draws of the step's rays
-    struct vw_buffer *scalars; // READBACK: per batch slot, (steps_capacity + 1) times one or more measurements of 1 + val_count vec4
-    uint32_t steps_capacity, steps_per_batch;
-    bool adapt_batches;
-    struct batch_slot slots[BATCHES_IN_FLIGHT];
-    uint32_t next_slot;
-    uint64_t next_step;             // the next to record; 0 before the first batch
-    uint64_t hold_step;             // the last to record until told otherwise
-    struct vw_step_record *records; // of the batch handed out last
-    struct vw_view_error *view_errors;
-    struct vw_probe *probes;
-    struct vw_view_error *probe_errors; // of one validation: scratch
-    struct vw_trainer_stats stats;
+    bool validate;            // render the validation rays after every step (`value`), or not (`train`)
+    uint32_t steps_per_batch; // 0: chosen from the time a step takes; does not change a bit of the result
 };
 
-// Whether steps are submitted that were not handed out yet.
-bool trainer_in_flight(const struct vw_trainer *trainer);
+enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **trainer);
+void vw_trainer_destroy(struct vw_trainer **trainer);
 
-// The photo of a step (from 1), by the epoch's shuffled order: its index in train_views.
-uint32_t trainer_photo_of_step(struct vw_trainer *trainer, uint64_t step);
-uint32_t trainer_epoch_of_step(const struct vw_trainer *trainer, uint64_t step);
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer); // epochs * train views; steps run from 1 to this
+uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer,
+                              uint64_t step); // the last step of the epoch that `step` is in
+// The verdicts that the trainer follows, in registry order.
+const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
+// The views validated on, in the order of vw_step_record.views: scene indices.
+const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
+// Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until
+// the next call. count = 0 when the run is complete.
+enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+// The same without submitting more: hands out what is in flight. count = 0 when nothing is, and the state on the device
+// is that after the last step handed out.
+enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
+// Takes no step beyond `step` until called again with a later one: once all up to it are handed out, vw_trainer_advance
+// gives count = 0 as at the end of the run. To be called before a step beyond it was submitted: before the first
+// advance, or after count = 0. Where a run is held changes no bit of its steps.
+void vw_trainer_stop_after(struct vw_trainer *trainer, uint64_t step);
 
-// The photos of a step's own pixels and of its redraws: what pixels_draw takes for `draw` beyond them is free.
-enum { TRAINER_STEP_DRAWS = 1 + PROBE_REDRAWS };
+// A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved
+// there. To be called when nothing is in flight (see vw_trainer_collect).
+enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
+// Goes on from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run.
+// VW_ERROR_INPUT when the file is missing, damaged or of another run, VW_ERROR_USAGE when it is of a later step than
+// `last_step`: the trainer is then untouched. Before the first advance only.
+enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
+                                          uint64_t *step);
 
-// A measurement in the scalars: a row of the step, then one per validation view.
-uint32_t trainer_rows_per_measurement(const struct vw_trainer *trainer);
+// The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
+enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
+enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
+                                     const char *path); // VW_ERROR_INPUT when it does not fit the trainer
+// Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the
+// caller.
+enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
 
-// Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
-void trainer_read_probe(const struct vw_trainer *trainer, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
+// How near the field comes to each of these views (scene indices): validation's passes, on all usable pixels, or on
+// `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the left
+// half of a view and scores the right one, so does this. `errors` has one entry per view. When nothing is in flight
+// (see vw_trainer_collect).
+enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
+                                        uint32_t pixels_max, struct vw_view_error *errors);
 
-// Records the validation of the field as it is, into the rows behind scalar_row.
-void trainer_record_validation(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row);
+// The same for all pixels of one view, which are handed out: as the field shows them, with the gain and bias that
+// validation fits, and as the photo has them.
+struct vw_whole_view {
+    uint32_t width_px, height_px;
+    float *rendered, *photo; // owned; rgb floats, rows top to bottom; not clamped to [0,1]
+    uint8_t *counts;         // owned; by pixel: 1 for those that are usable and scored, else 0
+    struct vw_view_error error;
+};
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole);
+void vw_whole_view_free(struct vw_whole_view *whole);
+
+// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they
+// choose, whether every step is validated, shaders, version, device and driver.
+enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
+void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
+void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders
+
+struct vw_trainer_stats {
+    uint64_t param_count, device_bytes;
+    uint64_t clamped_count, nonfinite_steps, floored_steps;
+    uint32_t val_rays;         // actually taken and scored
+    uint64_t same_state_steps; // taken as probes by this trainer
+    double same_state_s;       // wall clock that they took
+};
+void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
+
+// What a pass has to do in one step with its validation, from the sizes alone, to hold its time (vw_gpu_timers) against
+// the device's ceilings.
+struct vw_pass_cost {
+    const char *name, *role;     // as the timer's
+    double dispatches;           // per step, on average
+    double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
+};
+enum { VW_PASS_COSTS_MAX = 24 };
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
+                           uint32_t *count);
 
 #endif

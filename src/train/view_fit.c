@@ -1,7 +1,8 @@
-#include "view_fit.h"
+#include "train/view_fit.h"
 
 #include "gpu/shaders.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 struct pixel_columns view_fit_left_half(const struct vw_scene *scene, uint32_t view) {
     return (struct pixel_columns){0, scene->views[view].image.width_px / 2};
@@ -12,8 +13,9 @@ struct pixel_columns view_fit_right_half(const struct vw_scene *scene, uint32_t 
     return (struct pixel_columns){width - width / 2, width};
 }
 
-void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, const struct vw_ray_range *scored,
-                            struct vw_pixel *pixels, uint32_t *written, struct vw_ray_range *ranges) {
+void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                            const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
+                            struct vw_ray_range *ranges) {
     for (uint32_t i = 0; i < count; i++) {
         struct pixel_columns columns = view_fit_left_half(scene, views[i]);
         uint32_t wanted = scored[i].count < VIEW_FIT_RAYS_MAX ? scored[i].count : VIEW_FIT_RAYS_MAX;
@@ -30,16 +32,19 @@ static enum vw_status create_pass(const struct evaluator *evaluator, struct view
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = fit->ranges},
         {.slot = VW_SLOT_FITS, .buffer = fit->fits},
     };
-    struct vw_pass_params params = {.shader = &vw_shader_fit_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    struct vw_pass_params params = {
+        .shader = &vw_shader_fit_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
     return vw_pass_create(evaluator->field->gpu, &params, &fit->pass);
 }
 
-enum vw_status view_fit_create(const struct evaluator *evaluator, const struct vw_ray_range *ranges, uint32_t count, struct view_fit *fit) {
+enum vw_status view_fit_create(const struct evaluator *evaluator, const struct vw_ray_range *ranges, uint32_t count,
+                               struct view_fit *fit) {
     struct vw_gpu *gpu = evaluator->field->gpu;
     uint64_t range_bytes = sizeof *ranges * count, fit_bytes = sizeof(struct vw_appearance) * count;
-    enum vw_status status =
-        vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "fit_ranges", .size_bytes = range_bytes}, &fit->ranges);
-    if (status == VW_OK) status = vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "fits", .size_bytes = fit_bytes}, &fit->fits);
+    enum vw_status status = vw_buffer_create(
+        gpu, &(struct vw_buffer_params){.name = "fit_ranges", .size_bytes = range_bytes}, &fit->ranges);
+    if (status == VW_OK)
+        status = vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "fits", .size_bytes = fit_bytes}, &fit->fits);
     if (status == VW_OK) status = vw_buffer_write(fit->ranges, 0, ranges, range_bytes);
     if (status == VW_OK) status = create_pass(evaluator, fit);
     return status;

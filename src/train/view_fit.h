@@ -1,11 +1,13 @@
-// Validation where photos differ in exposure: a gain and a bias fitted to each view on rays of the left half of its photo, at every
-// measurement anew; the errors are then taken on rays of the right half (shaders/fit_views.comp). A function of the params alone, as all of
-// validation (decision 1). Of an odd width the middle column is in neither half.
+// Validation where photos differ in exposure: a gain and a bias fitted to each view on rays of the left half of its
+// photo, at every measurement anew; the errors are then taken on rays of the right half (shaders/fit_views.comp). A
+// function of the params alone, as all of validation (decision 1). Of an odd width the middle column is in neither
+// half.
 #ifndef VIEWWORTH_TRAIN_VIEW_FIT_H
 #define VIEWWORTH_TRAIN_VIEW_FIT_H
 
-#include "field.h"
-#include "pixels.h"
+#include "train/field.h"
+#include "gpu/compute.h"
+#include "train/pixels.h"
 
 struct view_fit {             // zero when validation takes whole views as they are
     struct vw_buffer *ranges; // vw_ray_range per validation view: the rays to fit on
@@ -16,13 +18,15 @@ struct view_fit {             // zero when validation takes whole views as they 
 struct pixel_columns view_fit_left_half(const struct vw_scene *scene, uint32_t view);
 struct pixel_columns view_fit_right_half(const struct vw_scene *scene, uint32_t view);
 
-// Writes the fixed pixels to fit each view on behind the `*written` pixels that are scored: as many of each view, but at most
-// VIEW_FIT_RAYS_MAX, since more do not find two numbers better.
+// Writes the fixed pixels to fit each view on behind the `*written` pixels that are scored: as many of each view, but
+// at most VIEW_FIT_RAYS_MAX, since more do not find two numbers better.
 enum { VIEW_FIT_RAYS_MAX = 128 };
-void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, const struct vw_ray_range *scored,
-                            struct vw_pixel *pixels, uint32_t *written, struct vw_ray_range *ranges);
+void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                            const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
+                            struct vw_ray_range *ranges);
 // The pass over an evaluator that renders those pixels as well.
-enum vw_status view_fit_create(const struct evaluator *evaluator, const struct vw_ray_range *ranges, uint32_t count, struct view_fit *fit);
+enum vw_status view_fit_create(const struct evaluator *evaluator, const struct vw_ray_range *ranges, uint32_t count,
+                               struct view_fit *fit);
 void view_fit_destroy(struct view_fit *fit);
 // Between rendering and reduce_views.
 void view_fit_record(const struct view_fit *fit, struct vw_batch *batch, uint32_t view_count);

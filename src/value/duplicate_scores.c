@@ -3,11 +3,11 @@
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/duplicates.h"
-#include "viewworth/memory.h"
+#include "value/duplicate_scores.h"
+#include "base/memory.h"
 
-static const struct vw_ledger_score *find_score(const struct vw_ledger_score *scores, uint32_t score_count, const char *method,
-                                                uint32_t image_id) {
+static const struct vw_ledger_score *find_score(const struct vw_ledger_score *scores, uint32_t score_count,
+                                                const char *method, uint32_t image_id) {
     for (uint32_t i = 0; i < score_count; i++)
         if (scores[i].image_id == image_id && strcmp(scores[i].method, method) == 0) return &scores[i];
     return NULL;
@@ -40,8 +40,9 @@ static uint32_t sum_group(struct vw_duplicate_score *rows, uint32_t count) {
 }
 
 enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32_t duplicate_count, const char *method,
-                                   const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
-                                   uint32_t image_count, struct vw_duplicate_score **rows, uint32_t *row_count) {
+                                   const struct vw_ledger_score *scores, uint32_t score_count,
+                                   const struct vw_ledger_image *images, uint32_t image_count,
+                                   struct vw_duplicate_score **rows, uint32_t *row_count) {
     uint32_t count = 0;
     struct vw_duplicate_score *made = vw_allocate(duplicate_count, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
@@ -52,12 +53,14 @@ enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32
             const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, duplicate->view);
             if (!image) {
                 free(made);
-                return vw_fail(VW_ERROR_INPUT, "the image table lacks view %u of the scene; verify the ledger", duplicate->view);
+                return vw_fail(VW_ERROR_INPUT, "the image table lacks view %u of the scene; verify the ledger",
+                               duplicate->view);
             }
-            group[next - first] = (struct vw_duplicate_score){.group = duplicate->group,
-                                                              .similarity = duplicate->similarity,
-                                                              .image = image,
-                                                              .score = find_score(scores, score_count, method, duplicate->view)};
+            group[next - first] =
+                (struct vw_duplicate_score){.group = duplicate->group,
+                                            .similarity = duplicate->similarity,
+                                            .image = image,
+                                            .score = find_score(scores, score_count, method, duplicate->view)};
         }
         if (sum_group(group, next - first) > 0) count += next - first;
     }

@@ -2,16 +2,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/matrix.h"
-#include "viewworth/memory.h"
-#include "viewworth/statistics.h"
+#include "value/matrix.h"
+#include "base/memory.h"
+#include "base/statistics.h"
 
-enum { VIEWS_LEAST = 4 };                 // of which one can be told to be odd
-enum { VISITS_LEAST = 5 };                // of each photo, on average: the deltas of fewer say more of the steps than of the photos
+enum { VIEWS_LEAST = 4 };  // of which one can be told to be odd
+enum { VISITS_LEAST = 5 }; // of each photo, on average: the deltas of fewer say more of the steps than of the photos
 static const double SPREADS = 4;          // normal values lie farther off once in 16,000 times
 static const double AGREEMENT_MOST = 0.3; // of a view that disagrees: what it ranks high the others hardly do
-static const double AGREEMENT_GAP = 0.3;  // of it to the median, so that views that all agree a little are left in peace
-static const double PSNR_GAP_DB = 6;      // four times the squared error
+static const double AGREEMENT_GAP = 0.3; // of it to the median, so that views that all agree a little are left in peace
+static const double PSNR_GAP_DB = 6;     // four times the squared error
 
 // What one photo's score is with all views, and with one view less.
 struct columns {
@@ -33,14 +33,14 @@ static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct c
     }
 }
 
-static enum vw_status judge_columns(const struct vw_matrix *matrix, struct vw_view_evidence *views) {
+static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw_view_evidence *views) {
     double *memory = vw_allocate(matrix->photo_count, 3 * sizeof *memory);
     if (!memory) return VW_ERROR_MEMORY;
     struct columns columns = {memory, memory + matrix->photo_count, memory + 2 * (size_t)matrix->photo_count};
     enum vw_status status = VW_OK;
     for (uint32_t v = 0; !status && v < matrix->view_count; v++) {
-        views[v] =
-            (struct vw_view_evidence){.image_id = matrix->views[v], .end_psnr = matrix->end_psnr[v], .agreement = NAN, .without = NAN};
+        views[v] = (struct vw_view_evidence){
+            .image_id = matrix->views[v], .end_psnr = matrix->end_psnr[v], .agreement = NAN, .without = NAN};
         if (matrix->view_count < 2) continue;
         take_columns(matrix, v, &columns);
         status = vw_spearman(columns.own, columns.rest, matrix->photo_count, &views[v].agreement);
@@ -50,8 +50,8 @@ static enum vw_status judge_columns(const struct vw_matrix *matrix, struct vw_vi
     return status;
 }
 
-// How far below the others a value may lie: 4 robust spreads, and `gap` at least. Values that are NaN are left out, and the others moved to
-// the front; -INFINITY where they are too few. `*middle` is the median.
+// How far below the others a value may lie: 4 robust spreads, and `gap` at least. Values that are NaN are left out, and
+// the others moved to the front; -INFINITY where they are too few. `*middle` is the median.
 static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
     uint32_t known = 0;
     for (uint32_t i = 0; i < count; i++)
@@ -61,7 +61,7 @@ static double lower_limit(double *values, uint32_t count, double gap, double *mi
     return *middle - fmax(SPREADS * vw_robust_spread(values, known), gap);
 }
 
-static enum vw_status judge_oddities(uint32_t count, struct vw_view_evidence *views) {
+static enum vw_status evaluate_oddities(uint32_t count, struct vw_view_evidence *views) {
     double *values = vw_allocate(count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < count; v++) values[v] = views[v].agreement;
@@ -84,10 +84,11 @@ static double standard_error_of(const double *row, uint32_t count) {
     return count < 2 ? NAN : sqrt(squares / count / (count - 1));
 }
 
-enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views, double *standard_errors) {
-    enum vw_status status = judge_columns(matrix, views);
+enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views,
+                                   double *standard_errors) {
+    enum vw_status status = evaluate_columns(matrix, views);
     bool trained = matrix->visit_count >= VISITS_LEAST * (uint64_t)matrix->photo_count;
-    if (!status && trained && matrix->view_count >= VIEWS_LEAST) status = judge_oddities(matrix->view_count, views);
+    if (!status && trained && matrix->view_count >= VIEWS_LEAST) status = evaluate_oddities(matrix->view_count, views);
     for (uint32_t p = 0; !status && p < matrix->photo_count; p++)
         standard_errors[p] = standard_error_of(&matrix->psnr[(size_t)p * matrix->view_count], matrix->view_count);
     return status;

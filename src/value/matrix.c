@@ -1,17 +1,18 @@
-#include "viewworth/matrix.h"
+#include "value/matrix.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
+#include "base/memory.h"
+#include "base/psnr.h"
 #include "viewworth/value.h"
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
 
-// ---- From the ledger's rows -------------------------------------------------------------------------------------------
+// ---- From the ledger's rows
+// -------------------------------------------------------------------------------------------
 
 // A matrix being summed up.
 struct summing {
@@ -43,8 +44,10 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     struct summing *summing = context;
     struct vw_matrix *matrix = summing->matrix;
     uint32_t row = row_of(summing, step), column = place_of(summing, image_id, "val");
-    if (column == NOT_IN_MATRIX) return; // an image that the table of images lacks or calls other than val: verify finds it
-    double psnr = vw_psnr_db(error->mse), gain_psnr = psnr - summing->last_psnr[column], gain_l1 = summing->last_l1[column] - error->l1;
+    if (column == NOT_IN_MATRIX)
+        return; // an image that the table of images lacks or calls other than val: verify finds it
+    double psnr = vw_psnr_db(error->mse), gain_psnr = psnr - summing->last_psnr[column],
+           gain_l1 = summing->last_l1[column] - error->l1;
     summing->last_psnr[column] = psnr;
     summing->last_l1[column] = error->l1;
     if (row == NOT_IN_MATRIX || isnan(gain_psnr) || isnan(gain_l1)) return;

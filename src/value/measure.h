@@ -32,9 +32,10 @@ struct vw_step_probes {
 // Those of `step`, which follow those that were taken before; `*taken` counts them and begins with 0.
 struct vw_step_probes vw_step_probes_take(const struct vw_value_input *input, uint64_t step, uint64_t *taken);
 
-// The variance of a step's delta that sampling alone causes: that of the measure over the step's redraws and the step itself, for all begin
-// in the same state. NaN below two values.
-double vw_step_sampling_variance(const struct vw_measure *measure, const struct vw_step_record *record, struct vw_step_probes probes);
+// The variance of a step's delta that sampling alone causes: that of the measure over the step's redraws and the step
+// itself, for all begin in the same state. NaN below two values.
+double vw_step_sampling_variance(const struct vw_measure *measure, const struct vw_step_record *record,
+                                 struct vw_step_probes probes);
 
 // The mean of the variances of several steps; those that are NaN are left out.
 struct vw_mean_variance {

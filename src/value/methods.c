@@ -3,11 +3,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "viewworth/memory.h"
-#include "viewworth/statistics.h"
+#include "base/memory.h"
+#include "base/statistics.h"
 
-// ---- Weights of epochs ------------------------------------------------------------------------------------------------------
-// Where they differ they are scaled to a mean of 1, so that the scores of a run stay comparable with the plain sum.
+// ---- Weights of epochs
+// ------------------------------------------------------------------------------------------------------ Where they
+// differ they are scaled to a mean of 1, so that the scores of a run stay comparable with the plain sum.
 
 static void weigh_all(double *weights, uint32_t epoch_count) {
     for (uint32_t e = 0; e < epoch_count; e++) weights[e] = 1;
@@ -32,7 +33,8 @@ static void weigh_middle(double *weights, uint32_t epoch_count) {
     for (uint32_t e = 0; e < epoch_count; e++) weights[e] = e >= epoch_count / 6 && e < (epoch_count + 1) / 2;
 }
 
-// ---- Treatments of deltas ---------------------------------------------------------------------------------------------------
+// ---- Treatments of deltas
+// ---------------------------------------------------------------------------------------------------
 
 static enum vw_status keep(struct vw_series *series) {
     (void)series;
@@ -55,8 +57,8 @@ static enum vw_status take_roots(struct vw_series *series) {
     return VW_OK;
 }
 
-// Clips the visits of an epoch at three times their robust spread on either side of their median; a spread of 0 tells nothing and clips
-// nothing. `values` has room for them.
+// Clips the visits of an epoch at three times their robust spread on either side of their median; a spread of 0 tells
+// nothing and clips nothing. `values` has room for them.
 static void clip_epoch(struct vw_visit *visits, uint64_t count, double *values) {
     uint32_t valued = 0;
     for (uint64_t i = 0; i < count; i++)
@@ -77,42 +79,46 @@ static enum vw_status clip_epochs(struct vw_series *series) {
     return VW_OK;
 }
 
-// ---- The table --------------------------------------------------------------------------------------------------------------
-// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), revisit_* the wording of its overview figure; the last
-// epoch and the weights of progress are what it weighs and rejects. The others are our own, over the same deltas.
+// ---- The table
+// --------------------------------------------------------------------------------------------------------------
+// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), revisit_* the wording of its
+// overview figure; the last epoch and the weights of progress are what it weighs and rejects. The others are our own,
+// over the same deltas.
 
 #define PSNR &vw_measure_psnr, 1
 #define POOLED &vw_measure_psnr_pooled, 1
 #define LOSS &vw_measure_l1, -1
 #define L1_UNIT "mean absolute error"
 
-// X(name, unit, formula, measure and its sign, form, treatment, weighting, outcome); d is the delta of a visit, e = 1 ... E the epochs
-// after burn-in. The order is that of the scores.
-#define METHODS(X)                                                                                                                         \
-    X("dv_psnr", "dB", "sum of d", PSNR, STEP, keep, weigh_all, SUM)                                                                       \
-    X("dv_loss", L1_UNIT, "sum of d", LOSS, STEP, keep, weigh_all, SUM)                                                                    \
-    X("dv_psnr_pooled", "dB", "sum of d", POOLED, STEP, keep, weigh_all, SUM)                                                              \
-    X("revisit_psnr", "dB", "sum of d since the photo's visit before", PSNR, REVISIT, keep, weigh_all, SUM)                                \
-    X("revisit_loss", L1_UNIT, "sum of d since the photo's visit before", LOSS, REVISIT, keep, weigh_all, SUM)                             \
-    X("last_epoch_psnr", "dB", "d in the last epoch", PSNR, STEP, keep, weigh_last, SUM)                                                   \
-    X("linear_psnr", "dB", "sum of 2 e / (E + 1) d", PSNR, STEP, keep, weigh_linearly, SUM)                                                \
-    X("exponential_psnr", "dB", "sum of w d, w = exp(3 e / E) / its mean", PSNR, STEP, keep, weigh_exponentially, SUM)                     \
-    X("middle_psnr", "dB", "sum of d, E / 6 < e <= E / 2 rounded up", PSNR, STEP, keep, weigh_middle, SUM)                                 \
-    X("middle_loss", L1_UNIT, "sum of d, E / 6 < e <= E / 2 rounded up", LOSS, STEP, keep, weigh_middle, SUM)                              \
-    X("win_rate_psnr", "wins less losses per visit", "mean of sign(d)", PSNR, STEP, take_signs, weigh_all, MEAN)                           \
-    X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN)                           \
-    X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT)                                        \
-    X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT)                                  \
-    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM)                                      \
-    X("clipped_psnr", "dB", "sum of d, clipped at 3 robust spreads from its epoch's median", PSNR, STEP, clip_epochs, weigh_all, SUM)      \
-    X("clipped_loss", L1_UNIT, "sum of d, clipped at 3 robust spreads from its epoch's median", LOSS, STEP, clip_epochs, weigh_all, SUM)   \
-    X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)                      \
+// X(name, unit, formula, measure and its sign, form, treatment, weighting, outcome); d is the delta of a visit, e = 1
+// ... E the epochs after burn-in. The order is that of the scores.
+#define METHODS(X)                                                                                                     \
+    X("dv_psnr", "dB", "sum of d", PSNR, STEP, keep, weigh_all, SUM)                                                   \
+    X("dv_loss", L1_UNIT, "sum of d", LOSS, STEP, keep, weigh_all, SUM)                                                \
+    X("dv_psnr_pooled", "dB", "sum of d", POOLED, STEP, keep, weigh_all, SUM)                                          \
+    X("revisit_psnr", "dB", "sum of d since the photo's visit before", PSNR, REVISIT, keep, weigh_all, SUM)            \
+    X("revisit_loss", L1_UNIT, "sum of d since the photo's visit before", LOSS, REVISIT, keep, weigh_all, SUM)         \
+    X("last_epoch_psnr", "dB", "d in the last epoch", PSNR, STEP, keep, weigh_last, SUM)                               \
+    X("linear_psnr", "dB", "sum of 2 e / (E + 1) d", PSNR, STEP, keep, weigh_linearly, SUM)                            \
+    X("exponential_psnr", "dB", "sum of w d, w = exp(3 e / E) / its mean", PSNR, STEP, keep, weigh_exponentially, SUM) \
+    X("middle_psnr", "dB", "sum of d, E / 6 < e <= E / 2 rounded up", PSNR, STEP, keep, weigh_middle, SUM)             \
+    X("middle_loss", L1_UNIT, "sum of d, E / 6 < e <= E / 2 rounded up", LOSS, STEP, keep, weigh_middle, SUM)          \
+    X("win_rate_psnr", "wins less losses per visit", "mean of sign(d)", PSNR, STEP, take_signs, weigh_all, MEAN)       \
+    X("win_rate_loss", "wins less losses per visit", "mean of sign(d)", LOSS, STEP, take_signs, weigh_all, MEAN)       \
+    X("root_psnr", "dB^(1/3)", "cube root of the sum of d", PSNR, STEP, keep, weigh_all, CUBE_ROOT)                    \
+    X("root_loss", L1_UNIT "^(1/3)", "cube root of the sum of d", LOSS, STEP, keep, weigh_all, CUBE_ROOT)              \
+    X("root_sum_psnr", "dB^(1/2)", "sum of sign(d) sqrt |d|", PSNR, STEP, take_roots, weigh_all, SUM)                  \
+    X("clipped_psnr", "dB", "sum of d, clipped at 3 robust spreads from its epoch's median", PSNR, STEP, clip_epochs,  \
+      weigh_all, SUM)                                                                                                  \
+    X("clipped_loss", L1_UNIT, "sum of d, clipped at 3 robust spreads from its epoch's median", LOSS, STEP,            \
+      clip_epochs, weigh_all, SUM)                                                                                     \
+    X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)  \
     X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
-#define LISTED(name, unit, formula, measure, form, treatment, weighting, outcome)                                                          \
-    {name, unit, formula, VW_OUTCOME_##outcome == VW_OUTCOME_SUM},
-#define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                                            \
-    {measure, VW_FORM_##form, treatment, weighting, VW_OUTCOME_##outcome},
+#define LISTED(name, unit, formula, measure, form, treatment, weighting, outcome)                                      \
+    {name, unit, formula, VW_AGGREGATE_##outcome == VW_AGGREGATE_SUM},
+#define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                        \
+    {measure, VW_FORM_##form, treatment, weighting, VW_AGGREGATE_##outcome},
 static const struct vw_value_method listed[] = {METHODS(LISTED)};
 const struct vw_method vw_methods[] = {METHODS(MADE)};
 const uint32_t vw_method_count = VW_ARRAY_COUNT(vw_methods);
@@ -125,5 +131,5 @@ const struct vw_value_method *vw_value_methods(uint32_t *count) {
 }
 
 bool vw_method_is_sum_of_steps(const struct vw_method *method) {
-    return method->form == VW_FORM_STEP && method->treatment == keep && method->outcome == VW_OUTCOME_SUM;
+    return method->form == VW_FORM_STEP && method->treatment == keep && method->outcome == VW_AGGREGATE_SUM;
 }

@@ -5,20 +5,20 @@
 // Counts the probe and lets its delta raise the largest of its kind.
 static void add_probe(const struct vw_probe *probe, double before, struct vw_noise_floor *floor) {
     double delta = fabs(probe->val_psnr - before);
-    if (probe->kind > VW_PROBE_REDRAW) return; // of no noise
-    if (probe->kind == VW_PROBE_REDRAW) {
-        if (isfinite(probe->val_psnr)) floor->redraws++;
+    if (probe->kind > VW_PROBE_RESAMPLED) return; // of no noise
+    if (probe->kind == VW_PROBE_RESAMPLED) {
+        if (isfinite(probe->val_psnr)) floor->resampled_count++;
     } else if (isfinite(delta)) {
-        bool repeats = probe->kind == VW_PROBE_REPEAT;
-        uint64_t *count = repeats ? &floor->repeats : &floor->stills;
-        double *largest = repeats ? &floor->repeat_db : &floor->still_db;
+        bool repeats = probe->kind == VW_PROBE_REPEATED;
+        uint64_t *count = repeats ? &floor->repeated_count : &floor->zero_learning_rate_count;
+        double *largest = repeats ? &floor->repeated_db : &floor->zero_learning_rate_db;
         if (!*count || delta > *largest) *largest = delta;
         ++*count;
     }
 }
 
 void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_floor *floor) {
-    *floor = (struct vw_noise_floor){.repeat_db = NAN, .still_db = NAN};
+    *floor = (struct vw_noise_floor){.repeated_db = NAN, .zero_learning_rate_db = NAN};
     struct vw_mean_variance psnr = {0}, l1 = {0};
     double before = NAN;
     uint64_t taken = 0;
@@ -30,6 +30,6 @@ void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_fl
         vw_mean_variance_add(&l1, vw_step_sampling_variance(&vw_measure_l1, record, probes));
         before = record->val_psnr; // not finite after a flagged step, which may have moved some params all the same
     }
-    floor->redraw_db = sqrt(vw_mean_variance_result(&psnr));
-    floor->redraw_l1 = sqrt(vw_mean_variance_result(&l1));
+    floor->resampled_db = sqrt(vw_mean_variance_result(&psnr));
+    floor->resampled_l1 = sqrt(vw_mean_variance_result(&l1));
 }

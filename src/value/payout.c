@@ -2,13 +2,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
-#include "viewworth/providers.h"
+#include "base/memory.h"
+#include "value/providers.h"
 
 // Whole digits, as many as there are; the text after them.
 static const char *parse_digits(const char *text, uint64_t *number) {
     for (*number = 0; *text >= '0' && *text <= '9'; text++)
-        if (*number < UINT64_MAX / 100) *number = *number * 10 + (uint64_t)(*text - '0'); // beyond, it is too large as it is
+        if (*number < UINT64_MAX / 100)
+            *number = *number * 10 + (uint64_t)(*text - '0'); // beyond, it is too large as it is
     return text;
 }
 
@@ -65,8 +66,9 @@ static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, 
     for (uint64_t i = 0; i < left_cents; i++) claims[i].payout->cents++; // fewer than there are fractions
 }
 
-enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method, uint64_t amount_cents,
-                                struct vw_payout **payouts, uint32_t *payout_count, bool *nobody_helped) {
+enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,
+                                uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
+                                bool *nobody_helped) {
     uint32_t count = 0;
     struct vw_payout *made = vw_allocate(group_count, sizeof *made);
     struct claim *claims = vw_allocate(group_count, sizeof *claims);
@@ -77,7 +79,8 @@ enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t
         claims[count] = (struct claim){.payout = &made[count]};
         count++;
     }
-    if (!status && count == 0) status = vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
+    if (!status && count == 0)
+        status = vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
     if (!status) divide(claims, count, amount_cents, nobody_helped);
     free(claims);
     if (status) {

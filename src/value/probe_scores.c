@@ -8,11 +8,13 @@
 
 #include "ledger/find_image.h"
 #include "value/measure.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const struct vw_probe_method methods[] = {
-    {"same_state_psnr", "dB", "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)"},
-    {"same_state_loss", "mean absolute error", "mean over states and draws of (val_l1 of the state - val_l1 after a step on the photo)"},
+    {"same_state_psnr", "dB",
+     "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)"},
+    {"same_state_loss", "mean absolute error",
+     "mean over states and draws of (val_l1 of the state - val_l1 after a step on the photo)"},
     {"first_order_psnr", "dB", "sum over visits of the gradient of val_psnr times the step"},
     {"first_order_loss", "mean absolute error", "- sum over visits of the gradient of val_l1 times the step"},
 };
@@ -34,8 +36,9 @@ const struct vw_probe_method *vw_probe_methods(uint32_t *count) {
     return methods;
 }
 
-// What is known of one image. The spreads' means are not used where a plain sum will do: it is what one query of the ledger gives.
-struct tally {
+// What is known of one image. The spreads' means are not used where a plain sum will do: it is what one query of the
+// ledger gives.
+struct statistics {
     double sum;
     struct vw_spread all;          // its contributions
     uint64_t step;                 // behind which lies the state that the next holds
@@ -44,28 +47,29 @@ struct tally {
     struct vw_mean_variance draws; // within the states before it
 };
 
-static void close_state(struct tally *tally) {
-    if (!tally->state.count) return;
-    vw_spread_add(&tally->state_means, tally->state.mean);
-    vw_mean_variance_add(&tally->draws, vw_spread_variance(&tally->state));
-    tally->state = (struct vw_spread){0};
+static void close_state(struct statistics *statistics) {
+    if (!statistics->state.count) return;
+    vw_spread_add(&statistics->state_means, statistics->state.mean);
+    vw_mean_variance_add(&statistics->draws, vw_spread_variance(&statistics->state));
+    statistics->state = (struct vw_spread){0};
 }
 
-static void add(struct tally *tally, uint64_t step, double contribution) {
+static void add(struct statistics *statistics, uint64_t step, double contribution) {
     if (!isfinite(contribution)) return;
-    if (tally->step != step) close_state(tally);
-    tally->step = step;
-    tally->sum += contribution;
-    vw_spread_add(&tally->all, contribution);
-    vw_spread_add(&tally->state, contribution);
+    if (statistics->step != step) close_state(statistics);
+    statistics->step = step;
+    statistics->sum += contribution;
+    vw_spread_add(&statistics->all, contribution);
+    vw_spread_add(&statistics->state, contribution);
 }
 
 static enum vw_status add_probe(size_t method, const struct vw_value_input *input, const struct vw_step_record *record,
-                                const struct vw_probe *probe, struct tally *tallies) {
+                                const struct vw_probe *probe, struct statistics *tallies) {
     uint32_t view = probe->view == VW_RECORD_UNTRAINED ? record->view : probe->view;
     const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, view);
     if (!image)
-        return vw_fail(VW_ERROR_INPUT, "step %" PRIu64 ": probe %u is of image %u, which the image table lacks; verify the ledger",
+        return vw_fail(VW_ERROR_INPUT,
+                       "step %" PRIu64 ": probe %u is of image %u, which the image table lacks; verify the ledger",
                        record->step, probe->index, view);
     double value = vw_measure_of_probe(rules[method].measure, probe);
     if (rules[method].kind == VW_PROBE_SAME_STATE) value -= vw_measure_of_record(rules[method].measure, record);
@@ -73,39 +77,42 @@ static enum vw_status add_probe(size_t method, const struct vw_value_input *inpu
     return VW_OK;
 }
 
-static enum vw_status tally_probes(size_t method, const struct vw_value_input *input, struct tally *tallies) {
+static enum vw_status count_probes(size_t method, const struct vw_value_input *input, struct statistics *tallies) {
     enum vw_status status = VW_OK;
     uint64_t taken = 0;
     for (uint64_t i = 0; i < input->record_count; i++) {
         const struct vw_step_record *record = &input->records[i];
         struct vw_step_probes probes = vw_step_probes_take(input, record->step, &taken);
         for (uint64_t p = 0; p < probes.count && record->epoch >= input->burn_in_epochs && !status; p++)
-            if (probes.probes[p].kind == rules[method].kind) status = add_probe(method, input, record, &probes.probes[p], tallies);
+            if (probes.probes[p].kind == rules[method].kind)
+                status = add_probe(method, input, record, &probes.probes[p], tallies);
     }
     for (uint32_t i = 0; i < input->image_count; i++) close_state(&tallies[i]);
     return status;
 }
 
-// Without contributions there is nothing to take the mean of: such a photo's score is 0, as that of one that was never visited.
-static struct vw_ledger_score score_of(size_t method, uint32_t image_id, const struct tally *tally) {
+// Without contributions there is nothing to take the mean of: such a photo's score is 0, as that of one that was never
+// visited.
+static struct vw_ledger_score score_of(size_t method, uint32_t image_id, const struct statistics *statistics) {
     struct vw_ledger_score score = {.image_id = image_id,
                                     .method = methods[method].name,
-                                    .value = tally->sum,
+                                    .value = statistics->sum,
                                     .unit = methods[method].unit,
-                                    .standard_error = sqrt(vw_spread_variance(&tally->all) * (double)tally->all.count),
-                                    .visits = (uint32_t)tally->all.count,
-                                    .sampling_error = NAN,
-                                    .low = NAN, // too few states for an interval
-                                    .high = NAN};
+                                    .standard_error =
+                                        sqrt(vw_spread_variance(&statistics->all) * (double)statistics->all.count),
+                                    .visits = (uint32_t)statistics->all.count,
+                                    .resampling_stderr = NAN,
+                                    .ci_low = NAN, // too few states for an interval
+                                    .ci_high = NAN};
     if (rules[method].kind != VW_PROBE_SAME_STATE) return score;
-    score.value = tally->all.count ? tally->sum / (double)tally->all.count : 0.0;
-    score.standard_error = sqrt(vw_spread_variance(&tally->state_means) / (double)tally->state_means.count);
-    score.sampling_error = sqrt(vw_mean_variance_result(&tally->draws) / (double)tally->all.count);
+    score.value = statistics->all.count ? statistics->sum / (double)statistics->all.count : 0.0;
+    score.standard_error = sqrt(vw_spread_variance(&statistics->state_means) / (double)statistics->state_means.count);
+    score.resampling_stderr = sqrt(vw_mean_variance_result(&statistics->draws) / (double)statistics->all.count);
     return score;
 }
 
-static void append_scores(size_t method, const struct tally *tallies, const struct vw_value_input *input, struct vw_ledger_score *scores,
-                          uint32_t *score_count) {
+static void append_scores(size_t method, const struct statistics *tallies, const struct vw_value_input *input,
+                          struct vw_ledger_score *scores, uint32_t *score_count) {
     bool probed = false;
     for (uint32_t i = 0; i < input->image_count; i++) probed |= tallies[i].all.count > 0;
     for (uint32_t i = 0; probed && i < input->image_count; i++)
@@ -113,12 +120,13 @@ static void append_scores(size_t method, const struct tally *tallies, const stru
             scores[(*score_count)++] = score_of(method, input->images[i].image_id, &tallies[i]);
 }
 
-enum vw_status vw_probe_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores, uint32_t *score_count) {
-    struct tally *tallies = vw_allocate(input->image_count, sizeof *tallies);
+enum vw_status vw_probe_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
+                                      uint32_t *score_count) {
+    struct statistics *tallies = vw_allocate(input->image_count, sizeof *tallies);
     enum vw_status status = tallies ? VW_OK : VW_ERROR_MEMORY;
     for (size_t method = 0; !status && method < VW_ARRAY_COUNT(methods); method++) {
         memset(tallies, 0, input->image_count * sizeof *tallies);
-        status = tally_probes(method, input, tallies);
+        status = count_probes(method, input, tallies);
         if (!status) append_scores(method, tallies, input, scores, score_count);
     }
     free(tallies);

@@ -1,4 +1,4 @@
-#include "viewworth/providers.h"
+#include "value/providers.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/value.h"
 
 // A score with its provider, and what sorts it.
@@ -24,13 +24,16 @@ static int compare_members(const void *left, const void *right) {
     return (a->score->image_id > b->score->image_id) - (a->score->image_id < b->score->image_id);
 }
 
-static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
-                              uint32_t image_count, struct member *members) {
+static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t score_count,
+                              const struct vw_ledger_image *images, uint32_t image_count, struct member *members) {
     for (uint32_t i = 0; i < score_count; i++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image) return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger", scores[i].image_id);
+        if (!image)
+            return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger",
+                           scores[i].image_id);
         bool begins = i == 0 || strcmp(scores[i].method, scores[i - 1].method) != 0;
-        members[i] = (struct member){image->provider ? image->provider : "", &scores[i], begins ? i : members[i - 1].place};
+        members[i] =
+            (struct member){image->provider ? image->provider : "", &scores[i], begins ? i : members[i - 1].place};
     }
     return VW_OK;
 }
@@ -42,8 +45,8 @@ static int compare_groups(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
-// A method that is not listed is one of probes. Its scores add up: effects of a step, in the unit of the measure, as means over states that
-// are the same for all photos (same_state_*), or their sums over visits (first_order_*).
+// A method that is not listed is one of probes. Its scores add up: effects of a step, in the unit of the measure, as
+// means over states that are the same for all photos (same_state_*), or their sums over visits (first_order_*).
 static bool is_additive(const char *method) {
     uint32_t count;
     const struct vw_value_method *listed = vw_value_methods(&count);
@@ -53,8 +56,10 @@ static bool is_additive(const char *method) {
 }
 
 static struct vw_provider_score add_up(const struct member *members, uint32_t count) {
-    struct vw_provider_score group = {
-        .provider = members[0].provider, .method = members[0].score->method, .unit = members[0].score->unit, .photo_count = count};
+    struct vw_provider_score group = {.provider = members[0].provider,
+                                      .method = members[0].score->method,
+                                      .unit = members[0].score->unit,
+                                      .photo_count = count};
     double squares = 0;
     for (uint32_t i = 0; i < count; i++) {
         group.value += members[i].score->value;
@@ -73,12 +78,14 @@ static uint32_t end_of_run(const struct member *members, uint32_t count, uint32_
     return end;
 }
 
-enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
-                                  uint32_t image_count, struct vw_provider_score **groups, uint32_t *group_count) {
+enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t score_count,
+                                  const struct vw_ledger_image *images, uint32_t image_count,
+                                  struct vw_provider_score **groups, uint32_t *group_count) {
     struct member *members = vw_allocate(score_count, sizeof *members);
     struct vw_provider_score *made = vw_allocate(score_count, sizeof *made);
     uint32_t count = 0;
-    enum vw_status status = members && made ? collect(scores, score_count, images, image_count, members) : VW_ERROR_MEMORY;
+    enum vw_status status =
+        members && made ? collect(scores, score_count, images, image_count, members) : VW_ERROR_MEMORY;
     if (!status) qsort(members, score_count, sizeof *members, compare_members);
     for (uint32_t first = 0, end; !status && first < score_count; first = end) {
         uint32_t first_group = count;

@@ -6,10 +6,11 @@
 #include <string.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/value.h"
 
-// The methods that have scores, separated by commas; owned by the caller, NULL when memory is short. Rows of a method follow one another.
+// The methods that have scores, separated by commas; owned by the caller, NULL when memory is short. Rows of a method
+// follow one another.
 static char *list_methods(const struct vw_ledger_score *scores, uint32_t score_count) {
     char *list = vw_copy_text("");
     for (uint32_t i = 0; list && i < score_count; i++) {
@@ -23,7 +24,8 @@ static char *list_methods(const struct vw_ledger_score *scores, uint32_t score_c
 
 static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32_t score_count, const char *method) {
     if (score_count == 0)
-        return vw_fail(VW_ERROR_INPUT, "the ledger holds no scores; value the photos first, with more epochs than burn-in");
+        return vw_fail(VW_ERROR_INPUT,
+                       "the ledger holds no scores; value the photos first, with more epochs than burn-in");
     char *methods = list_methods(scores, score_count);
     if (!methods) return VW_ERROR_MEMORY;
     enum vw_status status = vw_fail(VW_ERROR_USAGE, "no scores by method \"%s\"; use one of: %s", method, methods);
@@ -33,20 +35,24 @@ static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32
 
 // Best first.
 static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = *(const struct vw_ledger_score *const *)left, *b = *(const struct vw_ledger_score *const *)right;
+    const struct vw_ledger_score *a = *(const struct vw_ledger_score *const *)left,
+                                 *b = *(const struct vw_ledger_score *const *)right;
     if (a->value != b->value) return a->value > b->value ? -1 : 1;
     return (a->image_id > b->image_id) - (a->image_id < b->image_id);
 }
 
 // The method's scores of train photos, as far as they are known, best first.
-static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
-                           uint32_t image_count, const char *method, const struct vw_ledger_score **ranked, uint32_t *ranked_count) {
+static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_count,
+                           const struct vw_ledger_image *images, uint32_t image_count, const char *method,
+                           const struct vw_ledger_score **ranked, uint32_t *ranked_count) {
     bool has_method = false;
     for (uint32_t i = 0; i < score_count; i++) {
         if (strcmp(scores[i].method, method) != 0) continue;
         has_method = true;
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image) return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger", scores[i].image_id);
+        if (!image)
+            return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger",
+                           scores[i].image_id);
         bool known = isfinite(scores[i].value) && scores[i].visits > 0;
         if (known && strcmp(image->split, "train") == 0) ranked[(*ranked_count)++] = &scores[i];
     }
@@ -67,7 +73,8 @@ static enum vw_status check_amount(const struct vw_selection_params *params) {
     if (params->rule != VW_SELECT_TOP && params->rule != VW_SELECT_DROP) return VW_OK;
     bool whole = params->amount >= 1 && params->amount <= UINT32_MAX && params->amount == floor(params->amount);
     if (params->percent ? params->amount > 0 && params->amount <= 100 : whole) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "cannot select by %g%s; give a whole number of photos, or a percentage above 0 and at most 100",
+    return vw_fail(VW_ERROR_USAGE,
+                   "cannot select by %g%s; give a whole number of photos, or a percentage above 0 and at most 100",
                    params->amount, params->percent ? " %" : "");
 }
 
@@ -79,12 +86,13 @@ static uint32_t share_of(const struct vw_selection_params *params, uint32_t rank
 
 // By value or interval, whose ends may be NaN.
 static bool keeps(enum vw_selection_rule rule, const struct vw_ledger_score *score) {
-    if (rule == VW_SELECT_HARMLESS) return !(score->high < 0);
-    return (rule == VW_SELECT_POSITIVE ? score->value : score->low) > 0;
+    if (rule == VW_SELECT_NOT_HARMFUL) return !(score->ci_high < 0);
+    return (rule == VW_SELECT_POSITIVE ? score->value : score->ci_low) > 0;
 }
 
 // Keeps the chosen ones at the front, in their order, and returns how many.
-static uint32_t keep(const struct vw_selection_params *params, const struct vw_ledger_score **ranked, uint32_t ranked_count) {
+static uint32_t keep(const struct vw_selection_params *params, const struct vw_ledger_score **ranked,
+                     uint32_t ranked_count) {
     uint32_t share = share_of(params, ranked_count), kept = 0;
     if (params->rule == VW_SELECT_TOP) return share > 0 || ranked_count == 0 ? share : 1;
     if (params->rule == VW_SELECT_DROP) return ranked_count - share;
@@ -95,10 +103,14 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
 
 static enum vw_status refuse_empty(const struct vw_selection_params *params, uint32_t ranked_count) {
     if (ranked_count == 0)
-        return vw_fail(VW_ERROR_INPUT, "no train photo has a score by this method; value the photos with more epochs than burn-in");
-    if (params->rule == VW_SELECT_DROP) return vw_fail(VW_ERROR_INPUT, "all %u photos would be dropped; drop fewer", ranked_count);
-    if (params->rule == VW_SELECT_HARMLESS)
-        return vw_fail(VW_ERROR_INPUT, "the intervals of all %u scores lie below zero; select the best K or P %% instead", ranked_count);
+        return vw_fail(VW_ERROR_INPUT,
+                       "no train photo has a score by this method; value the photos with more epochs than burn-in");
+    if (params->rule == VW_SELECT_DROP)
+        return vw_fail(VW_ERROR_INPUT, "all %u photos would be dropped; drop fewer", ranked_count);
+    if (params->rule == VW_SELECT_NOT_HARMFUL)
+        return vw_fail(VW_ERROR_INPUT,
+                       "the intervals of all %u scores lie below zero; select the best K or P %% instead",
+                       ranked_count);
     return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; select the best K or P %% instead", ranked_count,
                    params->rule == VW_SELECT_POSITIVE ? "is" : "has an interval");
 }
@@ -112,8 +124,9 @@ static enum vw_status copy_ids(const struct vw_ledger_score *const *kept, uint32
     return VW_OK;
 }
 
-enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count, const struct vw_ledger_image *images,
-                                 uint32_t image_count, const struct vw_selection_params *params, struct vw_selection *selection) {
+enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count,
+                                 const struct vw_ledger_image *images, uint32_t image_count,
+                                 const struct vw_selection_params *params, struct vw_selection *selection) {
     uint32_t ranked_count = 0, count = 0;
     enum vw_status status = check_amount(params);
     if (status) return status;

@@ -5,18 +5,21 @@
 #include <stdlib.h>
 
 #include "ledger/find_image.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
-static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record, uint32_t *image) {
+static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record,
+                                 uint32_t *image) {
     const struct vw_ledger_image *found = vw_ledger_find_image(input->images, input->image_count, record->view);
     if (!found)
-        return vw_fail(VW_ERROR_INPUT, "step %" PRIu64 ": trained on image %u, which the image table lacks; verify the ledger",
+        return vw_fail(VW_ERROR_INPUT,
+                       "step %" PRIu64 ": trained on image %u, which the image table lacks; verify the ledger",
                        record->step, record->view);
     *image = (uint32_t)(found - input->images);
     return VW_OK;
 }
 
-// Epochs are counted by where they change, so that there are never more of them than visits, whatever their numbers are.
+// Epochs are counted by where they change, so that there are never more of them than visits, whatever their numbers
+// are.
 static void append(struct vw_series *series, const struct vw_visit *visit, uint32_t epoch, uint32_t *last_epoch) {
     if (series->count == 0 || epoch != *last_epoch) series->epoch_count++;
     *last_epoch = epoch;
@@ -34,9 +37,10 @@ struct reader {
     bool bridges;      // whether the next delta spans steps that were taken but not validated
 };
 
-// The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) + b d(t - 1). A step
-// flagged as not finite counts as not taken: skipped, it leaves the first moment as it is. One that was taken but not validated has moved
-// it: of its delta and that of the next step only the sum is known, so that neither these two nor the step after them have a credit.
+// The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) +
+// b d(t - 1). A step flagged as not finite counts as not taken: skipped, it leaves the first moment as it is. One that
+// was taken but not validated has moved it: of its delta and that of the next step only the sum is known, so that
+// neither these two nor the step after them have a credit.
 static double undo_momentum(struct reader *reader, const struct vw_step_record *record, double delta) {
     if (record->view == VW_RECORD_UNTRAINED || record->nonfinite) return NAN;
     if (reader->bridges) delta = NAN;
@@ -73,8 +77,8 @@ static enum vw_status take_visits(const struct vw_value_input *input, struct rea
     return VW_OK;
 }
 
-enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign, enum vw_form form,
-                              struct vw_series *series) {
+enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign,
+                              enum vw_form form, struct vw_series *series) {
     *series = (struct vw_series){.visits = vw_allocate(input->record_count, sizeof *series->visits)};
     struct reader reader = {.measure = measure, .sign = sign, .beta1 = input->beta1, .form = form};
     reader.before = vw_allocate((size_t)input->image_count + 1, sizeof *reader.before);

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
-#include "viewworth/statistics.h"
+#include "base/memory.h"
+#include "base/statistics.h"
 
 enum {
     TREND_MOST = 3,         // constant, log and its square
@@ -69,7 +69,8 @@ static void make_cosines(struct design *design, uint32_t candidates) {
     for (uint32_t number = 1; number <= candidates; number++) {
         double *cosine = design->cosines + (size_t)design->frequency_count * epochs;
         double angle = PI * number / epochs, kept = 1;
-        for (uint32_t epoch = 0; epoch < epochs; epoch++) cosine[epoch] = sqrt(2.0 / epochs) * cos(angle * (epoch + 0.5));
+        for (uint32_t epoch = 0; epoch < epochs; epoch++)
+            cosine[epoch] = sqrt(2.0 / epochs) * cos(angle * (epoch + 0.5));
         for (uint32_t t = 0; t < design->trend_count; t++) {
             double share = dot(cosine, design->trends + (size_t)t * epochs, epochs);
             kept -= share * share;
@@ -81,8 +82,12 @@ static void make_cosines(struct design *design, uint32_t candidates) {
 }
 
 static enum vw_status design_create(uint32_t epochs, struct design *design) {
-    uint32_t trends = epochs / EPOCHS_PER_TREND, candidates = epochs - 1 < FREQUENCIES_MOST ? epochs - 1 : FREQUENCIES_MOST;
-    *design = (struct design){.epochs = epochs, .trend_count = trends < 1 ? 1 : trends < TREND_MOST ? trends : TREND_MOST};
+    uint32_t trends = epochs / EPOCHS_PER_TREND,
+             candidates = epochs - 1 < FREQUENCIES_MOST ? epochs - 1 : FREQUENCIES_MOST;
+    *design = (struct design){.epochs = epochs,
+                              .trend_count = trends < 1            ? 1
+                                             : trends < TREND_MOST ? trends
+                                                                   : TREND_MOST};
     design->trends = vw_allocate((size_t)design->trend_count * epochs, sizeof *design->trends);
     design->cosines = vw_allocate((size_t)candidates * epochs, sizeof *design->cosines);
     design->frequencies = vw_allocate(candidates, sizeof *design->frequencies);
@@ -93,7 +98,8 @@ static enum vw_status design_create(uint32_t epochs, struct design *design) {
     return VW_OK;
 }
 
-// ---- Of a photo -------------------------------------------------------------------------------------------------------
+// ---- Of a photo
+// -------------------------------------------------------------------------------------------------------
 
 struct photo {
     double sum;
@@ -101,9 +107,10 @@ struct photo {
     double variance; // of a visit, where visits were independent; NaN below two visits
 };
 
-// The powers of a photo's contributions at the design's frequencies, each with the variance of a visit as its mean where visits are
-// independent. An epoch without a visit counts as the photo's mean.
-static void measure_photo(const struct design *design, const double *by_epoch, double *residuals, struct photo *photo, double *powers) {
+// The powers of a photo's contributions at the design's frequencies, each with the variance of a visit as its mean
+// where visits are independent. An epoch without a visit counts as the photo's mean.
+static void measure_photo(const struct design *design, const double *by_epoch, double *residuals, struct photo *photo,
+                          double *powers) {
     uint32_t epochs = design->epochs, frequencies = design->frequency_count;
     *photo = (struct photo){.variance = NAN};
     for (uint32_t epoch = 0; epoch < epochs; epoch++) {
@@ -113,7 +120,8 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
     }
     if (photo->visits < 2) return;
     double mean = photo->sum / photo->visits, total = 0;
-    for (uint32_t epoch = 0; epoch < epochs; epoch++) residuals[epoch] = isnan(by_epoch[epoch]) ? 0 : by_epoch[epoch] - mean;
+    for (uint32_t epoch = 0; epoch < epochs; epoch++)
+        residuals[epoch] = isnan(by_epoch[epoch]) ? 0 : by_epoch[epoch] - mean;
     for (uint32_t t = 0; t < design->trend_count; t++) {
         const double *trend = design->trends + (size_t)t * epochs;
         subtract(residuals, trend, dot(residuals, trend, epochs), epochs);
@@ -126,26 +134,32 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
     photo->variance = total / frequencies;
 }
 
-// ---- Of all photos ----------------------------------------------------------------------------------------------------
+// ---- Of all photos
+// ----------------------------------------------------------------------------------------------------
 
 // The mean over photos of powers relative to the photo's variance; gives the number of photos that have one.
-static uint32_t pool_powers(const struct photo *photos, const double *powers, uint32_t photo_count, uint32_t frequencies, double *pooled) {
+static uint32_t pool_powers(const struct photo *photos, const double *powers, uint32_t photo_count,
+                            uint32_t frequencies, double *pooled) {
     uint32_t pooled_count = 0;
     memset(pooled, 0, frequencies * sizeof *pooled);
     for (uint32_t p = 0; p < photo_count; p++) {
         if (!(photos[p].variance > 0)) continue;
-        for (uint32_t f = 0; f < frequencies; f++) pooled[f] += powers[(size_t)p * frequencies + f] / photos[p].variance;
+        for (uint32_t f = 0; f < frequencies; f++)
+            pooled[f] += powers[(size_t)p * frequencies + f] / photos[p].variance;
         pooled_count++;
     }
     for (uint32_t f = 0; f < frequencies && pooled_count; f++) pooled[f] /= pooled_count;
     return pooled_count;
 }
 
-static double spectrum(double correlation, double angle) { return 1 / (1 + correlation * correlation - 2 * correlation * cos(angle)); }
+static double spectrum(double correlation, double angle) {
+    return 1 / (1 + correlation * correlation - 2 * correlation * cos(angle));
+}
 
-// How well epochs that correlate so fit the pooled powers: minus twice the logarithm of Whittle's likelihood and of the prior, up to a
-// constant. `at_zero` is the variance of a sum, per visit, over that of a visit.
-static double misfit(const struct design *design, const double *pooled, uint32_t pooled_count, double correlation, double *at_zero) {
+// How well epochs that correlate so fit the pooled powers: minus twice the logarithm of Whittle's likelihood and of the
+// prior, up to a constant. `at_zero` is the variance of a sum, per visit, over that of a visit.
+static double misfit(const struct design *design, const double *pooled, uint32_t pooled_count, double correlation,
+                     double *at_zero) {
     double level = 0, logarithms = 0;
     for (uint32_t f = 0; f < design->frequency_count; f++) {
         double shape = spectrum(correlation, design->frequencies[f]);
@@ -157,11 +171,13 @@ static double misfit(const struct design *design, const double *pooled, uint32_t
     return pooled_count * (logarithms + design->frequency_count * log(level)) + prior * prior;
 }
 
-// The variance of a sum over that of as many independent visits, by the correlation of neighbouring epochs that fits best.
+// The variance of a sum over that of as many independent visits, by the correlation of neighbouring epochs that fits
+// best.
 static double long_run_ratio(const struct design *design, const double *pooled, uint32_t pooled_count) {
     double best = INFINITY, ratio = 1;
     for (int step = -CORRELATION_STEPS; step <= CORRELATION_STEPS && pooled_count; step++) {
-        double at_zero, badness = misfit(design, pooled, pooled_count, CORRELATION_MOST * step / CORRELATION_STEPS, &at_zero);
+        double at_zero,
+            badness = misfit(design, pooled, pooled_count, CORRELATION_MOST * step / CORRELATION_STEPS, &at_zero);
         if (badness >= best) continue;
         best = badness;
         ratio = at_zero;
@@ -202,7 +218,8 @@ static struct window find_window(const double *by_epoch, uint32_t photos, uint32
     return window;
 }
 
-enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uint32_t epochs, struct vw_interval *intervals) {
+enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uint32_t epochs,
+                                    struct vw_interval *intervals) {
     struct window window = find_window(by_epoch, photos, epochs);
     for (uint32_t p = 0; p < photos; p++) intervals[p] = (struct vw_interval){NAN, NAN, NAN};
     if (window.end < window.first + 2) return VW_OK;
@@ -210,11 +227,13 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
     enum vw_status status = design_create(window.end - window.first, &design);
     uint32_t frequencies = design.frequency_count;
     struct photo *measured = vw_allocate(photos, sizeof *measured);
-    double *powers = vw_allocate((size_t)photos * frequencies, sizeof *powers), *pooled = vw_allocate(frequencies, sizeof *pooled);
+    double *powers = vw_allocate((size_t)photos * frequencies, sizeof *powers),
+           *pooled = vw_allocate(frequencies, sizeof *pooled);
     double *residuals = vw_allocate(design.epochs, sizeof *residuals);
     if (!measured || !powers || !pooled || !residuals) status = VW_ERROR_MEMORY;
     for (uint32_t p = 0; !status && p < photos; p++)
-        measure_photo(&design, by_epoch + (size_t)p * epochs + window.first, residuals, &measured[p], powers + (size_t)p * frequencies);
+        measure_photo(&design, by_epoch + (size_t)p * epochs + window.first, residuals, &measured[p],
+                      powers + (size_t)p * frequencies);
     if (!status) {
         double ratio = long_run_ratio(&design, pooled, pool_powers(measured, powers, photos, frequencies, pooled));
         double usual = median_variance(measured, photos, powers); // which are pooled by now
@@ -228,7 +247,8 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
     return status;
 }
 
-// ---- Ranks ------------------------------------------------------------------------------------------------------------
+// ---- Ranks
+// ------------------------------------------------------------------------------------------------------------
 
 // Whether a is better than b beyond what their standard errors explain; never where one is unknown.
 static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
@@ -240,11 +260,11 @@ static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_le
 void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         bool known = !isnan(scores[i].standard_error);
-        scores[i].rank_low = known ? 1 : 0;
-        scores[i].rank_high = known ? count : 0;
+        scores[i].rank_ci_low = known ? 1 : 0;
+        scores[i].rank_ci_high = known ? count : 0;
         for (uint32_t other = 0; known && other < count; other++) {
-            scores[i].rank_low += is_surely_better(&scores[other], &scores[i]);
-            scores[i].rank_high -= is_surely_better(&scores[i], &scores[other]);
+            scores[i].rank_ci_low += is_surely_better(&scores[other], &scores[i]);
+            scores[i].rank_ci_high -= is_surely_better(&scores[i], &scores[other]);
         }
     }
 }

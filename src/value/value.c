@@ -8,10 +8,10 @@
 #include "value/methods.h"
 #include "value/probe_scores.h"
 #include "value/uncertainty.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 // What is known of one photo.
-struct tally {
+struct statistics {
     double sum, squared_weights;
     uint32_t visits;
     struct vw_mean_variance sampling; // over its probed steps
@@ -26,73 +26,74 @@ struct scoring {
     uint64_t *starts;        // where each photo's visits begin
     double *weights;         // of the epochs
     double *by_epoch;        // what each photo's visits of each epoch contribute, photo by photo; NaN without a visit
-    struct tally *tallies;   // of the photos
+    struct statistics *tallies; // of the photos
     struct vw_interval *intervals;
 };
 
 // Contributions are summed in the order of the steps, so that equal ledgers give equal bits.
-static struct tally tally_visits(const struct scoring *scoring, uint32_t image) {
-    struct tally tally = {0};
+static struct statistics count_visits(const struct scoring *scoring, uint32_t image) {
+    struct statistics statistics = {0};
     double *by_epoch = &scoring->by_epoch[(size_t)image * scoring->series.epoch_count];
     for (uint32_t e = 0; e < scoring->series.epoch_count; e++) by_epoch[e] = NAN;
     for (uint64_t i = scoring->starts[image]; i < scoring->starts[image + 1]; i++) {
         const struct vw_visit *visit = &scoring->series.visits[i];
-        double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta, *of_epoch = &by_epoch[visit->epoch];
+        double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta,
+               *of_epoch = &by_epoch[visit->epoch];
         if (weight == 0) continue;
-        vw_mean_variance_add(&tally.sampling, visit->sampling_variance);
+        vw_mean_variance_add(&statistics.sampling, visit->sampling_variance);
         if (!isfinite(contribution)) continue;
-        tally.sum += contribution;
-        tally.squared_weights += weight * weight;
-        tally.visits++;
+        statistics.sum += contribution;
+        statistics.squared_weights += weight * weight;
+        statistics.visits++;
         *of_epoch = isnan(*of_epoch) ? contribution : *of_epoch + contribution;
     }
-    return tally;
+    return statistics;
 }
 
-// Given the states they start from, the deltas of different steps are drawn independently, so that their variances add up; those of the
-// probed steps stand for all.
-static double sampling_error_of_sum(const struct tally *tally) {
-    return sqrt(tally->squared_weights * vw_mean_variance_result(&tally->sampling));
+// Given the states they start from, the deltas of different steps are drawn independently, so that their variances add
+// up; those of the probed steps stand for all.
+static double resampling_stderr_of_sum(const struct statistics *statistics) {
+    return sqrt(statistics->squared_weights * vw_mean_variance_result(&statistics->sampling));
 }
 
 // Means are those of signs, which lie in [-1,1].
 static void take_mean(struct vw_ledger_score *score) {
     score->value /= score->visits;
     score->standard_error /= score->visits;
-    score->low = isnan(score->low) ? NAN : fmax(score->low / score->visits, -1);
-    score->high = isnan(score->high) ? NAN : fmin(score->high / score->visits, 1);
+    score->ci_low = isnan(score->ci_low) ? NAN : fmax(score->ci_low / score->visits, -1);
+    score->ci_high = isnan(score->ci_high) ? NAN : fmin(score->ci_high / score->visits, 1);
 }
 
-// The ends of the interval move as the value does. The standard error shrinks as the interval does: the slope at the value itself says
-// nothing where the sum is near 0.
+// The ends of the interval move as the value does. The standard error shrinks as the interval does: the slope at the
+// value itself says nothing where the sum is near 0.
 static void take_cube_root(struct vw_ledger_score *score) {
-    double low = cbrt(score->low), high = cbrt(score->high), width = score->high - score->low;
+    double low = cbrt(score->ci_low), high = cbrt(score->ci_high), width = score->ci_high - score->ci_low;
     score->value = cbrt(score->value);
     score->standard_error *= width > 0 ? (high - low) / width : 1;
-    score->low = low;
-    score->high = high;
+    score->ci_low = low;
+    score->ci_high = high;
 }
 
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
-    const struct tally *tally = &scoring->tallies[image];
+    const struct statistics *statistics = &scoring->tallies[image];
     const struct vw_interval *interval = &scoring->intervals[image];
     struct vw_ledger_score score = {
         .image_id = scoring->input->images[image].image_id,
         .method = scoring->about->name,
-        .value = tally->sum,
+        .value = statistics->sum,
         .unit = scoring->about->unit,
         .standard_error = interval->standard_error,
-        .visits = tally->visits,
-        .sampling_error = vw_method_is_sum_of_steps(scoring->method) ? sampling_error_of_sum(tally) : NAN,
-        .low = interval->low,
-        .high = interval->high,
+        .visits = statistics->visits,
+        .resampling_stderr = vw_method_is_sum_of_steps(scoring->method) ? resampling_stderr_of_sum(statistics) : NAN,
+        .ci_low = interval->ci_low,
+        .ci_high = interval->ci_high,
     };
-    if (scoring->method->outcome == VW_OUTCOME_MEAN && tally->visits > 0) take_mean(&score);
+    if (scoring->method->outcome == VW_AGGREGATE_MEAN && statistics->visits > 0) take_mean(&score);
     return score;
 }
 
-// Appends a score per train image; nothing when no image has a visit that counts. Ranks are those of the sums, which a root does not
-// reorder, by the sums' errors.
+// Appends a score per train image; nothing when no image has a visit that counts. Ranks are those of the sums, which a
+// root does not reorder, by the sums' errors.
 static void append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
     const struct vw_value_input *input = scoring->input;
     struct vw_ledger_score *own = &scores[*score_count];
@@ -103,7 +104,7 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
     for (uint32_t i = 0; i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
     vw_rank_intervals(own, count);
-    for (uint32_t i = 0; scoring->method->outcome == VW_OUTCOME_CUBE_ROOT && i < count; i++) take_cube_root(&own[i]);
+    for (uint32_t i = 0; scoring->method->outcome == VW_AGGREGATE_CUBE_ROOT && i < count; i++) take_cube_root(&own[i]);
     *score_count += count;
 }
 
@@ -128,7 +129,7 @@ static enum vw_status prepare(struct scoring *scoring) {
     if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
     if (status) return status;
     method->weighting(scoring->weights, scoring->series.epoch_count);
-    for (uint32_t i = 0; i < input->image_count; i++) scoring->tallies[i] = tally_visits(scoring, i);
+    for (uint32_t i = 0; i < input->image_count; i++) scoring->tallies[i] = count_visits(scoring, i);
     return VW_OK;
 }
 
@@ -144,7 +145,8 @@ static void discard(struct scoring *scoring) {
 static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
     enum vw_status status = prepare(scoring);
     if (!status)
-        status = vw_intervals_of_sums(scoring->by_epoch, scoring->input->image_count, scoring->series.epoch_count, scoring->intervals);
+        status = vw_intervals_of_sums(scoring->by_epoch, scoring->input->image_count, scoring->series.epoch_count,
+                                      scoring->intervals);
     if (!status) append_scores(scoring, scores, score_count);
     discard(scoring);
     return status;
@@ -159,25 +161,29 @@ enum vw_status vw_value_of_method(const struct vw_value_input *input, const char
     struct scoring scoring = {.method = &vw_methods[at], .about = &listed[at], .input = input};
     enum vw_status status = prepare(&scoring);
     for (uint32_t i = 0; !status && i < input->image_count; i++) {
-        const struct tally *tally = &scoring.tallies[i];
-        if (tally->visits == 0) continue;
-        values[i] = scoring.method->outcome == VW_OUTCOME_MEAN ? tally->sum / tally->visits : tally->sum;
-        if (scoring.method->outcome == VW_OUTCOME_CUBE_ROOT) values[i] = cbrt(values[i]);
+        const struct statistics *statistics = &scoring.tallies[i];
+        if (statistics->visits == 0) continue;
+        values[i] =
+            scoring.method->outcome == VW_AGGREGATE_MEAN ? statistics->sum / statistics->visits : statistics->sum;
+        if (scoring.method->outcome == VW_AGGREGATE_CUBE_ROOT) values[i] = cbrt(values[i]);
     }
     discard(&scoring);
     return status;
 }
 
-enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores, uint32_t *score_count) {
+enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
+                              uint32_t *score_count) {
     enum vw_status status = VW_OK;
     uint32_t count = 0, listed_count, probe_method_count;
     (void)vw_probe_methods(&probe_method_count);
     const struct vw_value_method *listed = vw_value_methods(&listed_count);
-    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * (vw_method_count + probe_method_count), sizeof *made);
+    struct vw_ledger_score *made =
+        vw_allocate((size_t)input->image_count * (vw_method_count + probe_method_count), sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < vw_method_count; i++) {
         struct scoring scoring = {.method = &vw_methods[i], .about = &listed[i], .input = input};
-        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) continue; // would be the step form again
+        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0))
+            continue; // would be the step form again
         status = score_by(&scoring, made, &count);
     }
     if (!status) status = vw_probe_scores_append(input, made, &count);

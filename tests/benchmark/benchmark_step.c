@@ -1,7 +1,8 @@
-// Our training step and our validation, timed: steps with and without validation take turns, so that what else the machine does meets both
-// alike. Without settings this is the yardstick's workload (tests/benchmark/native_step.c): 500 rays x 32 samples, 8 levels x 2 features
-// x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense Adam with beta1 0.9, spherical harmonics up to band 2, and a
-// validation of 2048 rays. Prints one line of names and figures; times are medians per step, memory is the most there was.
+// Our training step and our validation, timed: steps with and without validation take turns, so that what else the
+// machine does meets both alike. Without settings this is the yardstick's workload (tests/benchmark/native_step.c): 500
+// rays x 32 samples, 8 levels x 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense
+// Adam with beta1 0.9, spherical harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and
+// figures; times are medians per step, memory is the most there was.
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -12,11 +13,14 @@
 
 #include "support/synthetic_scene.h"
 #include "viewworth/log.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
 #include "viewworth/train.h"
 
-static const char USAGE[] = "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [NAME=NUMBER]...\n"
-                            "names: steps rounds photos width_px height_px rays samples val_rays levels log2_table width\n";
+static const char USAGE[] =
+    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [NAME=NUMBER]...\n"
+    "names: steps rounds photos width_px height_px rays samples val_rays levels log2_table width\n";
 
 struct setup {
     struct vw_config config;
@@ -27,7 +31,8 @@ struct setup {
 
 enum { STEPS_PER_BATCH = 8, ROUNDS_MAX = 64 };
 
-// ---- Settings ---------------------------------------------------------------------------------------------------------
+// ---- Settings
+// ---------------------------------------------------------------------------------------------------------
 
 static void choose_yardstick(struct setup *setup) {
     struct vw_config *config = &setup->config;
@@ -37,9 +42,11 @@ static void choose_yardstick(struct setup *setup) {
     config->loss = VW_LOSS_L2;
     config->optimizer = VW_OPTIMIZER_DENSE_ADAM;
     config->beta1 = 0.9;
-    config->levels = 8, config->features = 2, config->log2_table = 14, config->base_resolution = 8, config->growth = 1.45;
+    config->levels = 8, config->features = 2, config->log2_table = 14, config->base_resolution = 8,
+    config->growth = 1.45;
     config->width = 32;
-    setup->scene = (struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120};
+    setup->scene =
+        (struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120};
     setup->steps = 160;
     setup->rounds = 5;
 }
@@ -96,7 +103,8 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
     return good && setup->rounds <= ROUNDS_MAX;
 }
 
-// ---- Measuring --------------------------------------------------------------------------------------------------------
+// ---- Measuring
+// --------------------------------------------------------------------------------------------------------
 
 struct timing {
     double wall_ms, cpu_ms; // per step
@@ -143,8 +151,8 @@ static enum vw_status time_batches(struct vw_trainer *trainer, uint32_t batches,
     return status;
 }
 
-static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup, bool validate,
-                                 struct timing *timing, struct vw_trainer_stats *stats) {
+static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
+                                 bool validate, struct timing *timing, struct vw_trainer_stats *stats) {
     uint32_t batches = setup->steps / STEPS_PER_BATCH / setup->rounds;
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_params params = {
@@ -156,10 +164,11 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
     return status;
 }
 
-// ---- The report -------------------------------------------------------------------------------------------------------
+// ---- The report
+// -------------------------------------------------------------------------------------------------------
 
-static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds, const struct vw_trainer_stats *stats,
-                          const char *device) {
+static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds,
+                          const struct vw_trainer_stats *stats, const char *device) {
     enum { TRAIN, VALIDATE, TRAIN_CPU, VALIDATE_CPU, SCORING, SCORING_CPU, FIGURES };
     double figures[FIGURES][ROUNDS_MAX];
     for (uint32_t i = 0; i < rounds; i++) {
@@ -170,18 +179,20 @@ static void print_figures(const struct timing *with, const struct timing *withou
         figures[SCORING][i] = with[i].wall_ms / without[i].wall_ms;
         figures[SCORING_CPU][i] = with[i].cpu_ms / without[i].cpu_ms;
     }
-    static const char *const names[FIGURES] = {"train_ms", "val_ms", "train_cpu_ms", "val_cpu_ms", "scoring_ratio", "scoring_cpu_ratio"};
+    static const char *const names[FIGURES] = {"train_ms",   "val_ms",        "train_cpu_ms",
+                                               "val_cpu_ms", "scoring_ratio", "scoring_cpu_ratio"};
     for (int f = 0; f < FIGURES; f++) printf("%s %.3f ", names[f], median(figures[f], rounds));
-    printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f device %s\n", stats->val_rays, (double)stats->device_bytes / 1048576.0,
-           peak_resident_mib(), device);
+    printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f device %s\n", stats->val_rays,
+           (double)stats->device_bytes / 1048576.0, peak_resident_mib(), device);
 }
 
 static void print_timers(const struct vw_gpu *gpu) {
     uint32_t count;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
     for (uint32_t i = 0; i < count; i++)
-        printf("  %-18s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name, (unsigned long long)timers[i].dispatches,
-               timers[i].total_ms, timers[i].total_ms / (double)timers[i].dispatches);
+        printf("  %-18s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name,
+               (unsigned long long)timers[i].dispatches, timers[i].total_ms,
+               timers[i].total_ms / (double)timers[i].dispatches);
 }
 
 static enum vw_status run(const struct setup *setup) {

@@ -270,7 +270,7 @@ def tradeoff_is_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
     page.choose('tradeoff-0-choose-method', 'dv_loss')
     rows = read_tradeoff(folder, 'trade', 'dv_loss')
-    for chart, key, front in (('psnr', 'val_psnr', 'psnr_front'), ('score', 'agreement_pearson', 'score_front')):
+    for chart, key, front in (('psnr', 'val_psnr', 'psnr_pareto_front'), ('score', 'agreement_pearson', 'score_pareto_front')):
         sets = drawn(page, chart)
         line = sets.pop('fastest for what they reach')
         wanted = sorted((row['point'], float(row['run_seconds']), float(row[key])) for row in rows if row[key])
@@ -283,30 +283,30 @@ def tradeoff_is_right(browser, folder):
     expect(measures == ['agreement_pearson', 'seed_pearson', 'seed_spearman', 'lds'], measures) # without truth there is no AUC
     page.choose('tradeoff-0-choose-measure', 'lds')
     expect([point['y'] for point in drawn(page, 'score')['base']] == [0.62] and len(drawn(page, 'score')) == 1, drawn(page, 'score'))
-    expect(drawn(page, 'knob-score') is None, 'a chart of nothing')
-    expect('No setting of rays' in page.run("return document.getElementById('tradeoff-0-knob-score').textContent"), 'no word why')
+    expect(drawn(page, 'parameter-score') is None, 'a chart of nothing')
+    expect('No setting of rays' in page.run("return document.getElementById('tradeoff-0-parameter-score').textContent"), 'no word why')
 
 
-@check('the settings of a knob stand in their order, what is no number last')
-def knobs_are_right(browser, folder):
+@check('the settings of a parameter stand in their order, what is no number last')
+def parameters_are_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
-    knobs = page.run("return [...document.getElementById('tradeoff-0-choose-knob').options].map(one => one.value)")
-    expect(knobs == ['rays', 'val-rays'], knobs) # of one setting there is nothing to draw
+    parameters = page.run("return [...document.getElementById('tradeoff-0-choose-parameter').options].map(one => one.value)")
+    expect(parameters == ['rays', 'val-rays'], parameters) # of one setting there is nothing to draw
     rows = read_tradeoff(folder, 'trade', 'dv_psnr')
     wanted = [(setting, float(row['val_psnr'])) for setting in ('125', '500', '1000', '2000') for row in rows
               if row['point'] == ('base' if setting == '1000' else 'rays-' + setting)]
-    points = [(point['setting'], point['y']) for point in drawn(page, 'knob-psnr')['validation PSNR, dB']]
+    points = [(point['setting'], point['y']) for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
     expect(points == wanted, f'with the base among the rays: {points}, not {wanted}')
-    page.choose('tradeoff-0-choose-knob', 'val-rays')
-    for chart, title, key in (('knob-score', 'agreement r', 'agreement_pearson'), ('knob-psnr', 'validation PSNR, dB', 'val_psnr'),
-                              ('knob-time', 'seconds of a run', 'run_seconds')):
+    page.choose('tradeoff-0-choose-parameter', 'val-rays')
+    for chart, title, key in (('parameter-score', 'agreement r', 'agreement_pearson'), ('parameter-psnr', 'validation PSNR, dB', 'val_psnr'),
+                              ('parameter-time', 'seconds of a run', 'run_seconds')):
         points, rows = drawn(page, chart)[title], read_tradeoff(folder, 'trade', 'dv_psnr')
-        wanted = [(row['setting'], float(row[key])) for row in rows if row['knob'] == 'val-rays']
+        wanted = [(row['setting'], float(row[key])) for row in rows if row['parameter'] == 'val-rays']
         expect([(point['setting'], point['y']) for point in points] == wanted, f'{chart}: {points}, not {wanted}')
         x = [point['x'] for point in points]
         expect(abs(x[1] - x[0] - 0.602) < 0.001 and x[2] > x[1], x) # log10(1024 / 256)
         expect({point['y'] for point in drawn(page, chart)['base']} == {float(rows[0][key])}, drawn(page, chart))
-    expect([point['y'] for point in drawn(page, 'knob-score')['with all validation pixels, r']] == [0.9] * 3, drawn(page, 'knob-score'))
+    expect([point['y'] for point in drawn(page, 'parameter-score')['with all validation pixels, r']] == [0.9] * 3, drawn(page, 'parameter-score'))
 
 
 @check('the table of points is that of the method, and sorts')
@@ -344,7 +344,7 @@ def hostile_tradeoff_is_text(browser, folder):
     expect(page.run('return document.scripts.length') == 6, 'a name became a script')
     times = sorted(point['x'] for points in drawn(page, 'psnr').values() for point in points)
     expect(set(times) == {9, 10, 11, 12, 13}, times) # an axis has no place for the others
-    heights = [point['y'] for point in drawn(page, 'knob-psnr')['validation PSNR, dB']]
+    heights = [point['y'] for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
     expect(heights == [21], heights)
     expect(not (found := page.errors()), found)
 

@@ -1,15 +1,16 @@
 // Writes the ledger of a run that never was, for tests of its report:
 //
-//     synthetic_ledger FILE PHOTOS [hostile]    so many train photos, 12 to validate, 3 epochs; hostile: names that would break a page
+//     synthetic_ledger FILE PHOTOS [hostile]    so many train photos, 12 to validate, 3 epochs; hostile: names that
+//     would break a page
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/hash.h"
+#include "base/hash.h"
 #include "viewworth/ledger.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "base/random.h"
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
@@ -44,10 +45,14 @@ static enum vw_status name_images(struct synthetic *run, bool hostile) {
     static const char *const providers[] = {"anna", "Smith & Sons", "<b>chris</b>", ""};
     for (uint32_t i = 0; i < run->image_count; i++) {
         bool validates = i >= run->photos, odd = hostile && i < VW_ARRAY_COUNT(hostile_names);
-        char *name = odd ? vw_copy_text(hostile_names[i]) : vw_format_text("photos/%s_%04u.jpg", validates ? "val" : "train", i);
+        char *name =
+            odd ? vw_copy_text(hostile_names[i]) : vw_format_text("photos/%s_%04u.jpg", validates ? "val" : "train", i);
         if (!name) return VW_ERROR_MEMORY;
-        run->images[i] = (struct vw_ledger_image){
-            .image_id = i, .name = name, .split = validates ? "val" : "train", .provider = providers[i % 4], .sha256 = zeros};
+        run->images[i] = (struct vw_ledger_image){.image_id = i,
+                                                  .name = name,
+                                                  .split = validates ? "val" : "train",
+                                                  .provider = providers[i % 4],
+                                                  .sha256 = zeros};
         if (validates) run->views[i - run->photos] = i;
     }
     return VW_OK;
@@ -93,20 +98,21 @@ static enum vw_status write_run(const char *path, const struct synthetic *run, b
     struct vw_config config = vw_config_default;
     config.epochs = EPOCHS;
     char *config_json = vw_config_to_json(&config, false);
-    const struct vw_ledger_run row = {.run_id = zeros,
-                                      .scene_hash = zeros,
-                                      .seed = SEED,
-                                      .config_json = config_json,
-                                      .scene_path = hostile ? "scenes/</title><script>window.broken = 6</script>" : "scenes/none",
-                                      .subset_hash = zeros,
-                                      .device = "no device",
-                                      .driver = "none",
-                                      .shader_hash = zeros,
-                                      .version = "0.1.0",
-                                      .started_utc = "2026-11-22T01:00:00Z",
-                                      .scene_options_json = "{}",
-                                      .effects_json = "[{\"name\":\"sky\",\"on\":true,\"called_for\":true,\"evidence\":0.5,"
-                                                      "\"threshold\":0.1,\"meaning\":\"<i>share</i>\"}]"};
+    const struct vw_ledger_run row = {
+        .run_id = zeros,
+        .scene_hash = zeros,
+        .seed = SEED,
+        .config_json = config_json,
+        .scene_path = hostile ? "scenes/</title><script>window.broken = 6</script>" : "scenes/none",
+        .subset_hash = zeros,
+        .device = "no device",
+        .driver = "none",
+        .shader_hash = zeros,
+        .version = "0.1.0",
+        .started_utc = "2026-11-22T01:00:00Z",
+        .scene_options_json = "{}",
+        .effects_json = "[{\"name\":\"sky\",\"on\":true,\"called_for\":true,\"evidence\":0.5,"
+                        "\"threshold\":0.1,\"meaning\":\"<i>share</i>\"}]"};
     const struct vw_value_input input = {.records = run->records,
                                          .record_count = run->record_count,
                                          .burn_in_epochs = 1,

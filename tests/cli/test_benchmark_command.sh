@@ -9,41 +9,41 @@ tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 -
 
 benchmark_it() { "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"; } # benchmark_it OUT [OPTION]...
 benchmark() { run benchmark_it "$@"; }
-ask() { sqlite3 "$folder/$1/trials.db" "$2"; }
-trials() { ask "$1" 'SELECT count(*) FROM trial'; }
-row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row JUDGEMENT,METHOD: how many there are
+ask() { sqlite3 "$folder/$1/retrainings.db" "$2"; }
+retrainings() { ask "$1" 'SELECT count(*) FROM retraining'; }
+row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row METRIC,METHOD: how many there are
 
 # ---- What it leaves ----
 
 check "a benchmark without interruption" benchmark whole --subsets 8 --leave-one-out
-check "the table names methods and controls" grep -qE '^dv_psnr +[01]\.' "$folder/stdout"
+check "the table names methods and baselines" grep -qE '^dv_psnr +[01]\.' "$folder/stdout"
 check "and what noise permits" grep -q '^noise ceiling' "$folder/stdout"
 check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder/whole/seed_1/scores.csv"
-check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,judgement,method,value,low,high,count
-for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/spoiled,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
+check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,metric,method,value,ci_low,ci_high,count
+for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/corrupted,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
     seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
-    harm/wrong_pose,trials removal_low/20,dv_psnr removal_low/50,random addition_high/30,truth leave_one_out/spearman,sfm_points \
+    harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,truth leave_one_out/spearman,sfm_points \
     cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
     check "a row $wanted" test "$(row "$wanted")" = 1
 done
 rows=$(wc -l <"$folder/whole/benchmark.csv")
-check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM judgement')" = "$((rows - 1))"
-check "truth finds all spoiled photos" grep -q "^$folder/tiny.json,auc/spoiled,truth,1,,,8$" "$folder/whole/benchmark.csv"
-check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM trial WHERE view_count = 3 AND trial_id IN
-    (SELECT trial_id FROM trial ORDER BY rowid LIMIT 17)')" = 16
-check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM trial WHERE view_count = 3 GROUP BY views
+check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM metric')" = "$((rows - 1))"
+check "truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,,,8$" "$folder/whole/benchmark.csv"
+check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM retraining WHERE view_count = 3 AND retraining_id IN
+    (SELECT retraining_id FROM retraining ORDER BY rowid LIMIT 17)')" = 16
+check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM retraining WHERE view_count = 3 GROUP BY views
     HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
-check "no trial has a seed whose scores are judged" test "$(ask whole 'SELECT count(*) FROM trial WHERE seed < 2')" = 0
-check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed) || max(seed) FROM trial WHERE view_count = 5
+check "no retraining has a seed whose scores are evaluated" test "$(ask whole 'SELECT count(*) FROM retraining WHERE seed < 2')" = 0
+check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed) || max(seed) FROM retraining WHERE view_count = 5
     AND seed > 3')" = 45
 
 # ---- Resuming and reusing ----
 
 cp "$folder/whole/benchmark.csv" "$folder/first.csv"
-before=$(trials whole)
+before=$(retrainings whole)
 check "a finished benchmark is repeated" benchmark whole --subsets 8 --leave-one-out
 check "with the same bytes" cmp "$folder/first.csv" "$folder/whole/benchmark.csv"
-check "and without a training" test "$(trials whole)" = "$before"
+check "and without a training" test "$(retrainings whole)" = "$before"
 extend_seeds() {
     local seed
     for seed in 0 1; do
@@ -54,17 +54,17 @@ extend_seeds() {
 check "its valued runs are extended" extend_seeds
 check "and it is repeated with the epochs that it had" benchmark whole --subsets 8 --leave-one-out
 check "with the same bytes once more" cmp "$folder/first.csv" "$folder/whole/benchmark.csv"
-check "and again without a training" test "$(trials whole)" = "$before"
+check "and again without a training" test "$(retrainings whole)" = "$before"
 check "more subsets add trainings" benchmark whole --subsets 10 --curves none --json
-check "of the new subsets alone" test "$(($(trials whole) - before))" -le 4
-check "its JSON is whole" grep -q '"judgements"' "$folder/stdout"
-check "without curves none are judged" test "$(row removal_low/20,random)" = 0
+check "of the new subsets alone" test "$(($(retrainings whole) - before))" -le 4
+check "its JSON is whole" grep -q '"metrics"' "$folder/stdout"
+check "without curves none are evaluated" test "$(row removal_low/20,random)" = 0
 
-stop_benchmark() { # stop_benchmark SIGNAL OUT COUNT: once so many trials are recorded
+stop_benchmark() { # stop_benchmark SIGNAL OUT COUNT: once so many retrainings are recorded
     "$program" benchmark "$folder/tiny.json" --out "$folder/$2" "${tiny[@]}" --subsets 8 --leave-one-out \
         >"$folder/stdout" 2>"$folder/stderr" &
     local process=$! code=0
-    until [[ $(trials "$2" 2>/dev/null || echo 0) -ge $3 || ! -d /proc/$process ]]; do sleep 0.05; done
+    until [[ $(retrainings "$2" 2>/dev/null || echo 0) -ge $3 || ! -d /proc/$process ]]; do sleep 0.05; done
     kill "-$1" "$process" 2>/dev/null
     wait "$process" 2>/dev/null || code=$?
     [[ $1 == KILL && $code -eq 137 ]] || { [[ $code -eq 1 ]] && grep -q 'the same command goes on' "$folder/stderr"; }
@@ -76,11 +76,11 @@ check "to the same bytes" cmp "$folder/first.csv" "$folder/stopped/benchmark.csv
 
 # ---- Nothing to tell ----
 
-judge_sound() {
+evaluate_sound() {
     run "$program" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves truth
 }
 curve() { grep -c "^$folder/sound.json,removal_low/20,$1," "$folder/sound/benchmark.csv"; }
-check "a benchmark of photos that are all sound" judge_sound
+check "a benchmark of photos that are all sound" evaluate_sound
 check "has the curve of random orders" test "$(curve random)" = 1
 check "and none of a truth that says the same of all" test "$(curve truth)" = 0
 
@@ -88,14 +88,14 @@ check "and none of a truth that says the same of all" test "$(curve truth)" = 0
 
 refused() { benchmark_it refused "$@"; }
 check "too few subsets" fails 2 'subsets' refused --subsets 3
-check "no seeds left to judge with" fails 2 'seed.*lower' refused --seed 9223372036854775804
+check "no seeds left to evaluate with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
-check "a recipe has defects of its own" fails 2 'plant.*recipe' refused --plant 2 --quiet
-check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves truth,dv_pnsr
+check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corrupt 2 --quiet
+check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves ground_truth,dv_pnsr
 check "nothing is left of refusals" test ! -e "$folder/refused"
 check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0
 check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
-mkdir -p "$folder/other" && echo "no trials" >"$folder/other/trials.db"
-check "a file that holds no trials" fails 2 'trials.db.*not' benchmark_it other --quiet
-check "which stays as it was" test "$(cat "$folder/other/trials.db")" = "no trials"
+mkdir -p "$folder/other" && echo "no retrainings" >"$folder/other/retrainings.db"
+check "a file that holds no retrainings" fails 2 'retrainings.db.*not' benchmark_it other --quiet
+check "which stays as it was" test "$(cat "$folder/other/retrainings.db")" = "no retrainings"
 conclude

@@ -131,12 +131,12 @@ check "too few epochs leave a table without rows" test "$(cat "$folder/short/sco
 # ---- The quality of scores ----------------------------------------------------------------------------------------------
 
 quality() { "$root/scripts/score_quality" "$@" | grep '^dv_' | tr '\n' ' '; }
-check "without spoiled photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
+check "without corrupted photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 check "a run agrees with itself" test "$(quality "$folder/first" "$folder/second")" = \
     'dv_loss - 1.0000 dv_psnr - 1.0000 dv_psnr_pooled - 1.0000 '
 query second "UPDATE image SET truth = 'blur'
     WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
-check "spoiled photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
+check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
 query second "UPDATE image SET truth = NULL"
 check "without a truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 

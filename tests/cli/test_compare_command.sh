@@ -16,7 +16,7 @@ compare() { # compare OUT [OPTION]...
     return 1
 }
 three=(--scores valued --list all --list top:3 --list random)
-trials() { sqlite3 "$1/trials.db" 'SELECT count(*) FROM trial' 2>/dev/null || echo 0; }
+retrainings() { sqlite3 "$1/retrainings.db" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0; }
 column() { # column LIST SEED NUMBER: of compare.csv
     awk -F, -v list="$1" -v seed="$2" -v number="$3" '$1 == list && $2 == seed { print $number }' whole/compare.csv
 }
@@ -72,11 +72,11 @@ check "PSNR on test photos as render has it" near "$(independently kept.txt 6 1)
 
 # ---- Resuming and reusing ----
 
-before=$(trials whole)
-check "six trials" test "$before" = 6
+before=$(retrainings whole)
+check "six retrainings" test "$before" = 6
 cp -r whole first
 check "a finished comparison is repeated" compare whole "${three[@]}" --json
-check "with the same bytes" diff -r --exclude=trials.db first whole
+check "with the same bytes" diff -r --exclude=retrainings.db first whole
 json() { test "$(sqlite3 :memory: "WITH file AS (SELECT CAST(readfile('whole/compare.json') AS TEXT) AS j) SELECT $1 FROM file")" = "$2"; }
 check "JSON names the photos of lists" json "json_array_length(j, '\$.lists[1].photos')" 3
 check "but not of random ones" json "json_array_length(j, '\$.lists[2].photos') || (j ->> '\$.lists[2].outcomes[1].photo_count')" 03
@@ -90,32 +90,32 @@ check "disagreements name the lists" json "(SELECT count(*) FROM json_each(j, '\
     AND value ->> '\$.not_in[0]' = 'top:3')" 3
 check "renders name their columns" json "(j ->> '\$.renders[0].columns') || (j ->> '\$.renders[0].view')" \
     '["photo","all","top:3","random"]view_007'
-check "without a training" test "$(trials whole)" = "$before"
+check "without a training" test "$(retrainings whole)" = "$before"
 check "prints what it leaves" cmp stdout whole/compare.json
-rm whole/renders/trials/*_7.png
+rm whole/renders/retrainings/*_7.png
 check "a lost picture is made again" compare whole "${three[@]}"
-check "to the same bytes" diff -r --exclude=trials.db first whole
+check "to the same bytes" diff -r --exclude=retrainings.db first whole
 check "a list of names is the list it names" compare whole --list all --list kept.txt --views 0
-check "and was trained before" test "$(trials whole)" = "$before"
+check "and was trained before" test "$(retrainings whole)" = "$before"
 check "with the same outcome" near "$(column kept 0 8)" "$(awk -F, '$1 == "top:3" && $2 == 0 { print $8 }' first/compare.csv)"
 
 interrupted() {
     "$program" compare tiny.json --out stopped "${tiny[@]}" --epochs 3 --seeds 2 "${three[@]}" >stdout 2>stderr &
     local process=$! code=0
-    until [[ $(trials stopped) -ge 2 || ! -d /proc/$process ]]; do sleep 0.05; done
+    until [[ $(retrainings stopped) -ge 2 || ! -d /proc/$process ]]; do sleep 0.05; done
     kill -INT "$process" 2>/dev/null
     wait "$process" 2>/dev/null || code=$?
-    [[ $code -eq 1 && $(trials stopped) -lt 6 ]] && grep -q 'the same command goes on' stderr
+    [[ $code -eq 1 && $(retrainings stopped) -lt 6 ]] && grep -q 'the same command goes on' stderr
 }
 check "a comparison is interrupted" interrupted
 check "it goes on" compare stopped "${three[@]}"
-check "to the same bytes as without, but for the name of the folder" diff -r --exclude=trials.db --exclude=report.html first stopped
+check "to the same bytes as without, but for the name of the folder" diff -r --exclude=retrainings.db --exclude=report.html first stopped
 check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 --views 1
 check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
-check "and are another training" test "$(trials whole)" = 7
+check "and are another training" test "$(retrainings whole)" = 7
 check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,,false$' whole/pairs.csv
 
-check "appearance is fitted on left halves" compare halves --list harmless --scores valued --seed 1 --seeds 1 --views 0 --effects appearance
+check "appearance is fitted on left halves" compare halves --list not-harmful --scores valued --seed 1 --seeds 1 --views 0 --effects appearance
 check "which is said" grep -q 'test photos, their right halves: appearance' stdout
 check "and in JSON" grep -q '"half_views": true' halves/compare.json
 check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 0
@@ -123,11 +123,11 @@ check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 
 # ---- Scores of another state of things ----
 
 cp -r valued other
-sqlite3 other/ledger.db "UPDATE run SET status = 'interrupted', scene_options_json = '{\"plant\":2}';
+sqlite3 other/ledger.db "UPDATE run SET status = 'interrupted', scene_options_json = '{\"corrupt\":2}';
     UPDATE image SET sha256 = '00' WHERE name IN ('view_000', 'view_003', 'view_006')"
 check "another state of the photos" compare states --list top:3 --scores other --seed 5 --seeds 1 --views 0
 check "an unfinished run is warned of" grep -q '^warning: other/ledger.db: the run is not finished but interrupted' stderr
-check "spoiled photos are" grep -q '^warning: .* spoiled 2 photos on purpose (--plant), and 0 are to be' stderr
+check "corrupted photos are" grep -q '^warning: .* corrupted 2 photos on purpose (--corrupt), and 0 are to be' stderr
 check "those to train on that have changed are" grep -q '^warning: --scores other: 2 photos have changed' stderr
 
 # ---- Refusals ----
@@ -153,7 +153,7 @@ check "scores of other photos" refuses 'which is no photo to train on' --scores 
 check "imported scores that are too low" refuses 'no photo' --list nima.csv@6
 query() { sqlite3 "$1/ledger.db" "$2"; }
 cp -r valued twice
-query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, truth FROM image WHERE name = 'view_005'"
+query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, ground_truth FROM image WHERE name = 'view_005'"
 check "an image_id of two scenes" refuses 'single photo' --scores twice --list top:6 --list one.txt
 
 # vanishing: a list is removed while a scene loads that takes a while.

@@ -66,7 +66,7 @@ check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$f
 check "leaves no report" test ! -e "$folder/none.html"
 check "no folder at all" refuses 'OUT\.\.\. is missing'
 mkdir -p "$folder/compare/renders" "$folder/bench"
-printf '%s\n' scene,judgement,method,value,low,high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
+printf '%s\n' scene,metric,method,value,ci_low,ci_high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
     "toys,lds/val_psnr,''=x,0.5,,,200" >"$folder/bench/benchmark.csv"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
@@ -77,11 +77,11 @@ compare_json() { # compare_json RENDER
    "photo_count": 18}], "mean": {"test_psnr": 18.05, "val_psnr": null}, "stderr": {"test_psnr": 0.05}},
   {"name": "significant", "photos": [], "outcomes": [{"seed": 0, "test_psnr": 18.2, "photo_count": 9}, {"seed": 1, "test_psnr": 18.3,
    "photo_count": 9}], "mean": {"test_psnr": 18.25}, "stderr": {"test_psnr": 0.1}}],
- "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "low": 0.1, "high": 0.3,
+ "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "ci_low": 0.1, "ci_high": 0.3,
   "beyond_noise": true},
-  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "low": -0.3, "high": -0.1, "beyond_noise": true},
-  {"list": "significant", "against": "all", "measure": "val_l1", "difference": 0.1, "low": 0.05, "high": 0.2, "beyond_noise": true},
-  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "low": -0.1, "high": 0.3, "beyond_noise": false}],
+  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "ci_low": -0.3, "ci_high": -0.1, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_l1", "difference": 0.1, "ci_low": 0.05, "ci_high": 0.2, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "ci_low": -0.1, "ci_high": 0.3, "beyond_noise": false}],
  "half_views": true,
  "disagreements": [{"photo": "$photo", "in": ["all"], "not_in": ["significant"]}],
  "renders": [{"view": "view_002", "split": "test", "file": "$1", "columns": ["photo", "all"]}]}
@@ -124,7 +124,7 @@ check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\
 check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
 mkdir "$folder/edited"
 for name in benchmark tradeoff providers payout duplicates; do
-    printf 'scene,method,value,low,high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
+    printf 'scene,method,value,ci_low,ci_high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
     check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
     rm "$folder/edited/$name.csv"
 done
@@ -152,8 +152,8 @@ check "and so is that of a seed" report "$folder/seeds" "$folder/seeds/seed_0" "
 check "the page has two runs" test "$(runs_of "$folder/twice.html")" -eq 2
 cp -r "$folder/run" "$folder/padded"
 sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 41000)
-    INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, truth)
-    SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, truth FROM n, (SELECT * FROM image LIMIT 1)"
+    INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, ground_truth)
+    SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, ground_truth FROM n, (SELECT * FROM image LIMIT 1)"
 check "a ledger of more photos than the scene has is a warning" warns 'padded: its ledger names other photos' report "$folder/padded"
 sqlite3 "$folder/padded/ledger.db" "DELETE FROM image WHERE image_id >= 1000; UPDATE image SET name = 'x' WHERE image_id = 3"
 check "so is one of others" warns 'padded: its ledger names other photos' report "$folder/padded"
@@ -163,41 +163,41 @@ check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?ht
 
 # ---- What accuracy costs in time ----------------------------------------------------------------------------------------
 
-# tradeoff NAME [KIND]: a folder that tradeoff might have made. Its points are the base, one knob after another, and the exhaustive one; the
+# tradeoff NAME [KIND]: a folder that tradeoff might have made. Its points are the base, one parameter after another, and the exhaustive one; the
 # rows of a point are its methods. Without KIND there are 11 points by 2 methods and no truth; of "one", one by one; of "many", 60 by 20.
 # "hostile": texts that would run, and figures that no axis can show.
 tradeoff() {
     mkdir -p "$folder/$1"
     awk -v kind="${2-}" 'BEGIN {
         OFS = ","
-        print "point,knob,setting,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_front,method," \
-            "score_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds," \
-            "lds_low,lds_high"
+        print "point,parameter,setting,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method," \
+            "score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds," \
+            "lds_ci_low,lds_ci_high"
         count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
             "exhaustive:all", points, " ")
         if (kind == "one") count = 1
-        if (kind == "many") for (count = 1; count < 60; count++) points[count + 1] = "knob" int(count / 5) ":" 2 ^ (count % 5) + count
+        if (kind == "many") for (count = 1; count < 60; count++) points[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
         method_count = kind == "one" ? 1 : kind == "many" ? 20 : 2
         for (p = 1; p <= count; p++)
             for (m = 1; m <= method_count; m++) {
                 split(points[p], pair, ":")
-                knob = pair[1]; setting = pair[2]
-                point = p == 1 ? "base" : knob "-" setting
+                parameter = pair[1]; setting = pair[2]
+                point = p == 1 ? "base" : parameter "-" setting
                 if (p == 1 && kind != "hostile") setting = "\"rays 1000, samples 16\""
                 method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
-                seconds = 10 * p; agreement = setting == "all" && knob == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
-                all_pixels = knob == "val-rays" ? 0.9 : ""
+                seconds = 10 * p; agreement = setting == "all" && parameter == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
+                all_pixels = parameter == "val-rays" ? 0.9 : ""
                 lds = p == 1 ? "0.62,0.4,0.8" : ",,"
                 psnr = 20 + p / 4
                 if (kind == "hostile") {
                     hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
-                    point = "\"" hurt point "\""; knob = "\"" hurt knob "\""; setting = "\"__proto__" hurt setting "\""
+                    point = "\"" hurt point "\""; parameter = "\"" hurt parameter "\""; setting = "\"__proto__" hurt setting "\""
                     method = "\"" hurt m "\""
                     split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
                     psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
                 }
-                print point, knob, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
+                print point, parameter, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
                     0.8, agreement, agreement, all_pixels, all_pixels, "", lds
             }
     }' >"$folder/$1/tradeoff.csv"
@@ -209,7 +209,7 @@ for name in trade trade_one trade_many trade_hostile; do
 done
 check "shows none of the runs of its points" test "$(runs_of "$folder/trade/report.html")" -eq 0
 check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
-check "a tradeoff that lacks any column it needs" eval 'for column in point run_seconds psnr_front score_front lds_high; do
+check "a tradeoff that lacks any column it needs" eval 'for column in point run_seconds psnr_pareto_front score_pareto_front lds_ci_high; do
     sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'

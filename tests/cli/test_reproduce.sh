@@ -6,7 +6,7 @@ set -uo pipefail
 seed=${SEED:-1}
 RANDOM=$seed
 echo "seed $seed"
-scene=$folder/spoiled.json
+scene=$folder/corrupted.json
 sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
 
 reproduce() { run reproduce_it "$@"; } # reproduce OUT [OPTION]...
@@ -34,15 +34,15 @@ check "also where effects are decided, once for all seeds" eval 'reproduce decid
     value decided_alone --seed 1 --effects auto && same_run decided_alone decided/seed_1'
 check "the header of reproduce.csv" grep -qx 'method,epochs,training_rays,seed_a,seed_b,photos,measure,value' \
     <(head -n 1 "$folder/whole/reproduce.csv")
-check "the header of scatter.csv" grep -qx 'name,method,seed_a,seed_b,value_a,value_b,spoiled' <(head -n 1 "$folder/whole/scatter.csv")
+check "the header of scatter.csv" grep -qx 'name,method,seed_a,seed_b,value_a,value_b,corrupted' <(head -n 1 "$folder/whole/scatter.csv")
 methods=$(table whole scatter.csv "SELECT count(DISTINCT method) FROM t")
 check "a row per method, stop, pair and measure" test "$methods" -ge 3 -a \
     "$(table whole reproduce.csv 'SELECT count(*) FROM t')" = $((methods * 2 * 3 * 7))
 check "a point per method, pair and photo" test "$(table whole scatter.csv 'SELECT count(*) FROM t')" = $((methods * 3 * 12))
-check "the spoiled are known" test "$(table whole scatter.csv "SELECT group_concat(DISTINCT name) FROM t WHERE spoiled = '1'")" = \
+check "the corrupted are known" test "$(table whole scatter.csv "SELECT group_concat(DISTINCT name) FROM t WHERE corrupted = '1'")" = \
     view_001,view_002
-check "and not among the unspoiled" test "$(table whole reproduce.csv "SELECT DISTINCT photos FROM t
-    WHERE measure = 'unspoiled_pearson'")" = 10
+check "and not among the clean" test "$(table whole reproduce.csv "SELECT DISTINCT photos FROM t
+    WHERE measure = 'clean_pearson'")" = 10
 check "points are the ledgers' scores" test "$(table whole scatter.csv "ATTACH '$folder/whole/seed_2/ledger.db' AS ledger;
     SELECT count(*), max(abs(value_b - value)) FROM t JOIN ledger.image USING (name) JOIN ledger.score USING (image_id, method)
     WHERE seed_b = 2 AND seed_a = 0")" = "$((methods * 12))|0.0"

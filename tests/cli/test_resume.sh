@@ -58,14 +58,14 @@ check "a finished run is extended, its effects decided again" run value short 5 
 check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short
 
-copy short spoiled
-check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.01' value spoiled 6 --resume --lr 0.01
-check "so is another choice of photos" fails 2 'other photos to train on' value spoiled 6 --resume \
+copy short corrupted
+check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.01' value corrupted 6 --resume --lr 0.01
+check "so is another choice of photos" fails 2 'other photos to train on' value corrupted 6 --resume \
     --train <(printf 'view_%03d\n' 1 2 3) --val <(printf 'view_%03d\n' 0)
-check "and other effects" fails 2 'other --effects' value spoiled 6 --resume --effects occupancy,background
-check "and the same by train" fails 2 'value and train' "$program" train "$scene" --out "$folder/spoiled" --epochs 6 "${small[@]}" \
+check "and other effects" fails 2 'other --effects' value corrupted 6 --resume --effects occupancy,background
+check "and the same by train" fails 2 'value and train' "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" \
     --effects occupancy --resume --quiet
-check "refusals leave the run alone" same_run short spoiled
+check "refusals leave the run alone" same_run short corrupted
 
 longer_from() { # longer_from OUT: extends it and compares
     run value "$1" 6 --resume && same_run longest "$1"
@@ -98,10 +98,10 @@ check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
 check "the noise floor is measured" run value noisy 10 --noise-floor --json
-check "repeats and still steps move nothing, redraws do" test "$(sqlite3 :memory: "
+check "repeated_count and still steps move nothing, redraws do" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
-    SELECT j ->> 'repeat_db' = 0 AND j ->> 'still_db' = 0 AND j ->> 'redraw_db' > 0 FROM answer")" = 1
-check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(sampling_error > 0) FROM score')" = 1
+    SELECT j ->> 'repeated_db' = 0 AND j ->> 'zero_learning_rate_db' = 0 AND j ->> 'resampled_db' > 0 FROM answer")" = 1
+check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(resampling_stderr > 0) FROM score')" = 1
 check "and changes none" test "$(query noisy 'SELECT value FROM score ORDER BY 1' | sha256sum)" = \
     "$(run value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
 check "train has nothing to probe" fails 2 'unknown option "--noise-floor"' "$program" train "$scene" --out "$folder/none" --noise-floor

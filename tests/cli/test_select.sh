@@ -256,12 +256,12 @@ check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------
 
-for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0' \
+for rule in '--positive:value > 0' '--significant:ci_low > 0' '--not-harmful:ci_high >= 0' \
     '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
         ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
         LIMIT 9)'; do
     rm -f "$folder/rule.txt"
-    query recipe.run "UPDATE score SET low = value - 0.01 * image_id, high = value + 0.002 * image_id" # so that the rules differ
+    query recipe.run "UPDATE score SET ci_low = value - 0.01 * image_id, ci_high = value + 0.002 * image_id" # so that the rules differ
     # shellcheck disable=SC2086
     "$program" select "$folder/recipe.run" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
     check "${rule%%:*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
@@ -269,7 +269,7 @@ for rule in '--positive:value > 0' '--significant:low > 0' '--harmless:high >= 0
 done
 run=$folder/single.run
 list=$folder/none.json
-check "no rule is refused" refuses 'one of --positive, --significant, --harmless, --top K\|P% and --drop K\|P%, not none' \
+check "no rule is refused" refuses 'one of --positive, --significant, --not-harmful, --top K\|P% and --drop K\|P%, not none' \
     select "$run" --to "$list"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
@@ -287,12 +287,12 @@ check "a place that is not there is refused" refuses 'no/such' select "$run" --t
 
 cp -r "$folder/colmap.run" "$folder/elsewhere.run"
 query elsewhere.run "UPDATE run SET status = 'interrupted', scene_options_json =
-    '{\"x; touch pwned #\":1,\"downscale\":2,\"plant\":3,\"providers\":\"\$(touch pwned)\"}'"
+    '{\"x; touch pwned #\":1,\"downscale\":2,\"corrupt\":3,\"providers\":\"\$(touch pwned)\"}'"
 check "the way to train names known options alone, as a shell takes them" prints \
     "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --out ANOTHER$" \
     "$program" select "$folder/elsewhere.run" --top 5 --to "$folder/from.txt"
 check "a run that did not finish is warned of" grep -q '^warning: .*not finished but interrupted' "$folder/stderr"
-check "as are photos that were spoiled on purpose" grep -q '^warning: .*spoiled 3 photos on purpose' "$folder/stderr"
+check "as are photos that were corrupted on purpose" grep -q '^warning: .*corrupted 3 photos on purpose' "$folder/stderr"
 
 # ---- A scene that has changed since ---------------------------------------------------------------------------------------
 

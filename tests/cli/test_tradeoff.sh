@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `viewworth tradeoff` on a tiny recipe: what it leaves, that its figures are what the runs say, that it goes on after a kill and measures
+# `viewworth tradeoff` on a tiny recipe: what it leaves, that its metrics are what the runs say, that it goes on after a kill and measures
 # nothing twice. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -10,118 +10,118 @@ sweep_it() { "$program" tradeoff "$folder/tiny.json" --out "$folder/$1" --seeds 
 sweep() { run sweep_it "$@"; }
 ask() { sqlite3 "$folder/$1/tradeoff.db" "$2"; }
 near() { awk -v a="$1" -v b="$2" 'BEGIN {exit !(a - b < 1e-9 && b - a < 1e-9)}'; } # to the rounding of sums in another order
-figure() { ask whole "SELECT $2 FROM figure WHERE method = 'dv_psnr' AND point = '$1'"; }
-untimed() { ask "$1" "SELECT point, method, steps, val_psnr, seed_pearson, agreement_spearman, auc FROM figure
-    WHERE knob IN ('base', 'exhaustive', 'epochs') ORDER BY place"; } # what does not depend on how fast the machine is
+metric() { ask whole "SELECT $2 FROM metric WHERE method = 'dv_psnr' AND configuration = '$1'"; }
+untimed() { ask "$1" "SELECT configuration, method, steps, val_psnr, seed_pearson, agreement_spearman, auc FROM metric
+    WHERE parameter IN ('base', 'full_resolution', 'epochs') ORDER BY place"; } # what does not depend on how fast the machine is
 
 # ---- What it leaves ----
 
-knobs=(--knobs rays,val-rays,epochs,downscale --halves 8)
-check "a sweep" sweep whole "${knobs[@]}"
-check "it says beforehand how long it takes" grep -qE '^tradeoff [0-9]+ points with 2 seeds each.*about [0-9]+ min' "$folder/stderr"
-check "the table has a row per point" test "$(grep -cE '^(base|exhaustive|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")" = \
-    "$(ask whole 'SELECT count(DISTINCT point) FROM figure')"
-check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "point,knob,setting,base,epochs,steps,train_ms,value_ms,\
-scoring_ratio,run_seconds,device_mib,val_psnr,psnr_front,method,score_front,seed_pearson,seed_spearman,agreement_pearson,\
-agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds,lds_low,lds_high"
+parameters=(--parameters rays,val-rays,epochs,downscale --halves 8)
+check "a sweep" sweep whole "${parameters[@]}"
+check "it says beforehand how long it takes" grep -qE '^tradeoff [0-9]+ configurations with 2 seeds each.*about [0-9]+ min' "$folder/stderr"
+check "the table has a row per configuration" test "$(grep -cE '^(base|full_resolution|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")" = \
+    "$(ask whole 'SELECT count(DISTINCT configuration) FROM metric')"
+check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,setting,base,epochs,steps,train_ms,value_ms,\
+scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,\
+agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds,lds_ci_low,lds_ci_high"
 knees=$(grep -cE "^knee .*: (base|rays-|val-rays-|epochs-|downscale-).* reaches [0-9.]+ in " "$folder/stdout")
 check "it says where the knees are" test "$knees" = 3
-check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM figure')" = "$(($(wc -l <"$folder/whole/tradeoff.csv") - 1))"
-for point in base exhaustive rays-2 rays-32 val-rays-128 val-rays-all epochs-2 epochs-16 downscale-4; do
-    check "a point $point with its runs" test -f "$folder/whole/points/$point/seed_1/scores.csv" -a -n "$(figure $point val_psnr)"
+check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM metric')" = "$(($(wc -l <"$folder/whole/tradeoff.csv") - 1))"
+for configuration in base full_resolution rays-2 rays-32 val-rays-128 val-rays-all epochs-2 epochs-16 downscale-4; do
+    check "a configuration $configuration with its runs" test -f "$folder/whole/configurations/$configuration/seed_1/scores.csv" -a -n "$(metric $configuration val_psnr)"
 done
-check "no knob that was not named" test ! -e "$folder/whole/points/width-32"
-check "a setting like the base's is not tried twice" test ! -e "$folder/whole/points/val-rays-64" -a ! -e "$folder/whole/points/rays-16"
-check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT point) FROM figure WHERE base")" = base
+check "no parameter that was not named" test ! -e "$folder/whole/configurations/width-32"
+check "a setting like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" -a ! -e "$folder/whole/configurations/rays-16"
+check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT configuration) FROM metric WHERE base")" = base
 check "it says all that is turned" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
     "$folder/whole/tradeoff.csv"
-check "steps are photos times epochs" test "$(figure epochs-2 steps)" = 12
+check "steps are photos times epochs" test "$(metric epochs-2 steps)" = 12
 
-# ---- That figures are what the runs say ----
+# ---- That metrics are what the runs say ----
 
-check "the exhaustive point agrees with itself" near 1 "$(figure exhaustive agreement_pearson)"
-check "and is no choice" test "$(figure exhaustive score_front)" = 0
-check "all pixels agree with all pixels" near 1 "$(figure val-rays-all all_pixels_pearson)"
-check "other trainings are not held against all pixels" test -z "$(figure rays-32 all_pixels_pearson)"
-check "validation does not change the training" test "$(figure base val_psnr)" = "$(figure val-rays-128 val_psnr)"
+check "the full_resolution configuration agrees with itself" near 1 "$(metric full_resolution agreement_pearson)"
+check "and is no choice" test "$(metric full_resolution score_pareto_front)" = 0
+check "all pixels agree with all pixels" near 1 "$(metric val-rays-all all_pixels_pearson)"
+check "other trainings are not held against all pixels" test -z "$(metric rays-32 all_pixels_pearson)"
+check "validation does not change the training" test "$(metric base val_psnr)" = "$(metric val-rays-128 val_psnr)"
 rendered_psnr() { # rendered_psnr POINT: mean over both seeds and both validation photos, by another command
     local seed view
     for seed in 0 1; do
         for view in 0 1; do
-            "$program" render "$folder/whole/points/$1/seed_$seed" --view $view --to "$folder/view.png" --device llvmpipe --quiet
+            "$program" render "$folder/whole/configurations/$1/seed_$seed" --view $view --to "$folder/view.png" --device llvmpipe --quiet
         done
     done | awk '/PSNR/ {sum += $3} END {print sum / 4}'
 }
-check "PSNR is what rendering the fields gives" awk -v a="$(figure base val_psnr)" -v b="$(rendered_psnr base)" 'BEGIN {
+check "PSNR is what rendering the fields gives" awk -v a="$(metric base val_psnr)" -v b="$(rendered_psnr base)" 'BEGIN {
     exit !(a - b < 0.01 && b - a < 0.01)}' # render prints two digits
-check "nor do whole photos at another size" test "$(figure downscale-4 val_psnr)" != "$(figure base val_psnr)"
-check "a run's seconds are its steps'" near "$(figure rays-2 run_seconds)" "$(figure rays-2 'steps * value_ms / 1000')"
-check "the ratio is that of the steps" near "$(figure rays-2 scoring_ratio)" "$(figure rays-2 'value_ms / train_ms')"
-run "$program" reproduce "$folder/tiny.json" --out "$folder/whole/points/base" --seeds 2 "${tiny[@]}" --effects none
+check "nor do whole photos at another size" test "$(metric downscale-4 val_psnr)" != "$(metric base val_psnr)"
+check "a run's seconds are its steps'" near "$(metric rays-2 run_seconds)" "$(metric rays-2 'steps * value_ms / 1000')"
+check "the ratio is that of the steps" near "$(metric rays-2 scoring_ratio)" "$(metric rays-2 'value_ms / train_ms')"
+run "$program" reproduce "$folder/tiny.json" --out "$folder/whole/configurations/base" --seeds 2 "${tiny[@]}" --effects none
 for pair in pearson,seed_pearson spearman,seed_spearman; do
-    check "seeds agree as reproduce has it: ${pair#*,}" near "$(figure base "${pair#*,}")" \
-        "$(awk -F, -v m="${pair%,*}" '$1 == "dv_psnr" && $2 == 8 && $7 == m {print $8}' "$folder/whole/points/base/reproduce.csv")"
+    check "seeds agree as reproduce has it: ${pair#*,}" near "$(metric base "${pair#*,}")" \
+        "$(awk -F, -v m="${pair%,*}" '$1 == "dv_psnr" && $2 == 8 && $7 == m {print $8}' "$folder/whole/configurations/base/reproduce.csv")"
 done
-auc_of_seed() { # the share of pairs of a clean photo and a spoiled one that the scores order
-    sqlite3 "$folder/whole/points/base/seed_$1/ledger.db" "SELECT avg((c.value > s.value) + (c.value = s.value) / 2.0)
+auc_of_seed() { # the share of pairs of a clean photo and a corrupted one that the scores order
+    sqlite3 "$folder/whole/configurations/base/seed_$1/ledger.db" "SELECT avg((c.value > s.value) + (c.value = s.value) / 2.0)
         FROM score c JOIN image i USING (image_id) JOIN score s JOIN image j ON j.image_id = s.image_id
-        WHERE c.method = 'dv_psnr' AND s.method = 'dv_psnr' AND i.truth = 'clean' AND j.truth <> 'clean'"
+        WHERE c.method = 'dv_psnr' AND s.method = 'dv_psnr' AND i.ground_truth = 'clean' AND j.ground_truth <> 'clean'"
 }
-check "AUC is the mean over the seeds" near "$(figure base auc)" "$(awk -v a="$(auc_of_seed 0)" -v b="$(auc_of_seed 1)" 'BEGIN {
+check "AUC is the mean over the seeds" near "$(metric base auc)" "$(awk -v a="$(auc_of_seed 0)" -v b="$(auc_of_seed 1)" 'BEGIN {
     printf "%.17g", (a + b) / 2}')"
-for front in psnr_front,val_psnr score_front,agreement_pearson; do
+for front in psnr_pareto_front,val_psnr score_pareto_front,agreement_pearson; do
     worth=${front#*,}
-    check "${front%,*} is what nothing beats" test "$(ask whole "SELECT count(*) FROM figure a WHERE knob <> 'exhaustive'
-        AND ${front%,*} <> (a.$worth IS NOT NULL AND NOT EXISTS (SELECT 1 FROM figure b WHERE b.method = a.method
-            AND (b.knob <> 'exhaustive' OR '$worth' = 'val_psnr') AND b.run_seconds <= a.run_seconds AND b.$worth >= a.$worth
+    check "${front%,*} is what nothing beats" test "$(ask whole "SELECT count(*) FROM metric a WHERE parameter <> 'full_resolution'
+        AND ${front%,*} <> (a.$worth IS NOT NULL AND NOT EXISTS (SELECT 1 FROM metric b WHERE b.method = a.method
+            AND (b.parameter <> 'full_resolution' OR '$worth' = 'val_psnr') AND b.run_seconds <= a.run_seconds AND b.$worth >= a.$worth
             AND (b.run_seconds < a.run_seconds OR b.$worth > a.$worth)))")" = 0
 done
-check "some point is on each front" test "$(figure base "(SELECT max(psnr_front) + max(score_front) FROM figure)")" = 2
-check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/whole/trials.db" \
-    'SELECT count(*) || min(seed) || max(seed) FROM trial')" = 1623
-check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM figure WHERE lds < lds_low OR lds > lds_high')" = 0
-check "LDS is there" test -n "$(figure base lds)"
+check "some configuration is on each front" test "$(metric base "(SELECT max(psnr_pareto_front) + max(score_pareto_front) FROM metric)")" = 2
+check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/whole/retrainings.db" \
+    'SELECT count(*) || min(seed) || max(seed) FROM retraining')" = 1623
+check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
+check "LDS is there" test -n "$(metric base lds)"
 
-check "settings that end within burn-in are left out" sweep late --knobs epochs,accuracy --halves 0 --burn-in 60 --epochs 61
-check "and those beside them are not" test "$(ask late "SELECT group_concat(point, ' ') FROM figure WHERE method = 'dv_psnr'")" = \
-    "base exhaustive epochs-122"
+check "settings that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
+check "and those beside them are not" test "$(ask late "SELECT group_concat(configuration, ' ') FROM metric WHERE method = 'dv_psnr'")" = \
+    "base full_resolution epochs-122"
 
 # ---- Going on ----
 
 cp "$folder/whole/tradeoff.csv" "$folder/first.csv"
 touch "$folder/after"
-check "a finished sweep is repeated" sweep whole "${knobs[@]}" --json
+check "a finished sweep is repeated" sweep whole "${parameters[@]}" --json
 check "with the same bytes" cmp "$folder/first.csv" "$folder/whole/tradeoff.csv"
-check "JSON has every row" test "$(sqlite3 :memory: "SELECT json_array_length(CAST(readfile('$folder/stdout') AS TEXT), '\$.figures')")" = \
-    "$(ask whole 'SELECT count(*) FROM figure')"
-check "and without a step" test -z "$(find "$folder/whole/points" "$folder/whole/trials.db" -name '*.db' -newer "$folder/after")"
-"$program" tradeoff "$folder/tiny.json" --out "$folder/killed" --seeds 2 "${tiny[@]}" --knobs epochs --halves 0 >/dev/null 2>&1 &
+check "JSON has every row" test "$(sqlite3 :memory: "SELECT json_array_length(CAST(readfile('$folder/stdout') AS TEXT), '\$.metrics')")" = \
+    "$(ask whole 'SELECT count(*) FROM metric')"
+check "and without a step" test -z "$(find "$folder/whole/configurations" "$folder/whole/retrainings.db" -name '*.db' -newer "$folder/after")"
+"$program" tradeoff "$folder/tiny.json" --out "$folder/killed" --seeds 2 "${tiny[@]}" --parameters epochs --halves 0 >/dev/null 2>&1 &
 for ((i = 0; i < 600; i++)); do
-    [[ -e $folder/killed/points/exhaustive/seed_0/ledger.db ]] && break
+    [[ -e $folder/killed/configurations/full_resolution/seed_0/ledger.db ]] && break
     sleep 0.1
 done
 kill -KILL $!
 wait $! 2>/dev/null
-check "a sweep is killed in the middle" test -d "$folder/killed/points/exhaustive" -a ! -e "$folder/killed/tradeoff.csv"
+check "a sweep is killed in the middle" test -d "$folder/killed/configurations/full_resolution" -a ! -e "$folder/killed/tradeoff.csv"
 times() { ask killed 'SELECT count(*) || sum(value) FROM measured WHERE measure <> '"'val_psnr'"; }
 timed=$(times)
-check "the same command goes on" sweep killed --knobs epochs --halves 0
+check "the same command goes on" sweep killed --parameters epochs --halves 0
 check "with the times that it had" test "$(times)" = "$timed"
-check "and its points have the figures of the whole sweep" test "$(untimed killed)" = "$(untimed whole)"
-check "without halves there is no LDS" test -z "$(ask killed 'SELECT max(lds) FROM figure')"
+check "and its configurations have the metrics of the whole sweep" test "$(untimed killed)" = "$(untimed whole)"
+check "without halves there is no LDS" test -z "$(ask killed 'SELECT max(lds) FROM metric')"
 ask killed "UPDATE measured SET value = 1 WHERE measure = 'val_psnr'"
-check "an edited measure is not taken" fails 1 'tradeoff.db: measured val_psnr of .* was edited' sweep_it killed --knobs epochs --halves 0 \
+check "an edited measure is not taken" fails 1 'tradeoff.db: measured val_psnr of .* was edited' sweep_it killed --parameters epochs --halves 0 \
     --quiet
 
 # ---- What is refused, before anything is written ----
 
-for wrong in "--knobs: \"ray\" is none of rays|--knobs rays,ray" "--seeds takes a whole number, 2 to 50|--seeds 1" \
+for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "--seeds takes a whole number, 2 to 50|--seeds 1" \
     "leaves no epoch after --burn-in|--epochs 1" "the 4 seeds counted from it pass|--seed 9223372036854775807"; do
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
 done
 all=$("$program" tradeoff --help | sed -n 's/.*(default: all): //p' | tr -d ' ')
-check "every knob of the help is one" fails 2 '"none-such" is none of' sweep_it none --knobs "$all,none-such"
+check "every parameter of the help is one" fails 2 '"none-such" is none of' sweep_it none --parameters "$all,none-such"
 check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.csv
 check "nothing is written" test ! -e "$folder/none"
 conclude

@@ -7,17 +7,17 @@
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 #include "viewworth/scene.h"
 
 static const char STALE[] = "no message yet";
 enum { PHOTO_COUNT = 8, SIZES_BYTES = 4 };
 static char *folder; // kept from input to input: making photos costs more than reading a scene
 
-#define CHECK(condition) \
-    do { \
-        if (!(condition)) stop(__LINE__, #condition); \
+#define CHECK(condition)                                                                                               \
+    do {                                                                                                               \
+        if (!(condition)) stop(__LINE__, #condition);                                                                  \
     } while (0)
 
 static void stop(int line, const char *condition) {
@@ -25,7 +25,8 @@ static void stop(int line, const char *condition) {
     abort();
 }
 
-// ---- Files -----------------------------------------------------------------------------------------------------------------
+// ---- Files
+// -----------------------------------------------------------------------------------------------------------------
 
 void fuzz_remove_folder(void) {
     if (folder) temporary_folder_remove(folder);
@@ -74,7 +75,8 @@ void fuzz_write_model(const char *model_folder, const char *extension, const uin
     }
 }
 
-// ---- What a reader may do --------------------------------------------------------------------------------------------------
+// ---- What a reader may do
+// --------------------------------------------------------------------------------------------------
 
 void fuzz_forget_message(void) { vw_fail(VW_ERROR_USAGE, "%s", STALE); }
 
@@ -89,7 +91,8 @@ static void check_view(const struct vw_view *view) {
     const struct vw_camera *camera = &view->camera;
     CHECK(view->name && *view->name);
     CHECK(camera->width_px > 0 && camera->height_px > 0);
-    CHECK(camera->focal_x_px > 0 && isfinite(camera->focal_x_px) && camera->focal_y_px > 0 && isfinite(camera->focal_y_px));
+    CHECK(camera->focal_x_px > 0 && isfinite(camera->focal_x_px) && camera->focal_y_px > 0 &&
+          isfinite(camera->focal_y_px));
     CHECK(isfinite(camera->centre_x_px) && isfinite(camera->centre_y_px));
     for (int i = 0; i < 12; i++) CHECK(isfinite(view->camera_to_world[i / 4][i % 4]));
     CHECK(view->near_world >= 0 && view->near_world <= view->far_world && isfinite(view->far_world));
@@ -111,7 +114,8 @@ static void check_scene(const struct vw_scene *scene) {
 void fuzz_open(const char *path, const char *format) {
     struct vw_scene *scene = NULL;
     fuzz_forget_message();
-    enum vw_status status = vw_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true}, &scene);
+    enum vw_status status =
+        vw_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true}, &scene);
     fuzz_check_message(status);
     CHECK(!status == (scene != NULL));
     if (scene) check_scene(scene);

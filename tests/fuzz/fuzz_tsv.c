@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/nerfw_tsv.h"
+#include "scene/formats/nerfw_tsv.h"
 
 void fuzz_tsv(const uint8_t *data, size_t size_bytes) {
     const char *path = fuzz_write("split.tsv", data, size_bytes);

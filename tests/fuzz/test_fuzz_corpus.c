@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "fuzz/fuzz.h"
-#include "viewworth/file.h"
+#include "base/file.h"
 
 enum { INPUT_LIMIT_BYTES = 1 << 20 };
 

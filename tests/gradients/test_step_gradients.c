@@ -1,5 +1,6 @@
-// A whole step on the device against the twin's whole step: loss, colours and all gradients from the rays on, and the params that gradient
-// descent makes of them. The kernel tests look at one pass each; here an error may hide nowhere between them.
+// A whole step on the device against the reference's whole step: loss, colours and all gradients from the rays on, and
+// the params that gradient descent makes of them. The kernel tests look at one pass each; here an error may hide
+// nowhere between them.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,10 +12,11 @@
 
 #include "reference/reference.h"
 #include "reference/step_bench.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to 4e-4 of its entries;
-// coarser levels are better. These bounds are about ten times what was seen over the cases.
+// Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to
+// 4e-4 of its entries; coarser levels are better. These bounds are about ten times what was seen over the cases.
 static const double WEIGHT_TOLERANCE = 5e-4; // of the matrix's largest gradient
 static const double GRID_TOLERANCE = 2e-3;   // of the level's largest gradient
 static const double FLIPPED_QUANTA = 8.0;    // contributions near half a quantum may round either way
@@ -26,154 +28,167 @@ static const double SLOPE_STEP = 1e-6;
 static const double SLOPE_TOLERANCE = 2e-3;
 static const uint64_t STEP = 259; // past the warm-up of occupancy
 
-static bool ordinary(const struct step_case *setup) { return setup->weight_scale <= 1.0f; } // others amplify rounding beyond use here
+static bool ordinary(const struct step_case *setup) {
+    return setup->weight_scale <= 1.0f;
+} // others amplify rounding beyond use here
 
-static void check_weight_gradients(const struct step_bench *bench, const struct reference_step *twin, const float *d_weights) {
+static void check_weight_gradients(const struct step_bench *bench, const struct reference_step *reference,
+                                   const float *d_weights) {
     const struct vw_specialization *s = &bench->model.specialization;
-    struct reference_weights gradient = twin->d_weights;
+    struct reference_weights gradient = reference->d_weights;
     struct reference_matrix matrices[REFERENCE_MATRICES];
     reference_matrices(s, &gradient, matrices);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
         double tolerance = WEIGHT_TOLERANCE * largest(matrices[m].values, matrices[m].out * matrices[m].in);
         for (uint32_t out = 0; out < matrices[m].out; out++)
             for (uint32_t in = 0; in < matrices[m].in; in++)
-                check_value(bench->where, matrices[m].name, out * matrices[m].in + in, d_weights[reference_block_index(s, m, out, in)],
+                check_value(bench->where, matrices[m].name, out * matrices[m].in + in,
+                            d_weights[reference_block_index(s, m, out, in)],
                             matrices[m].values[out * matrices[m].in + in], tolerance);
     }
 }
 
-static void check_sky_gradient(const struct step_bench *bench, const struct reference_step *twin, const float *d_weights) {
+static void check_sky_gradient(const struct step_bench *bench, const struct reference_step *reference,
+                               const float *d_weights) {
     if (!bench->model.sky.size_bytes) return;
     const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
-    double tolerance = WEIGHT_TOLERANCE * largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS);
+    double tolerance = WEIGHT_TOLERANCE * largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS);
     assert_true(tolerance > 0.0);
     for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
-        check_value(bench->where, "sky", i, d_sky[i / 3 * 4 + i % 3], twin->d_sky[i / 3][i % 3], tolerance);
+        check_value(bench->where, "sky", i, d_sky[i / 3 * 4 + i % 3], reference->d_sky[i / 3][i % 3], tolerance);
 }
 
 // The grid's gradient as the device rounds it: in whole quanta, contribution by contribution.
-static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *twin) {
+static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *reference) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
     int64_t *quanta = vw_allocate(features, sizeof *quanta);
     double *gradient = vw_allocate(features, sizeof *gradient);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
-        reference_grid_scatter_fixed(s, twin->samples[i].position, twin->d_samples[i].encoding, quanta);
+        reference_grid_scatter_fixed(s, reference->samples[i].position, reference->d_samples[i].encoding, quanta);
     for (uint64_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
     free(quanta);
     return gradient;
 }
 
-static void check_grid_gradients(const struct step_bench *bench, const struct reference_step *twin, const uint64_t *words) {
+static void check_grid_gradients(const struct step_bench *bench, const struct reference_step *reference,
+                                 const uint64_t *words) {
     const struct vw_specialization *s = &bench->model.specialization;
     int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-    double *expected = fixed_point_gradient(bench, twin);
+    double *expected = fixed_point_gradient(bench, reference);
     reference_unpack_grid(&bench->model, words, quanta);
     for (uint32_t level = 0; level < s->levels; level++) {
         size_t first = 2 * (size_t)s->first_pair[level],
                end = 2 * (size_t)(level + 1 < s->levels ? s->first_pair[level + 1] : bench->model.pair_count);
-        double scale = largest(twin->d_grid + first, end - first);
+        double scale = largest(reference->d_grid + first, end - first);
         assert_true(scale > 0.0);
         for (size_t i = first; i < end; i++)
-            check_value(bench->where, s->wide_gradient ? "d_grid, wide" : "d_grid, narrow", i, (double)quanta[i] * s->gradient_quantum,
-                        expected[i], GRID_TOLERANCE * scale + FLIPPED_QUANTA * s->gradient_quantum);
+            check_value(bench->where, s->wide_gradient ? "d_grid, wide" : "d_grid, narrow", i,
+                        (double)quanta[i] * s->gradient_quantum, expected[i],
+                        GRID_TOLERANCE * scale + FLIPPED_QUANTA * s->gradient_quantum);
     }
     free(expected);
     free(quanta);
 }
 
-static void refuse_kinks(const struct step_bench *bench, const struct reference_step *twin) {
-    for (uint32_t ray = 0; ray < twin->ray_count; ray++)
+static void refuse_kinks(const struct step_bench *bench, const struct reference_step *reference) {
+    for (uint32_t ray = 0; ray < reference->ray_count; ray++)
         for (int c = 0; c < 3; c++)
-            if (bench->config.loss == VW_LOSS_L1 && twin->rays[ray].weight > 0.0 && fabs(twin->errors[ray][c]) < COLOUR_TOLERANCE &&
-                twin->errors[ray][c] != 0.0)
+            if (bench->config.loss == VW_LOSS_L1 && reference->rays[ray].weight > 0.0 &&
+                fabs(reference->errors[ray][c]) < COLOUR_TOLERANCE && reference->errors[ray][c] != 0.0)
                 fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, ray);
 }
 
-// The twin's step from the device's rays, with the device's decisions at ReLUs.
-static struct reference_step *run_twin(struct step_bench *bench, const struct reference_params *params, uint64_t number) {
+// The reference's step from the device's rays, with the device's decisions at ReLUs.
+static struct reference_step *run_reference(struct step_bench *bench, const struct reference_params *params,
+                                            uint64_t number) {
     vw_uint4 *relu = step_bench_read(bench, bench->field.relu);
-    struct reference_step *twin = step_bench_twin(bench);
-    reference_step_forward(twin, params, true, number);
-    uint64_t wrong = reference_adopt_gates(twin, relu, GATE_TOLERANCE);
+    struct reference_step *reference = step_bench_reference(bench);
+    reference_step_forward(reference, params, true, number);
+    uint64_t wrong = reference_adopt_gates(reference, relu, GATE_TOLERANCE);
     if (wrong) fail_msg("%s: %llu hidden units are on the wrong side of 0", bench->where, (unsigned long long)wrong);
-    refuse_kinks(bench, twin);
-    reference_step_backward(twin, params);
+    refuse_kinks(bench, reference);
+    reference_step_backward(reference, params);
     free(relu);
-    return twin;
+    return reference;
 }
 
 // What update_appearance will find: per ray, here summed.
-static void check_photo_gradient(struct step_bench *bench, const struct reference_step *twin) {
+static void check_photo_gradient(struct step_bench *bench, const struct reference_step *reference) {
     if (!bench->step.appearance.d_appearance) return;
     struct vw_appearance *rays = step_bench_read(bench, bench->step.appearance.d_appearance);
-    double gain[3] = {0}, bias[3] = {0}, scale = fmax(largest(twin->d_photo.gain, 3), largest(twin->d_photo.bias, 3));
+    double gain[3] = {0}, bias[3] = {0},
+           scale = fmax(largest(reference->d_photo.gain, 3), largest(reference->d_photo.bias, 3));
     assert_true(scale > 0.0);
-    for (uint32_t ray = 0; ray < twin->ray_count; ray++)
+    for (uint32_t ray = 0; ray < reference->ray_count; ray++)
         for (int c = 0; c < 3; c++) {
             gain[c] += (&rays[ray].gain.x)[c];
             bias[c] += (&rays[ray].bias.x)[c];
         }
     for (uint64_t c = 0; c < 3; c++) {
-        check_value(bench->where, "d_gain", c, gain[c], twin->d_photo.gain[c], WEIGHT_TOLERANCE * scale);
-        check_value(bench->where, "d_bias", c, bias[c], twin->d_photo.bias[c], WEIGHT_TOLERANCE * scale);
+        check_value(bench->where, "d_gain", c, gain[c], reference->d_photo.gain[c], WEIGHT_TOLERANCE * scale);
+        check_value(bench->where, "d_bias", c, bias[c], reference->d_photo.bias[c], WEIGHT_TOLERANCE * scale);
     }
     free(rays);
 }
 
-static void gradients_match_the_twin(void **state) {
+static void gradients_match_the_reference(void **state) {
     (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i])) continue;
         struct step_bench *bench = step_bench_open(&step_cases[i]);
         step_bench_gradients(bench, STEP);
         struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *twin = run_twin(bench, params, STEP);
+        struct reference_step *reference = run_reference(bench, params, STEP);
         float *d_weights = step_bench_read(bench, bench->step.d_weights);
         uint64_t *words = step_bench_read(bench, bench->step.d_grid);
         vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, twin->loss, LOSS_TOLERANCE * twin->loss);
-        check_weight_gradients(bench, twin, d_weights);
-        check_sky_gradient(bench, twin, d_weights);
-        check_grid_gradients(bench, twin, words);
-        check_photo_gradient(bench, twin);
+        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, reference->loss,
+                    LOSS_TOLERANCE * reference->loss);
+        check_weight_gradients(bench, reference, d_weights);
+        check_sky_gradient(bench, reference, d_weights);
+        check_grid_gradients(bench, reference, words);
+        check_photo_gradient(bench, reference);
         free(d_weights);
         free(words);
         free(scalars);
-        reference_step_destroy(twin);
+        reference_step_destroy(reference);
         reference_params_destroy(params);
         step_bench_close(bench);
     }
 }
 
-// ---- The slope of the loss -------------------------------------------------------------------------------------------------
+// ---- The slope of the loss
+// -------------------------------------------------------------------------------------------------
 
-// The twin's loss of the step when `count` values have moved by `distance` times their direction.
-static double moved_loss(struct reference_step *twin, const struct reference_params *params, double *values, const double *direction,
-                         size_t count, double distance) {
+// The reference's loss of the step when `count` values have moved by `distance` times their direction.
+static double moved_loss(struct reference_step *reference, const struct reference_params *params, double *values,
+                         const double *direction, size_t count, double distance) {
     for (size_t i = 0; i < count; i++) values[i] += distance * direction[i];
-    reference_step_forward(twin, params, true, STEP);
+    reference_step_forward(reference, params, true, STEP);
     for (size_t i = 0; i < count; i++) values[i] -= distance * direction[i];
-    return twin->loss;
+    return reference->loss;
 }
 
-// Moving each value of a range up where the device says that the loss rises, and down where it says that it falls, raises the twin's loss
-// by the sum of all magnitudes.
-static void check_slope(const struct step_bench *bench, struct reference_step *twin, const struct reference_params *params,
-                        const char *range, double *values, const double *gradient, size_t count) {
+// Moving each value of a range up where the device says that the loss rises, and down where it says that it falls,
+// raises the reference's loss by the sum of all magnitudes.
+static void check_slope(const struct step_bench *bench, struct reference_step *reference,
+                        const struct reference_params *params, const char *range, double *values,
+                        const double *gradient, size_t count) {
     double *direction = vw_allocate(count, sizeof *direction), magnitudes = 0.0;
     for (size_t i = 0; i < count; i++) direction[i] = gradient[i] > 0.0 ? 1.0 : gradient[i] < 0.0 ? -1.0 : 0.0;
     for (size_t i = 0; i < count; i++) magnitudes += fabs(gradient[i]);
-    double higher = moved_loss(twin, params, values, direction, count, SLOPE_STEP),
-           lower = moved_loss(twin, params, values, direction, count, -SLOPE_STEP);
+    double higher = moved_loss(reference, params, values, direction, count, SLOPE_STEP),
+           lower = moved_loss(reference, params, values, direction, count, -SLOPE_STEP);
     assert_true(magnitudes > 0.0);
-    check_value(bench->where, range, 0, magnitudes, (higher - lower) / (2.0 * SLOPE_STEP), SLOPE_TOLERANCE * magnitudes);
+    check_value(bench->where, range, 0, magnitudes, (higher - lower) / (2.0 * SLOPE_STEP),
+                SLOPE_TOLERANCE * magnitudes);
     free(direction);
 }
 
 // From the device's gradients by what is seen of each ray, and by the weights of the colour network's input 0.
-static void check_photo_slopes(struct step_bench *bench, struct reference_step *twin, struct reference_params *params,
-                               const float *d_weights) {
+static void check_photo_slopes(struct step_bench *bench, struct reference_step *reference,
+                               struct reference_params *params, const float *d_weights) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct reference_photo *photo = params->photos ? &params->photos[bench->view] : NULL;
     if (s->effect_appearance) {
@@ -184,19 +199,20 @@ static void check_photo_slopes(struct step_bench *bench, struct reference_step *
                 gain[c] += (&rays[ray].gain.x)[c];
                 bias[c] += (&rays[ray].bias.x)[c];
             }
-        check_slope(bench, twin, params, "gain", photo->gain, gain, 3);
-        check_slope(bench, twin, params, "bias", photo->bias, bias, 3);
+        check_slope(bench, reference, params, "gain", photo->gain, gain, 3);
+        check_slope(bench, reference, params, "bias", photo->bias, bias, 3);
         free(rays);
     }
     if (!s->effect_appearance_code) return;
     double d_shift[REFERENCE_WIDTH_MAX], d_code[REFERENCE_CODE], d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
     for (uint32_t i = 0; i < 4 * s->width4; i++) d_shift[i] = d_weights[reference_block_index(s, 2, i, 0)];
     reference_mix_code_gradient(4 * s->width4, params->code_weights, photo->code, d_shift, d_code_weights, d_code);
-    check_slope(bench, twin, params, "code weights", params->code_weights, d_code_weights, 4 * s->width4 * REFERENCE_CODE);
-    check_slope(bench, twin, params, "code", photo->code, d_code, REFERENCE_CODE);
+    check_slope(bench, reference, params, "code weights", params->code_weights, d_code_weights,
+                4 * s->width4 * REFERENCE_CODE);
+    check_slope(bench, reference, params, "code", photo->code, d_code, REFERENCE_CODE);
 }
 
-static void check_slopes(struct step_bench *bench, struct reference_step *twin, struct reference_params *params) {
+static void check_slopes(struct step_bench *bench, struct reference_step *reference, struct reference_params *params) {
     const struct vw_specialization *s = &bench->model.specialization;
     size_t features = 2 * (size_t)bench->model.pair_count;
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
@@ -208,22 +224,24 @@ static void check_slopes(struct step_bench *bench, struct reference_step *twin, 
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
         for (uint32_t i = 0; i < values[m].out * values[m].in; i++)
             gradient[i] = d_weights[reference_block_index(s, m, i / values[m].in, i % values[m].in)];
-        check_slope(bench, twin, params, values[m].name, values[m].values, gradient, values[m].out * values[m].in);
+        check_slope(bench, reference, params, values[m].name, values[m].values, gradient, values[m].out * values[m].in);
     }
     for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.sky.size_bytes; i++)
         gradient[i] = d_weights[4 * (bench->model.weight_columns + i / 3) + i % 3];
-    if (bench->model.sky.size_bytes) check_slope(bench, twin, params, "sky", params->sky[0], gradient, 3 * VW_SKY_COLUMNS);
+    if (bench->model.sky.size_bytes)
+        check_slope(bench, reference, params, "sky", params->sky[0], gradient, 3 * VW_SKY_COLUMNS);
     reference_unpack_grid(&bench->model, words, quanta);
     for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
-    check_slope(bench, twin, params, "grid", params->grid, gradient, features);
-    check_photo_slopes(bench, twin, params, d_weights);
+    check_slope(bench, reference, params, "grid", params->grid, gradient, features);
+    check_photo_slopes(bench, reference, params, d_weights);
     free(d_weights);
     free(words);
     free(quanta);
     free(gradient);
 }
 
-// From the device's gradients to the differences of the twin's loss, without the twin's own gradient between them.
+// From the device's gradients to the differences of the reference's loss, without the reference's own gradient between
+// them.
 static void the_loss_changes_as_the_gradients_say(void **state) {
     (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
@@ -231,41 +249,44 @@ static void the_loss_changes_as_the_gradients_say(void **state) {
         struct step_bench *bench = step_bench_open(&step_cases[i]);
         step_bench_gradients(bench, STEP);
         struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *twin = step_bench_twin(bench);
-        check_slopes(bench, twin, params);
-        reference_step_destroy(twin);
+        struct reference_step *reference = step_bench_reference(bench);
+        check_slopes(bench, reference, params);
+        reference_step_destroy(reference);
         reference_params_destroy(params);
         step_bench_close(bench);
     }
 }
 
-// ---- Descent and rendering -------------------------------------------------------------------------------------------------
+// ---- Descent and rendering
+// -------------------------------------------------------------------------------------------------
 
 // Of the step's photo and of the code weights, by their own rates; other photos stay.
-static void check_photos_moved(const struct step_bench *bench, uint64_t number, const struct reference_step *twin,
+static void check_photos_moved(const struct step_bench *bench, uint64_t number, const struct reference_step *reference,
                                const struct reference_params *before, const float *after) {
     const struct vw_specialization *s = &bench->model.specialization;
     for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++) {
         struct reference_photo device = reference_photo_of(&bench->model, after, view), expected = before->photos[view];
-        double mean = view == bench->view ? 1.0 / bench->config.rays : 0.0, ridge = view == bench->view ? reference_photo_ridge : 0.0,
+        double mean = view == bench->view ? 1.0 / bench->config.rays : 0.0,
+               ridge = view == bench->view ? reference_photo_ridge : 0.0,
                rate = s->learning_rate * reference_photo_rate(number);
         for (uint64_t c = 0; c < 3 && s->effect_appearance; c++) {
-            double gain = expected.gain[c] - rate * (mean * twin->d_photo.gain[c] + ridge * expected.gain[c]),
-                   bias = expected.bias[c] - rate * (mean * twin->d_photo.bias[c] + ridge * expected.bias[c]);
+            double gain = expected.gain[c] - rate * (mean * reference->d_photo.gain[c] + ridge * expected.gain[c]),
+                   bias = expected.bias[c] - rate * (mean * reference->d_photo.bias[c] + ridge * expected.bias[c]);
             check_value(bench->where, "gain moved", c, device.gain[c], gain, 1e-5 * (1.0 + fabs(gain)));
             check_value(bench->where, "bias moved", c, device.bias[c], bias, 1e-5 * (1.0 + fabs(bias)));
         }
         for (uint64_t k = 0; k < REFERENCE_CODE && s->effect_appearance_code; k++)
             check_value(bench->where, "code moved", k, device.code[k],
-                        expected.code[k] - rate * (mean * twin->d_photo.code[k] + ridge * expected.code[k]),
+                        expected.code[k] - rate * (mean * reference->d_photo.code[k] + ridge * expected.code[k]),
                         1e-5 * fmax(1.0, fabs(device.code[k]))); // relative where a long step has taken it far
     }
     for (uint32_t i = 0; i < bench->model.code_weights.size_bytes / sizeof *after; i++)
-        check_value(bench->where, "code weights moved", i, after[bench->model.code_weights.offset_bytes / sizeof *after + i],
-                    before->code_weights[i] - s->learning_rate / bench->config.rays * twin->d_code_weights[i], 1e-5);
+        check_value(
+            bench->where, "code weights moved", i, after[bench->model.code_weights.offset_bytes / sizeof *after + i],
+            before->code_weights[i] - s->learning_rate / bench->config.rays * reference->d_code_weights[i], 1e-5);
 }
 
-// Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the twin's mean gradient.
+// Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the reference's mean gradient.
 static void descend(bool photos) {
     const struct step_case descent = {.name = photos ? "gradient descent, photos of their own" : "gradient descent",
                                       .seed = 131,
@@ -285,46 +306,47 @@ static void descend(bool photos) {
         float *before = step_bench_read(bench, bench->field.params);
         step_bench_step(bench, number);
         struct reference_params *params = reference_params_create(&bench->model, before);
-        struct reference_step *twin = run_twin(bench, params, number);
+        struct reference_step *reference = run_reference(bench, params, number);
         float *after = step_bench_read(bench, bench->field.params);
-        double rate = s->learning_rate / bench->config.rays, scale = rate * largest(twin->d_grid, features);
-        double *expected = fixed_point_gradient(bench, twin);
+        double rate = s->learning_rate / bench->config.rays, scale = rate * largest(reference->d_grid, features);
+        double *expected = fixed_point_gradient(bench, reference);
         for (uint64_t i = 0; i < features; i++)
             check_value(bench->where, "grid moved", i, after[i], params->grid[i] - rate * expected[i],
                         GRID_TOLERANCE * scale + rate * FLIPPED_QUANTA * s->gradient_quantum + 0x1p-23);
         struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
         reference_matrices(s, &params->weights, values);
-        reference_matrices(s, &twin->d_weights, gradients);
+        reference_matrices(s, &reference->d_weights, gradients);
         for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
             uint32_t count = values[m].out * values[m].in;
             double tolerance = WEIGHT_TOLERANCE * rate * largest(gradients[m].values, count) + 0x1p-22;
             for (uint32_t i = 0; i < count; i++)
                 check_value(bench->where, values[m].name, i,
-                            after[bench->model.weights.offset_bytes / 4 + reference_block_index(s, m, i / values[m].in, i % values[m].in)],
+                            after[bench->model.weights.offset_bytes / 4 +
+                                  reference_block_index(s, m, i / values[m].in, i % values[m].in)],
                             values[m].values[i] - rate * gradients[m].values[i], tolerance);
         }
         for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
             check_value(bench->where, "sky", i, after[bench->model.sky.offset_bytes / 4 + i / 3 * 4 + i % 3],
-                        params->sky[i / 3][i % 3] - rate * twin->d_sky[i / 3][i % 3],
-                        WEIGHT_TOLERANCE * rate * largest(twin->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
-        check_photos_moved(bench, number, twin, params, after);
+                        params->sky[i / 3][i % 3] - rate * reference->d_sky[i / 3][i % 3],
+                        WEIGHT_TOLERANCE * rate * largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
+        check_photos_moved(bench, number, reference, params, after);
         free(expected);
         free(before);
         free(after);
-        reference_step_destroy(twin);
+        reference_step_destroy(reference);
         reference_params_destroy(params);
     }
     step_bench_close(bench);
 }
 
-static void gradient_descent_follows_the_twin(void **state) {
+static void gradient_descent_follows_the_reference(void **state) {
     (void)state;
     descend(false);
     descend(true);
 }
 
 // Validation: bin-centre samples, other passes, the same field.
-static void rendering_matches_the_twin(void **state) {
+static void rendering_matches_the_reference(void **state) {
     (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i])) continue;
@@ -338,16 +360,17 @@ static void rendering_matches_the_twin(void **state) {
         struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
         vw_float4 *colours = step_bench_read(bench, evaluator->colours);
         struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *twin = reference_step_create(&bench->model, rays, bench->config.rays);
-        reference_step_forward(twin, params, false, 0);
+        struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
+        reference_step_forward(reference, params, false, 0);
         for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
             const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
-            for (int c = 0; c < 3; c++) check_value(bench->where, "rendered", ray, rgb[c], twin->colours[ray][c], COLOUR_TOLERANCE);
-            check_value(bench->where, "transmittance", ray, colours[ray].w, twin->left[ray], COLOUR_TOLERANCE);
+            for (int c = 0; c < 3; c++)
+                check_value(bench->where, "rendered", ray, rgb[c], reference->colours[ray][c], COLOUR_TOLERANCE);
+            check_value(bench->where, "transmittance", ray, colours[ray].w, reference->left[ray], COLOUR_TOLERANCE);
         }
         free(rays);
         free(colours);
-        reference_step_destroy(twin);
+        reference_step_destroy(reference);
         reference_params_destroy(params);
         step_bench_close(bench);
     }
@@ -355,10 +378,10 @@ static void rendering_matches_the_twin(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradients_match_the_twin),
+        cmocka_unit_test(gradients_match_the_reference),
         cmocka_unit_test(the_loss_changes_as_the_gradients_say),
-        cmocka_unit_test(gradient_descent_follows_the_twin),
-        cmocka_unit_test(rendering_matches_the_twin),
+        cmocka_unit_test(gradient_descent_follows_the_reference),
+        cmocka_unit_test(rendering_matches_the_reference),
     };
     return cmocka_run_group_tests_name("step_gradients", tests, NULL, step_bench_teardown);
 }

@@ -1,5 +1,5 @@
-// Hard photos for gains, biases and codes: black, masked, saturated and of one, two or three columns; halves of validation photos that are
-// flat or hold a single usable pixel; and gains of 0 and beyond the floats.
+// Hard photos for gains, biases and codes: black, masked, saturated and of one, two or three columns; halves of
+// validation photos that are flat or hold a single usable pixel; and gains of 0 and beyond the floats.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,9 +14,18 @@
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
 #include "train/view_fit.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
-enum { WIDTH_PX = 12, HEIGHT_PX = 8, PIXELS = WIDTH_PX * HEIGHT_PX, TRAIN_VIEWS = 5, VAL_VIEWS = 3, VIEWS = TRAIN_VIEWS + VAL_VIEWS };
+enum {
+    WIDTH_PX = 12,
+    HEIGHT_PX = 8,
+    PIXELS = WIDTH_PX * HEIGHT_PX,
+    TRAIN_VIEWS = 5,
+    VAL_VIEWS = 3,
+    VIEWS = TRAIN_VIEWS + VAL_VIEWS
+};
 
 static const double FIT_TOLERANCE = 2e-5; // of gains, biases and colours of order 1: float sums of up to 3,000 products
 
@@ -39,8 +48,8 @@ static void tear_down(void) {
 }
 
 static void open_scene(uint32_t width_px) {
-    scene = synthetic_scene(
-        &(struct synthetic_scene_params){.train_views = TRAIN_VIEWS, .val_views = VAL_VIEWS, .width_px = width_px, .height_px = HEIGHT_PX});
+    scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = TRAIN_VIEWS, .val_views = VAL_VIEWS, .width_px = width_px, .height_px = HEIGHT_PX});
 }
 
 static struct vw_config config_with(const char *effects) {
@@ -58,10 +67,12 @@ static void train_well(struct hard_finding *finding) {
     }
 }
 
-// ---- Fits ------------------------------------------------------------------------------------------------------------------
+// ---- Fits
+// ------------------------------------------------------------------------------------------------------------------
 
-// Hand-made rays of one view (index REDUCED_VIEWS - 1), fitted by the device and by the twin.
-static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench, struct vw_appearance *fit) {
+// Hand-made rays of one view (index REDUCED_VIEWS - 1), fitted by the device and by the reference.
+static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench,
+                      struct vw_appearance *fit) {
     static double rendered[REDUCED_RAYS], target[REDUCED_RAYS];
     const struct vw_ray_range *range = &reduced_ranges[REDUCED_VIEWS - 1];
     struct vw_push_reduce push = {.count = REDUCED_VIEWS};
@@ -97,18 +108,21 @@ static void flat_halves(struct hard_finding *finding) {
     struct view_reduction r;
     struct vw_appearance fit;
     reduction_open(bench->gpu, true, &r);
-    fill(&r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f}, (vw_float4){0.3f, 0.4f, 1.0f, 1.0f}); // red differs, green is rendered black, blue fits
+    fill(&r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f},
+         (vw_float4){0.3f, 0.4f, 1.0f, 1.0f}); // red differs, green is rendered black, blue fits
     check_fit(finding, &r, bench, &fit);
     hard_require(finding, fabsf(fit.gain.x) < 0.2f && fabsf((1.0f + fit.gain.x) * 0.5f + fit.bias.x - 0.3f) < 1e-3f,
                  "a flat half is met, with a gain near 1");
-    hard_require(finding, fit.gain.y == 0.0f && fabsf(fit.bias.y - 0.4f) < 1e-3f, "where black is rendered, only a bias can help");
+    hard_require(finding, fit.gain.y == 0.0f && fabsf(fit.bias.y - 0.4f) < 1e-3f,
+                 "where black is rendered, only a bias can help");
     hard_require(finding, fit.gain.z == 0.0f && fit.bias.z == 0.0f, "what fits is left as it is");
     fill(&r, (vw_float4){0.5f, 0.5f, 0.5f, 0.0f}, (vw_float4){0.3f, 0.4f, 0.6f, 0.0f}); // no ray counts
     check_fit(finding, &r, bench, &fit);
     hard_require(finding, fit.gain.x == 0.0f && fit.bias.x == 0.0f, "without a ray nothing is fitted");
     r.ray_data[2000].target_weight.w = 1.0f;
     check_fit(finding, &r, bench, &fit);
-    fill(&r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f}, (vw_float4){1.0f, 0.0f, 1.0f, 1.0f}); // saturated, but for half of the rays
+    fill(&r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f},
+         (vw_float4){1.0f, 0.0f, 1.0f, 1.0f}); // saturated, but for half of the rays
     for (uint32_t i = 0; i < REDUCED_RAYS; i += 2) r.colour_data[i] = (vw_float4){1e-7f, 0.999999f, 1e3f, 0.0f};
     check_fit(finding, &r, bench, &fit);
     reduction_close(&r);
@@ -117,7 +131,8 @@ static void flat_halves(struct hard_finding *finding) {
     open_scene(WIDTH_PX);
     for (uint32_t view = TRAIN_VIEWS; view < VIEWS; view++)
         for (uint32_t i = 0; i < PIXELS; i++)
-            if (i % WIDTH_PX < WIDTH_PX / 2) memcpy((uint8_t *)scene->views[view].image.pixels + 4 * i, (uint8_t[]){90, 0, 255, 255}, 4);
+            if (i % WIDTH_PX < WIDTH_PX / 2)
+                memcpy((uint8_t *)scene->views[view].image.pixels + 4 * i, (uint8_t[]){90, 0, 255, 255}, 4);
     train_well(finding);
 }
 
@@ -132,7 +147,8 @@ static void one_usable_pixel(struct hard_finding *finding) {
     train_well(finding);
 }
 
-// ---- Widths ----------------------------------------------------------------------------------------------------------------
+// ---- Widths
+// ----------------------------------------------------------------------------------------------------------------
 
 // One column has no halves: refused by name. Two and three are a left and a right column, the third is in neither.
 static void few_columns(struct hard_finding *finding) {
@@ -148,17 +164,21 @@ static void few_columns(struct hard_finding *finding) {
     open_scene(1);
     struct vw_config config = config_with("appearance");
     struct vw_trainer *trainer = NULL;
-    enum vw_status status =
-        vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
-    hard_require(finding, status == VW_ERROR_INPUT && strstr(vw_error_message(), "view_005") && strstr(vw_error_message(), "right half"),
+    enum vw_status status = vw_trainer_create(
+        &(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
+    hard_require(finding,
+                 status == VW_ERROR_INPUT && strstr(vw_error_message(), "view_005") &&
+                     strstr(vw_error_message(), "right half"),
                  "a photo of one column is refused by name");
 }
 
-// ---- Photos ----------------------------------------------------------------------------------------------------------------
+// ---- Photos
+// ----------------------------------------------------------------------------------------------------------------
 
 // The photo's numbers after a step, from the gradients that the rays left on the device.
 static void check_photo(struct hard_finding *finding, struct step_bench *bench, const float *before, const float *after,
-                        const struct vw_appearance_moments *moments, const struct vw_appearance_moments *moments_after) {
+                        const struct vw_appearance_moments *moments,
+                        const struct vw_appearance_moments *moments_after) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_appearance *shares = step_bench_read(bench, bench->step.appearance.d_appearance);
     uint32_t first = (uint32_t)(bench->model.appearance.offset_bytes / sizeof(float)) + 8 * bench->view;
@@ -166,11 +186,12 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
         double sum = 0.0;
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) sum += (&shares[ray].gain.x)[i];
         const float *own = &moments[bench->view].gain1.x + i / 4 * 8 + i % 4;
-        double moment1 = own[0], moment2 = own[4], gradient = sum * s->inverse_rays + reference_photo_ridge * before[first + i];
+        double moment1 = own[0], moment2 = own[4],
+               gradient = sum * s->inverse_rays + reference_photo_ridge * before[first + i];
         double moved = reference_photo_rate(moments_after[bench->view].visits) *
                        reference_adam(s, gradient, moments_after[bench->view].visits, &moment1, &moment2);
-        hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i], before[first + i] - moved,
-                     fabs(moved) + 0x1p-8, 2e-3);
+        hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i],
+                     before[first + i] - moved, fabs(moved) + 0x1p-8, 2e-3);
     }
     free(shares);
 }
@@ -204,7 +225,8 @@ static void step_from(struct hard_finding *finding, float gain, float bias, floa
 }
 
 static void paint(uint32_t view, uint8_t value) {
-    for (uint32_t i = 0; i < 4 * PIXELS; i++) ((uint8_t *)scene->views[view].image.pixels)[i] = i % 4 == 3 ? 255 : value;
+    for (uint32_t i = 0; i < 4 * PIXELS; i++)
+        ((uint8_t *)scene->views[view].image.pixels)[i] = i % 4 == 3 ? 255 : value;
 }
 
 // Nothing of the field is seen through a gain of 0: its gradient is 0, that of the gain is not.
@@ -244,7 +266,8 @@ static void huge_gains(struct hard_finding *finding) {
         struct hard_state before = hard_state_read(bench);
         step_bench_step(bench, 1);
         struct hard_state after = hard_state_read(bench);
-        hard_require(finding, after.skipped == (fabsf(gains[i]) > 1e9f), "the step is skipped where its loss is infinite");
+        hard_require(finding, after.skipped == (fabsf(gains[i]) > 1e9f),
+                     "the step is skipped where its loss is infinite");
         hard_check_update(finding, bench, 1, &gradients, &before, &after);
         hard_state_free(&before);
         hard_state_free(&after);

@@ -1,5 +1,6 @@
-// Hard media: nothing, everything, and what lies between, over sixteen orders of magnitude and 4,096 samples. Where the samples are made by
-// hand, compositing and its gradient are held against the twin relative to what there is to see; the other cases are whole steps.
+// Hard media: nothing, everything, and what lies between, over sixteen orders of magnitude and 4,096 samples. Where the
+// samples are made by hand, compositing and its gradient are held against the reference relative to what there is to
+// see; the other cases are whole steps.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,22 +11,29 @@
 #include <cmocka.h>
 
 #include "support/hard_step.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
-// Of the light that the medium holds back: near an optical thickness of 0.03, where the series ends, 1 - exp(-tau) is good to 1.3e-7 /
-// 0.03, and the gradient takes its difference with what is behind.
+// Of the light that the medium holds back: near an optical thickness of 0.03, where the series ends, 1 - exp(-tau) is
+// good to 1.3e-7 / 0.03, and the gradient takes its difference with what is behind.
 static const double MEDIUM_TOLERANCE = 2e-5;
-// The thickness so far is a float as well: after 4,096 additions up to 8 it may be off by some hundred units in its last place, and the
-// light that passes by as much, relatively.
+// The thickness so far is a float as well: after 4,096 additions up to 8 it may be off by some hundred units in its
+// last place, and the light that passes by as much, relatively.
 static const double LONG_MEDIUM_TOLERANCE = 2e-4;
-static const double LEAST_LIGHT = 1e-28; // beyond tau = 87 the device keeps 1e-38 of the light, the twin nothing
+static const double LEAST_LIGHT = 1e-28; // beyond tau = 87 the device keeps 1e-38 of the light, the reference nothing
 
 enum { STEP = 3 };
 
-static const struct step_case setup = {
-    .name = "media", .seed = 311, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2};
+static const struct step_case setup = {.name = "media",
+                                       .seed = 311,
+                                       .rays = 64,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2};
 
-// ---- Samples made by hand ------------------------------------------------------------------------------------------------
+// ---- Samples made by hand
+// ------------------------------------------------------------------------------------------------
 
 // Optical thickness of sample i of a ray.
 typedef double thickness(uint32_t ray, uint32_t i);
@@ -36,7 +44,8 @@ struct inputs {
     vw_float4 *field;
 };
 
-// Colours up to 0.8 before a white target, so that no ray comes near the kink of the L1 loss; the stride changes from ray to ray.
+// Colours up to 0.8 before a white target, so that no ray comes near the kink of the L1 loss; the stride changes from
+// ray to ray.
 static struct inputs make_inputs(const struct step_bench *bench, thickness *medium) {
     struct inputs in = {.rays = bench->step.padded_rays, .samples = bench->config.samples};
     struct test_random random = {.seed = bench->config.seed};
@@ -58,14 +67,16 @@ static struct inputs make_inputs(const struct step_bench *bench, thickness *medi
 static void list_points(const struct inputs *in, uint32_t ray, struct reference_point *points) {
     for (uint32_t i = 0; i < in->samples; i++) {
         const vw_float4 *sample = &in->field[(size_t)ray * in->samples + i];
-        points[i] = (struct reference_point){{sample->x, sample->y, sample->z}, sample->w, in->ray[ray].direction_stride.w};
+        points[i] =
+            (struct reference_point){{sample->x, sample->y, sample->z}, sample->w, in->ray[ray].direction_stride.w};
     }
 }
 
-static void check_colour(struct hard_finding *finding, uint32_t ray, const vw_float4 *device, const double colour[3], double left,
-                         double tolerance) {
+static void check_colour(struct hard_finding *finding, uint32_t ray, const vw_float4 *device, const double colour[3],
+                         double left, double tolerance) {
     const double rgb[3] = {device->x, device->y, device->z};
-    double opacity = 1.0 - left > 1e-3 ? 1.0 - left : 2.0 * (colour[0] + colour[1] + colour[2]); // near 0, left is a rounded 1
+    double opacity =
+        1.0 - left > 1e-3 ? 1.0 - left : 2.0 * (colour[0] + colour[1] + colour[2]); // near 0, left is a rounded 1
     for (int c = 0; c < 3; c++) hard_compare(finding, "colour", ray, rgb[c], colour[c], opacity, tolerance);
     hard_compare(finding, "light that is left", ray, device->w, left, 1.0, tolerance);
 }
@@ -77,7 +88,8 @@ static void check_gradient(struct hard_finding *finding, const struct inputs *in
     double before = 0.0;
     reference_composite_gradient(points, in->samples, black, d_colour, expected);
     for (uint32_t i = 0; i < in->samples; i++) {
-        double tau = points[i].density * points[i].length, size = fabs(d_colour[0]) + fabs(d_colour[1]) + fabs(d_colour[2]);
+        double tau = points[i].density * points[i].length,
+               size = fabs(d_colour[0]) + fabs(d_colour[1]) + fabs(d_colour[2]);
         const double d_rgb[3] = {device[i].x, device[i].y, device[i].z};
         for (int c = 0; c < 3; c++)
             hard_compare(finding, "gradient by a colour", i, d_rgb[c], expected[i].rgb[c],
@@ -101,7 +113,8 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
     step_bench_write(bench, evaluator->samples, in.field);
     step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
     step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, push.ray_count);
-    vw_float4 *colours = step_bench_read(bench, evaluator->colours), *d_field = step_bench_read(bench, bench->step.d_samples);
+    vw_float4 *colours = step_bench_read(bench, evaluator->colours),
+              *d_field = step_bench_read(bench, bench->step.d_samples);
     for (uint32_t ray = 0; ray < in.rays; ray++) {
         static const double black[3];
         double colour[3], d_colour[3];
@@ -122,10 +135,14 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
 }
 
 // From 10^-12 to 10^4 over the rays, the same along each.
-static double even_thickness(uint32_t ray, uint32_t i) { return i == 0 && ray == 0 ? 1e-12 : pow(10.0, -12.0 + 16.0 * (ray % 64) / 63.0); }
+static double even_thickness(uint32_t ray, uint32_t i) {
+    return i == 0 && ray == 0 ? 1e-12 : pow(10.0, -12.0 + 16.0 * (ray % 64) / 63.0);
+}
 
 // The same range in every order along one ray.
-static double mixed_thickness(uint32_t ray, uint32_t i) { return pow(10.0, -12.0 + 16.0 * ((7 * i + 13 * ray) % 64) / 63.0); }
+static double mixed_thickness(uint32_t ray, uint32_t i) {
+    return pow(10.0, -12.0 + 16.0 * ((7 * i + 13 * ray) % 64) / 63.0);
+}
 
 static void optical_thickness(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
@@ -143,18 +160,21 @@ static void opaque_first_sample(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Whole steps -----------------------------------------------------------------------------------------------------------
+// ---- Whole steps
+// -----------------------------------------------------------------------------------------------------------
 
 // All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
 static void set_density_weights(struct step_bench *bench, float weight) {
     float *params = bench->params + bench->model.weights.offset_bytes / sizeof(float);
-    for (uint32_t k = 0; k < bench->config.width; k++) params[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
+    for (uint32_t k = 0; k < bench->config.width; k++)
+        params[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
     step_bench_write_params(bench);
 }
 
 static void check_densities(struct hard_finding *finding, struct step_bench *bench, double expected, double tolerance) {
     vw_float4 *samples = step_bench_read(bench, bench->step.samples);
-    for (uint32_t i = 0; i < bench->padded_samples; i++) hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
+    for (uint32_t i = 0; i < bench->padded_samples; i++)
+        hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
     free(samples);
 }
 
@@ -189,11 +209,19 @@ static void no_density_anywhere(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- 4,096 samples -----------------------------------------------------------------------------------------------------------
+// ---- 4,096 samples
+// -----------------------------------------------------------------------------------------------------------
 
-// 8,192 trips through the loops of backward_rays, of the 65,535 that lavapipe allows; jitter of 12 bits within a stratum.
-static const struct step_case long_rays = {
-    .name = "long rays", .seed = 312, .rays = 2, .samples = 4096, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2};
+// 8,192 trips through the loops of backward_rays, of the 65,535 that lavapipe allows; jitter of 12 bits within a
+// stratum.
+static const struct step_case long_rays = {.name = "long rays",
+                                           .seed = 312,
+                                           .rays = 2,
+                                           .samples = 4096,
+                                           .levels = 4,
+                                           .log2_table = 8,
+                                           .width = 16,
+                                           .loss = VW_LOSS_L2};
 
 static double thin_fog(uint32_t ray, uint32_t i) { return (1e-6 + 3e-4 * (i % 7)) * (ray + 1); }
 static double wall_at_the_end(uint32_t ray, uint32_t i) { return i == 4095 - ray ? 50.0 : 1e-9; }
@@ -210,7 +238,8 @@ static void many_samples(struct hard_finding *finding) {
 static const struct hard_case cases[] = {
     {"density so high that exp overflows", "inf * 0 in the way back: NaN gradients", density_beyond_exp},
     {"zero density everywhere", "0/0 in Adam; background off by rounding", no_density_anywhere},
-    {"optical thickness 10^-12 to 10^4 per sample", "1 - exp(-tau) loses its digits, exp underflows", optical_thickness},
+    {"optical thickness 10^-12 to 10^4 per sample", "1 - exp(-tau) loses its digits, exp underflows",
+     optical_thickness},
     {"opaque first sample", "light leaks; the way back divides by no light", opaque_first_sample},
     {"4,096 samples on a ray", "loops cut short by the driver; sums that lose the small", many_samples},
 };

@@ -1,5 +1,5 @@
-// Hard halves: grids in float16 at the ends of what halves hold. Where gradient, learning rate and params are such that every number on the
-// way is exact, what is stored must be the half that the twin names, to the bit.
+// Hard halves: grids in float16 at the ends of what halves hold. Where gradient, learning rate and params are such that
+// every number on the way is exact, what is stored must be the half that the reference names, to the bit.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const struct step_case setup = {.name = "halves",
                                        .seed = 361,
@@ -41,7 +41,8 @@ static struct step_bench *open_plain(struct hard_finding *finding, double learni
     plain.learning_rate = learning_rate;
     struct step_bench *bench = step_bench_open(&plain);
     const struct vw_specialization *s = &bench->model.specialization;
-    hard_require(finding, s->gradient_quantum * s->inverse_rays == QUANTUM && !s->wide_gradient, "one quantum is a power of two");
+    hard_require(finding, s->gradient_quantum * s->inverse_rays == QUANTUM && !s->wide_gradient,
+                 "one quantum is a power of two");
     return bench;
 }
 
@@ -50,8 +51,10 @@ static void set_features(struct step_bench *bench, const float *features) {
     step_bench_write_params(bench);
 }
 
-// One update from these features, which must be halves. A pair of which one would leave the halves stays, uncounted, and the row says so.
-static void check_exactly(struct hard_finding *finding, struct step_bench *bench, const float *features, const int64_t *quanta) {
+// One update from these features, which must be halves. A pair of which one would leave the halves stays, uncounted,
+// and the row says so.
+static void check_exactly(struct hard_finding *finding, struct step_bench *bench, const float *features,
+                          const int64_t *quanta) {
     bool any_left = false;
     double unit = QUANTUM * bench->model.specialization.learning_rate;
     set_features(bench, features);
@@ -75,12 +78,15 @@ static void check_exactly(struct hard_finding *finding, struct step_bench *bench
     grid_free(&after);
 }
 
-// ---- Rounding ------------------------------------------------------------------------------------------------------------
+// ---- Rounding
+// ------------------------------------------------------------------------------------------------------------
 
-// Eleven digits, as a half has, and up to 12 more: just below the middle between two halves, in it, just beyond, or anywhere.
+// Eleven digits, as a half has, and up to 12 more: just below the middle between two halves, in it, just beyond, or
+// anywhere.
 static int64_t draw_near_middle(struct test_random *random, size_t index) {
     int64_t digits = 1024 + (int64_t)(1023.0f * fabsf(test_random_next(random))), shift = 1 + (int64_t)(index / 4 % 12);
-    int64_t middle = INT64_C(1) << (shift - 1), anywhere = (int64_t)((float)(2 * middle - 1) * fabsf(test_random_next(random)));
+    int64_t middle = INT64_C(1) << (shift - 1),
+            anywhere = (int64_t)((float)(2 * middle - 1) * fabsf(test_random_next(random)));
     const int64_t tails[] = {middle - 1, middle, middle + (shift > 1), anywhere};
     return ((digits << shift) + tails[index % 4]) * (index % 3 ? 1 : -1);
 }
@@ -101,7 +107,8 @@ static void rounding_to_halves(struct hard_finding *finding) {
     }
 }
 
-// ---- The largest -----------------------------------------------------------------------------------------------------------
+// ---- The largest
+// -----------------------------------------------------------------------------------------------------------
 
 // From the largest half by up to 64 either way, where neighbours are 32 apart: 65520 would round to infinity.
 static void entries_near_the_largest(struct hard_finding *finding) {
@@ -118,12 +125,13 @@ static void entries_near_the_largest(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- The smallest steps ----------------------------------------------------------------------------------------------------
+// ---- The smallest steps
+// ----------------------------------------------------------------------------------------------------
 
 enum { SMALL_STEPS = 40 };
 
-// Steps of 0.0001: less than half of what lies between 1 and its neighbours (0.00049 below), and many times that at 0.01. The former
-// entries never move, while their moments and visits go on; the latter do as the twin says.
+// Steps of 0.0001: less than half of what lies between 1 and its neighbours (0.00049 below), and many times that at
+// 0.01. The former entries never move, while their moments and visits go on; the latter do as the reference says.
 static void steps_below_half_a_unit(struct hard_finding *finding) {
     struct step_case slow = setup;
     slow.learning_rate = 1e-4;
@@ -140,7 +148,9 @@ static void steps_below_half_a_unit(struct hard_finding *finding) {
     struct grid_state after = grid_read(bench);
     for (size_t i = 0; i < feature_count(bench); i++) {
         if (i / 2 % 2 == 0) hard_equal(finding, "entry of 1", i, after.grid[i], 1.0);
-        else hard_compare(finding, "way of a small entry", i, before.grid[i] - after.grid[i], i % 2 ? 0.004 : -0.004, 0.004, 0.05);
+        else
+            hard_compare(finding, "way of a small entry", i, before.grid[i] - after.grid[i], i % 2 ? 0.004 : -0.004,
+                         0.004, 0.05);
         hard_equal(finding, "visits", i / 2, after.visits[i / 2], SMALL_STEPS);
     }
     vw_float4 *rows = step_bench_read(bench, bench->scalars);
@@ -153,7 +163,8 @@ static void steps_below_half_a_unit(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Whole steps and trainings ---------------------------------------------------------------------------------------------
+// ---- Whole steps and trainings
+// ---------------------------------------------------------------------------------------------
 
 static void steps_of_halves(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
@@ -170,7 +181,8 @@ static void steps_of_halves(struct hard_finding *finding) {
 static void trainings_on_halves(struct hard_finding *finding) {
     struct vw_config config = hard_run_config();
     config.table_precision = VW_TABLE_FLOAT16;
-    scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
+    scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
     hard_require(finding, !hard_train_well(finding, scene, &config).still, "training moves the params");
     config.learning_rate = 1e6; // the largest that a user may set: no entry's step fits a half
     hard_require(finding, hard_train(finding, scene, &config).flagged_steps > 0, "steps beyond the halves are flagged");

@@ -1,5 +1,6 @@
-// Hard occupancy: nothing kept, everything kept, one sample kept, densities that are no numbers, rays that miss the box, 65,536 rays. Each
-// is a whole step past the warm-up, held against the twin with the device's choice of samples (which check_occupancy.c judges).
+// Hard occupancy: nothing kept, everything kept, one sample kept, densities that are no numbers, rays that miss the
+// box, 65,536 rays. Each is a whole step past the warm-up, held against the reference with the device's choice of
+// samples (which check_occupancy.c evaluates).
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +11,7 @@
 #include <cmocka.h>
 
 #include "support/hard_step.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 enum { STEP = 300, REFRESHING_STEP = 320 };
 static const float DENSE = 10.0f;
@@ -47,7 +48,8 @@ static uint32_t slot_count(struct step_bench *bench) {
     return slots;
 }
 
-// ---- Nothing, one, all -----------------------------------------------------------------------------------------------------
+// ---- Nothing, one, all
+// -----------------------------------------------------------------------------------------------------
 
 static void nothing_kept(struct hard_finding *finding) {
     for (enum scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
@@ -58,7 +60,8 @@ static void nothing_kept(struct hard_finding *finding) {
         believe(bench, 0.0f, 0, 0.0f);
         struct hard_gradients gradients = hard_take_gradients(bench, STEP);
         hard_equal(finding, "slots", 0, slot_count(bench), 0.0);
-        hard_same_bits(finding, "gradients of the weights", gradients.weights, zeros, 16 * (size_t)bench->model.weight_columns);
+        hard_same_bits(finding, "gradients of the weights", gradients.weights, zeros,
+                       16 * (size_t)bench->model.weight_columns);
         hard_gradients_free(&gradients);
         hard_check_step(finding, bench, STEP);
         float *params = step_bench_read(bench, bench->field.params);
@@ -130,7 +133,8 @@ static void everything_kept(struct hard_finding *finding) {
     }
 }
 
-// ---- No numbers --------------------------------------------------------------------------------------------------------------
+// ---- No numbers
+// --------------------------------------------------------------------------------------------------------------
 
 static void densities_that_are_no_numbers(struct hard_finding *finding) {
     static const float unusual[] = {NAN, INFINITY};
@@ -143,7 +147,8 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
     }
     float *params = vw_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
-    for (size_t i = bench->model.grid.size_bytes / 4; i < bench->model.param_bytes / 4; i++) params[i] = NAN; // the networks
+    for (size_t i = bench->model.grid.size_bytes / 4; i < bench->model.param_bytes / 4; i++)
+        params[i] = NAN; // the networks
     step_bench_write(bench, bench->field.params, params);
     believe(bench, 0.0f, cell, 0.0f);
     step_bench_step(bench, REFRESHING_STEP);
@@ -158,7 +163,8 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Rays ------------------------------------------------------------------------------------------------------------------
+// ---- Rays
+// ------------------------------------------------------------------------------------------------------------------
 
 static void rays_that_miss(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);

@@ -1,5 +1,6 @@
-// Hard photos: of one colour, of one pixel, of values that are no colours, all the same, or matched perfectly. Steps are held against the
-// twin pass by pass; whole runs through the trainer's public functions, by the errors of their last validation.
+// Hard photos: of one colour, of one pixel, of values that are no colours, all the same, or matched perfectly. Steps
+// are held against the reference pass by pass; whole runs through the trainer's public functions, by the errors of
+// their last validation.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,10 +17,18 @@
 #include "support/synthetic_scene.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
 
-enum { WIDTH_PX = 12, HEIGHT_PX = 8, PIXELS = WIDTH_PX * HEIGHT_PX, TRAIN_VIEWS = 5, VAL_VIEWS = 3, VIEWS = TRAIN_VIEWS + VAL_VIEWS };
+enum {
+    WIDTH_PX = 12,
+    HEIGHT_PX = 8,
+    PIXELS = WIDTH_PX * HEIGHT_PX,
+    TRAIN_VIEWS = 5,
+    VAL_VIEWS = 3,
+    VIEWS = TRAIN_VIEWS + VAL_VIEWS
+};
 
 // What the cases leave open when they fail.
 static struct vw_scene *scene;
@@ -33,8 +42,11 @@ static void tear_down(void) {
 }
 
 static void open_scene(bool alpha) {
-    scene = synthetic_scene(&(struct synthetic_scene_params){
-        .train_views = TRAIN_VIEWS, .val_views = VAL_VIEWS, .width_px = WIDTH_PX, .height_px = HEIGHT_PX, .alpha = alpha});
+    scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = TRAIN_VIEWS,
+                                                             .val_views = VAL_VIEWS,
+                                                             .width_px = WIDTH_PX,
+                                                             .height_px = HEIGHT_PX,
+                                                             .alpha = alpha});
 }
 
 static void paint(uint32_t view, const uint8_t rgba[4]) {
@@ -48,15 +60,18 @@ static struct vw_config whole_photos(void) {
     return config;
 }
 
-// ---- One colour ------------------------------------------------------------------------------------------------------------
+// ---- One colour
+// ------------------------------------------------------------------------------------------------------------
 
 // Three steps on pixels of one colour, and a run of photos painted in it.
 static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4], enum vw_loss loss) {
-    struct step_case setup = {.name = "photos", .seed = 321, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {
+        .name = "photos", .seed = 321, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
     setup.loss = loss;
     struct step_bench *bench = step_bench_open(&setup);
     for (uint32_t i = 0; i < bench->config.rays; i++)
-        bench->pixels[i].rgba = (vw_float4){(float)rgba[0] / 255.0f, (float)rgba[1] / 255.0f, (float)rgba[2] / 255.0f, 1.0f};
+        bench->pixels[i].rgba =
+            (vw_float4){(float)rgba[0] / 255.0f, (float)rgba[1] / 255.0f, (float)rgba[2] / 255.0f, 1.0f};
     hard_write_pixels(bench);
     for (uint64_t number = 1; number <= 3; number++) hard_check_step(finding, bench, number);
     hard_check_rendering(finding, bench);
@@ -71,15 +86,20 @@ static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4],
     vw_scene_close(&scene);
 }
 
-static void black_photos(struct hard_finding *finding) { train_on_colour(finding, (const uint8_t[]){0, 0, 0, 255}, VW_LOSS_L1); }
-static void white_photos(struct hard_finding *finding) { train_on_colour(finding, (const uint8_t[]){255, 255, 255, 255}, VW_LOSS_L1); }
+static void black_photos(struct hard_finding *finding) {
+    train_on_colour(finding, (const uint8_t[]){0, 0, 0, 255}, VW_LOSS_L1);
+}
+static void white_photos(struct hard_finding *finding) {
+    train_on_colour(finding, (const uint8_t[]){255, 255, 255, 255}, VW_LOSS_L1);
+}
 
 static void single_colour_photos(struct hard_finding *finding) {
     train_on_colour(finding, (const uint8_t[]){255, 0, 0, 255}, VW_LOSS_L2);
     train_on_colour(finding, (const uint8_t[]){128, 127, 129, 255}, VW_LOSS_HUBER);
 }
 
-// ---- One pixel, and no colours -----------------------------------------------------------------------------------------------
+// ---- One pixel, and no colours
+// -----------------------------------------------------------------------------------------------
 
 static void photos_of_one_pixel(struct hard_finding *finding) {
     folder = temporary_folder_create();
@@ -104,12 +124,14 @@ static void write_float_photo(const char *name, const float *rgb) {
     char file[sizeof header - 1 + TINY_PIXELS * 3 * sizeof *rgb];
     memcpy(file, header, sizeof header - 1);
     for (int row = 0; row < TINY_HEIGHT_PX; row++)
-        memcpy(file + sizeof header - 1 + row * TINY_WIDTH_PX * 3 * sizeof *rgb, rgb + (TINY_HEIGHT_PX - 1 - row) * TINY_WIDTH_PX * 3,
-               TINY_WIDTH_PX * 3 * sizeof *rgb);
+        memcpy(file + sizeof header - 1 + row * TINY_WIDTH_PX * 3 * sizeof *rgb,
+               rgb + (TINY_HEIGHT_PX - 1 - row) * TINY_WIDTH_PX * 3, TINY_WIDTH_PX * 3 * sizeof *rgb);
     assert_int_equal(vw_file_write(temporary_path(folder, name), file, sizeof file), VW_OK);
 }
 
-static double srgb(double linear) { return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055; }
+static double srgb(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+}
 
 // Linear light in [0,1] but for pixel 3, which is far too bright, and as many bad pixels from pixel 10 on.
 static void make_float_photo(uint32_t bad_pixels, float rgb[TINY_PIXELS * 3]) {
@@ -119,16 +141,19 @@ static void make_float_photo(uint32_t bad_pixels, float rgb[TINY_PIXELS * 3]) {
     for (uint32_t i = 0; i < bad_pixels; i++) rgb[3 * (10 + i) + i % 3] = bad[i % 4];
 }
 
-static void check_float_photo(struct hard_finding *finding, const struct vw_view *view, uint32_t bad_pixels, const float *rgb) {
+static void check_float_photo(struct hard_finding *finding, const struct vw_view *view, uint32_t bad_pixels,
+                              const float *rgb) {
     hard_equal(finding, "masked pixels", 0, (double)view->image.masked_count, bad_pixels);
     hard_equal(finding, "clamped values", 0, (double)view->image.clamped_count, 1.0);
     for (uint32_t i = 0; i < TINY_PIXELS; i++) {
         bool is_bad = i >= 10 && i < 10 + bad_pixels;
         float rgba[4];
         vw_image_pixel(&view->image, i % TINY_WIDTH_PX, i / TINY_WIDTH_PX, rgba);
-        hard_equal(finding, "pixel is looked at", i, vw_view_keeps(view, i % TINY_WIDTH_PX, i / TINY_WIDTH_PX), !is_bad);
+        hard_equal(finding, "pixel is looked at", i, vw_view_keeps(view, i % TINY_WIDTH_PX, i / TINY_WIDTH_PX),
+                   !is_bad);
         for (int c = 0; c < 3; c++)
-            hard_compare(finding, "pixel value", i, rgba[c], is_bad ? 0.0 : srgb(fmin(rgb[3 * i + (uint32_t)c], 1.0)), 1.0, 1e-6);
+            hard_compare(finding, "pixel value", i, rgba[c], is_bad ? 0.0 : srgb(fmin(rgb[3 * i + (uint32_t)c], 1.0)),
+                         1.0, 1e-6);
     }
 }
 
@@ -155,7 +180,8 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
     tiny_scene_refused(&(struct vw_scene_params){.path = folder}, VW_ERROR_INPUT, "05.pfm", "6.2 %", NULL);
 }
 
-// ---- Nothing to learn ----------------------------------------------------------------------------------------------------------
+// ---- Nothing to learn
+// ----------------------------------------------------------------------------------------------------------
 
 // Black photos, and a box that no camera sees: what is rendered is black.
 static void match_nothing(struct hard_finding *finding) {
@@ -172,10 +198,11 @@ static void match_nothing(struct hard_finding *finding) {
     hard_require(finding, run.still, "without a gradient no param moves");
 }
 
-// Grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let the first sample hide all
-// else. At an error of 0 the loss has no slope.
+// Grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let the
+// first sample hide all else. At an error of 0 the loss has no slope.
 static void match_a_grey_wall(struct hard_finding *finding, enum vw_loss loss) {
-    struct step_case setup = {.name = "grey wall", .seed = 323, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {
+        .name = "grey wall", .seed = 323, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
     setup.loss = loss;
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_specialization *s = &bench->model.specialization;
@@ -211,13 +238,15 @@ static void identical_photos(struct hard_finding *finding) {
     open_scene(false);
     for (uint32_t view = 1; view < VIEWS; view++) {
         memcpy(scene->views[view].image.pixels, scene->views[0].image.pixels, 4 * PIXELS);
-        memcpy(scene->views[view].camera_to_world, scene->views[0].camera_to_world, sizeof scene->views[0].camera_to_world);
+        memcpy(scene->views[view].camera_to_world, scene->views[0].camera_to_world,
+               sizeof scene->views[0].camera_to_world);
     }
     struct hard_run run = hard_train_well(finding, scene, &config);
     for (uint32_t view = 1; view < VAL_VIEWS; view++)
         hard_same_bits(finding, "errors of the same view", &run.views[view], &run.views[0], sizeof run.views[0]);
 
-    struct step_case setup = {.name = "one pixel", .seed = 322, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {
+        .name = "one pixel", .seed = 322, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
     struct step_bench *bench = step_bench_open(&setup);
     for (uint32_t i = 1; i < bench->config.rays; i++) bench->pixels[i] = bench->pixels[0];
     hard_write_pixels(bench);
@@ -225,10 +254,11 @@ static void identical_photos(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Next to nothing to see ------------------------------------------------------------------------------------------------------
+// ---- Next to nothing to see
+// ------------------------------------------------------------------------------------------------------
 
-// Validation photos with one opaque pixel in the middle and a box that covers little more: nearly every ray shows the background, whose
-// errors are exactly 0.
+// Validation photos with one opaque pixel in the middle and a box that covers little more: nearly every ray shows the
+// background, whose errors are exactly 0.
 static void nearly_all_background(struct hard_finding *finding) {
     struct vw_config config = whole_photos();
     open_scene(true);
@@ -258,10 +288,12 @@ static const struct hard_case cases[] = {
     {"all-white photos", "the same at its other end", white_photos},
     {"photos of a single colour", "no texture: errors and gradients all alike", single_colour_photos},
     {"photos of 1 x 1 pixel", "strata, focal lengths and means of one pixel", photos_of_one_pixel},
-    {"float input of 10^5, negative, NaN, infinite", "one pixel spoils the loss of every step", floats_that_are_no_colours},
+    {"float input of 10^5, negative, NaN, infinite", "one pixel corrupts the loss of every step",
+     floats_that_are_no_colours},
     {"a perfect match", "log of 0, 0/0 in Adam", perfect_match},
     {"identical photos", "equal photos measured differently", identical_photos},
-    {"validation views that are nearly all background", "the few pixels that show something are lost", nearly_all_background},
+    {"validation views that are nearly all background", "the few pixels that show something are lost",
+     nearly_all_background},
     {"validation views of which one pixel is usable", "means over pixels that do not count", nearly_all_masked},
 };
 

@@ -1,5 +1,6 @@
-// Hard rays: where a line meets the box, or does not, from cameras that are near, far, inside, or bend their light too much. Each case
-// holds the rays against the twin's line through the pixel, in double, and then a whole training step and a rendering with these rays.
+// Hard rays: where a line meets the box, or does not, from cameras that are near, far, inside, or bend their light too
+// much. Each case holds the rays against the reference's line through the pixel, in double, and then a whole training
+// step and a rendering with these rays.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,21 +14,29 @@
 #include "support/box_geometry.h"
 #include "support/hard_step.h"
 #include "train/pixels.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
-static const double NEAR_EDGES = 0.02;       // of generate_rays' contract: nothing nearer to the camera is seen
-static const double LINE_TOLERANCE = 1e-6;   // box edges: origin and direction are floats, lines run up to 5 edges
-static const double FACE_TOLERANCE = 1e-6;   // box edges
-static const double CLEAR_MARGIN = 1e-3;     // box edges: a line that is nearer to the box's surface may be called either way
+static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
+static const double LINE_TOLERANCE = 1e-6; // box edges: origin and direction are floats, lines run up to 5 edges
+static const double FACE_TOLERANCE = 1e-6; // box edges
+static const double CLEAR_MARGIN =
+    1e-3; // box edges: a line that is nearer to the box's surface may be called either way
 static const double LENGTH_TOLERANCE = 2e-6; // box edges, of lines at 45 degrees to the faces
 static const double REPROJECTION_PX = 0.01;  // the bound for lenses
 
 enum { SIDE_PX = 8, RAYS = SIDE_PX * SIDE_PX, STEP = 3 };
 
-static const struct step_case setup = {
-    .name = "rays", .seed = 301, .rays = RAYS, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2};
+static const struct step_case setup = {.name = "rays",
+                                       .seed = 301,
+                                       .rays = RAYS,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2};
 
-// ---- Set-up --------------------------------------------------------------------------------------------------------------
+// ---- Set-up
+// --------------------------------------------------------------------------------------------------------------
 
 // All rays come from view 0 and cover its photo evenly.
 static struct step_bench *open_bench(const struct step_case *c) {
@@ -53,34 +62,43 @@ static void check_whole_step(struct hard_finding *finding, struct step_bench *be
     hard_check_rendering(finding, bench);
 }
 
-// ---- Comparison ----------------------------------------------------------------------------------------------------------
+// ---- Comparison
+// ----------------------------------------------------------------------------------------------------------
 
 static void point_at(const struct reference_ray *ray, double parameter, double point[3]) {
     for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
 }
 
-// A ray's samples begin on the box or at the near distance and end on the box, all on the twin's line; none lies outside the box. Returns
-// whether the line hits the box for sure.
-static bool check_ray(struct hard_finding *finding, const struct step_bench *bench, uint32_t index, const struct vw_ray *device) {
+// A ray's samples begin on the box or at the near distance and end on the box, all on the reference's line; none lies
+// outside the box. Returns whether the line hits the box for sure.
+static bool check_ray(struct hard_finding *finding, const struct step_bench *bench, uint32_t index,
+                      const struct vw_ray *device) {
     const struct vw_pixel *pixel = &bench->pixels[index];
     struct reference_ray ray = reference_ray_of(device);
     double origin[3], direction[3], near, far, first[3], last[3];
-    hard_require(finding, isfinite(ray.near) && isfinite(ray.stride) && ray.stride >= 0.0, "a ray is finite and does not run backwards");
-    if (!reference_camera_line(&bench->scene->views[pixel->view], &bench->scene->box, pixel->x_px, pixel->y_px, origin, direction))
+    hard_require(finding, isfinite(ray.near) && isfinite(ray.stride) && ray.stride >= 0.0,
+                 "a ray is finite and does not run backwards");
+    if (!reference_camera_line(&bench->scene->views[pixel->view], &bench->scene->box, pixel->x_px, pixel->y_px, origin,
+                               direction))
         return false; // beyond the fold of the lens: see the case
     if (!reference_box_span(origin, direction, NEAR_EDGES, CLEAR_MARGIN, &near, &far)) {
         hard_equal(finding, "length of a miss", index, ray.stride, 0.0);
         return false;
     }
-    if (!reference_box_span(origin, direction, NEAR_EDGES, -CLEAR_MARGIN, &near, &far) || far - near < 10.0 * CLEAR_MARGIN) return false;
+    if (!reference_box_span(origin, direction, NEAR_EDGES, -CLEAR_MARGIN, &near, &far) ||
+        far - near < 10.0 * CLEAR_MARGIN)
+        return false;
     hard_require(finding, ray.stride > 0.0, "a line through the box has samples");
     point_at(&ray, ray.near, first);
     point_at(&ray, ray.near + ray.stride * bench->config.samples, last);
-    hard_compare(finding, "start off the line", index, distance_to_line(first, origin, direction), 0.0, 1.0, LINE_TOLERANCE);
-    hard_compare(finding, "end off the line", index, distance_to_line(last, origin, direction), 0.0, 1.0, LINE_TOLERANCE);
+    hard_compare(finding, "start off the line", index, distance_to_line(first, origin, direction), 0.0, 1.0,
+                 LINE_TOLERANCE);
+    hard_compare(finding, "end off the line", index, distance_to_line(last, origin, direction), 0.0, 1.0,
+                 LINE_TOLERANCE);
     hard_compare(finding, "end off the box", index, distance_to_face(last), 0.0, 1.0, FACE_TOLERANCE);
     double off_near_plane = fabs(distance(first, origin) - NEAR_EDGES);
-    hard_compare(finding, "start off the box", index, fmin(distance_to_face(first), off_near_plane), 0.0, 1.0, FACE_TOLERANCE);
+    hard_compare(finding, "start off the box", index, fmin(distance_to_face(first), off_near_plane), 0.0, 1.0,
+                 FACE_TOLERANCE);
     return true;
 }
 
@@ -93,7 +111,8 @@ static uint32_t check_rays(struct hard_finding *finding, struct step_bench *benc
     return hits;
 }
 
-// ---- Misses, grazes, insides ----------------------------------------------------------------------------------------------
+// ---- Misses, grazes, insides
+// ----------------------------------------------------------------------------------------------
 
 static void rays_that_miss(struct hard_finding *finding) {
     static const struct {
@@ -116,8 +135,8 @@ static void rays_that_miss(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// The camera looks exactly at the edge x = 0, z = 1, at 45 degrees to both faces and from 2 edges away: half of the rays cut a corner off,
-// by 2^-24 to 1/8 of an edge, the others just miss. The length of the cut is twice the depth.
+// The camera looks exactly at the edge x = 0, z = 1, at 45 degrees to both faces and from 2 edges away: half of the
+// rays cut a corner off, by 2^-24 to 1/8 of an edge, the others just miss. The length of the cut is twice the depth.
 static void rays_that_graze_an_edge(struct hard_finding *finding) {
     static const double position[3] = {-M_SQRT2, 0.5, 1.0 - M_SQRT2}, target[3] = {0.0, 0.5, 1.0};
     const double focal_px = 100.0;
@@ -133,11 +152,12 @@ static void rays_that_graze_an_edge(struct hard_finding *finding) {
     uint32_t cuts = 0;
     for (uint32_t i = 0; i < RAYS; i++) {
         double origin[3], direction[3], near, far;
-        assert_true(reference_camera_line(view, &bench->scene->box, bench->pixels[i].x_px, bench->pixels[i].y_px, origin, direction));
+        assert_true(reference_camera_line(view, &bench->scene->box, bench->pixels[i].x_px, bench->pixels[i].y_px,
+                                          origin, direction));
         bool hit = reference_box_span(origin, direction, NEAR_EDGES, 0.0, &near, &far);
         cuts += hit;
-        hard_compare(finding, "length of the cut", i, (double)rays[i].direction_stride.w * bench->config.samples, hit ? far - near : 0.0,
-                     1.0, LENGTH_TOLERANCE);
+        hard_compare(finding, "length of the cut", i, (double)rays[i].direction_stride.w * bench->config.samples,
+                     hit ? far - near : 0.0, 1.0, LENGTH_TOLERANCE);
     }
     hard_require(finding, cuts > RAYS / 4 && cuts < 3 * RAYS / 4, "some rays cut the edge and some miss it");
     free(rays);
@@ -157,20 +177,23 @@ static void rays_that_start_inside(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
         look(bench, cameras[i].position, cameras[i].target, 15.0);
-        hard_require(finding, check_rays(finding, bench) == (i < 3 ? RAYS : 0), "rays hit unless the near distance hides the rest");
+        hard_require(finding, check_rays(finding, bench) == (i < 3 ? RAYS : 0),
+                     "rays hit unless the near distance hides the rest");
         check_whole_step(finding, bench);
     }
     step_bench_close(bench);
 }
 
-// Rays along an axis: two components of the direction are 0. Within a face a ray may hit or miss, but it must not be lost.
+// Rays along an axis: two components of the direction are 0. Within a face a ray may hit or miss, but it must not be
+// lost.
 static void rays_parallel_to_the_box(struct hard_finding *finding) {
     static const double offsets[] = {0.5, 0.3, 1e-3, 0.0, 1.0, -1e-3, -0.25, 1.25};
     struct step_bench *bench = open_bench(&setup);
     struct vw_camera *camera = &bench->scene->views[0].camera;
     for (int axis = 0; axis < 6; axis++) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
-            double position[3] = {0.5, 0.5, 0.5}, target[3] = {0.5, 0.5, 0.5}, length = offsets[i] > 0.0 && offsets[i] < 1.0;
+            double position[3] = {0.5, 0.5, 0.5}, target[3] = {0.5, 0.5, 0.5},
+                   length = offsets[i] > 0.0 && offsets[i] < 1.0;
             position[axis % 3] += axis < 3 ? 2.0 : -2.0;
             position[(axis + 1) % 3] = target[(axis + 1) % 3] = offsets[i];
             look(bench, position, target, 30.0);
@@ -203,15 +226,16 @@ static void rays_of_no_extent(struct hard_finding *finding) {
         view->far_world = depths[i][1] * 2.0 * bench->scene->box.half_extent_world / 1.1;
         struct vw_ray *rays = rays_make(bench);
         for (uint32_t ray = 0; ray < RAYS; ray++)
-            hard_compare(finding, "length of nothing", ray, (double)rays[ray].direction_stride.w * bench->config.samples, 0.0, 1.0,
-                         LENGTH_TOLERANCE);
+            hard_compare(finding, "length of nothing", ray,
+                         (double)rays[ray].direction_stride.w * bench->config.samples, 0.0, 1.0, LENGTH_TOLERANCE);
         free(rays);
         check_whole_step(finding, bench);
     }
     step_bench_close(bench);
 }
 
-// ---- Distances and lenses --------------------------------------------------------------------------------------------------
+// ---- Distances and lenses
+// --------------------------------------------------------------------------------------------------
 
 static void look_at_centre(struct step_bench *bench, double distance_edges, double focal_px) {
     static const double back[3] = {0.6, -0.48, 0.64}, centre[3] = {0.5, 0.5, 0.5};
@@ -264,7 +288,8 @@ static void focal_length_of_1_px(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// Neighbouring pixels are 10^-6 radians apart: from three edges away a pixel is 3 10^-6 edges wide, three times the tolerance.
+// Neighbouring pixels are 10^-6 radians apart: from three edges away a pixel is 3 10^-6 edges wide, three times the
+// tolerance.
 static void focal_length_of_1e6_px(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     look_at_centre(bench, 3.0, 1e6);
@@ -289,10 +314,12 @@ static void check_lens(struct hard_finding *finding, struct step_bench *bench) {
         if (!has_inverse) continue;
         for (int column = 0; column < 3; column++) {
             in_camera[column] = 0.0;
-            for (int row = 0; row < 3; row++) in_camera[column] += view->camera_to_world[row][column] * ray.direction[row];
+            for (int row = 0; row < 3; row++)
+                in_camera[column] += view->camera_to_world[row][column] * ray.direction[row];
         }
         assert_true(vw_camera_project(&view->camera, in_camera, &x_px, &y_px));
-        hard_compare(finding, "reprojection (px)", i, hypot(x_px - pixel->x_px, y_px - pixel->y_px), 0.0, 1.0, REPROJECTION_PX);
+        hard_compare(finding, "reprojection (px)", i, hypot(x_px - pixel->x_px, y_px - pixel->y_px), 0.0, 1.0,
+                     REPROJECTION_PX);
     }
     free(rays);
 }
@@ -319,7 +346,8 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
             bench->pixels[k] = pixels_at(bench->scene, 0, x_px, y_px);
             weightless += bench->pixels[k].weight == 0.0f;
         }
-        hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2, "the corners are masked, and not much else");
+        hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2,
+                     "the corners are masked, and not much else");
         check_lens(finding, bench);
         check_whole_step(finding, bench);
         free(view->mask);
@@ -333,13 +361,15 @@ static const struct hard_case cases[] = {
     {"rays that graze an edge", "negative or made-up lengths", rays_that_graze_an_edge},
     {"rays that start inside", "samples behind the camera", rays_that_start_inside},
     {"rays parallel to the box, also in its faces", "0/0 in the slab test", rays_parallel_to_the_box},
-    {"rays of no extent", "the known depths end before the box or begin behind it: negative strides", rays_of_no_extent},
+    {"rays of no extent", "the known depths end before the box or begin behind it: negative strides",
+     rays_of_no_extent},
     {"camera 10^6 m from a scene of 1 m", "cancellation: 10^6 leaves a float 1/16 m", camera_far_from_a_small_scene},
     {"cameras 1 m apart in a scene of 10^6 m", "cameras fall together, or out of the box", camera_in_a_huge_scene},
     {"scene of 1 m at coordinates of 10^6 m", "cancellation between camera and box", scene_far_from_the_origin},
     {"focal length of 1 px", "directions at right angles to the axis", focal_length_of_1_px},
     {"focal length of 10^6 px", "all pixels see along the same ray", focal_length_of_1e6_px},
-    {"distortion without inverse in the corners", "Newton's method runs off to NaN", distortion_without_inverse_in_the_corners},
+    {"distortion without inverse in the corners", "Newton's method runs off to NaN",
+     distortion_without_inverse_in_the_corners},
 };
 
 int main(void) { return hard_cases_run("rays", cases, VW_ARRAY_COUNT(cases), NULL); }

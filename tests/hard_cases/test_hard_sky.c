@@ -1,5 +1,5 @@
-// Hard skies and backgrounds: rays that see none of it or nothing else, colours at the ends of their range, rays that do not count, the
-// axes, and as many rays as a step may have. Whole steps held against the twin.
+// Hard skies and backgrounds: rays that see none of it or nothing else, colours at the ends of their range, rays that
+// do not count, the axes, and as many rays as a step may have. Whole steps held against the reference.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,12 +10,20 @@
 #include <cmocka.h>
 
 #include "support/hard_step.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
-static const double UNSEEN = 1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38
+static const double UNSEEN =
+    1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38
 
-static const struct step_case setup = {
-    .name = "sky", .seed = 331, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2, .sky = true};
+static const struct step_case setup = {.name = "sky",
+                                       .seed = 331,
+                                       .rays = 64,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2,
+                                       .sky = true};
 
 static float *sky_of(struct step_bench *bench) { return bench->params + bench->model.sky.offset_bytes / sizeof(float); }
 
@@ -26,7 +34,8 @@ static const float *d_sky_of(const struct step_bench *bench, const struct hard_g
 // All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
 static void set_density_weights(struct step_bench *bench, float weight) {
     float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
-    for (uint32_t k = 0; k < bench->config.width; k++) weights[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
+    for (uint32_t k = 0; k < bench->config.width; k++)
+        weights[reference_block_index(&bench->model.specialization, 1, 0, k)] = weight;
     step_bench_write_params(bench);
 }
 
@@ -49,7 +58,8 @@ static void opaque_rays(struct hard_finding *finding) {
     hard_gradients_free(&gradients);
     hard_check_step(finding, bench, 2);
     float *params = step_bench_read(bench, bench->field.params);
-    hard_same_bits(finding, "a sky that no ray saw", params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes);
+    hard_same_bits(finding, "a sky that no ray saw", params + (sky_of(bench) - bench->params), sky_of(bench),
+                   bench->model.sky.size_bytes);
     free(params);
     step_bench_close(bench);
 }
@@ -61,15 +71,18 @@ static void empty_rays(struct hard_finding *finding) {
     hard_check_rendering(finding, bench);
     float *params = step_bench_read(bench, bench->field.params);
     hard_same_bits(finding, "a field that no light met", params, bench->params, bench->model.sky.offset_bytes);
-    hard_require(finding, memcmp(params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes) != 0,
+    hard_require(finding,
+                 memcmp(params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes) != 0,
                  "the sky is learned through empty space");
     free(params);
     step_bench_close(bench);
 }
 
-// Two channels are 0 and 1 in every direction, since band 0 alone is large; the third gives the gradient a size to be compared with.
+// Two channels are 0 and 1 in every direction, since band 0 alone is large; the third gives the gradient a size to be
+// compared with.
 static void saturated_colours(struct hard_finding *finding) {
-    static const float logits[][3] = {{150.0f, -150.0f, 0.0f}, {300.0f, -300.0f, 2.0f}, {1e30f, -1e30f, -2.0f}, {1e36f, -1e36f, 0.0f}};
+    static const float logits[][3] = {
+        {150.0f, -150.0f, 0.0f}, {300.0f, -300.0f, 2.0f}, {1e30f, -1e30f, -2.0f}, {1e36f, -1e36f, 0.0f}};
     struct step_bench *bench = step_bench_open(&setup);
     for (size_t i = 0; i < VW_ARRAY_COUNT(logits); i++) {
         memcpy(sky_of(bench), logits[i], sizeof logits[i]);
@@ -119,7 +132,8 @@ static void along_the_axes(struct hard_finding *finding) {
         rays_look(&bench->scene->views[0], &bench->scene->box, position, middle);
         struct vw_ray *rays = rays_make(bench); // also moves the camera
         const float direction[3] = {rays[1].direction_stride.x, rays[1].direction_stride.y, rays[1].direction_stride.z};
-        for (int i = 0; i < 3; i++) hard_equal(finding, "direction", 1, direction[i], i == way / 2 ? (way % 2 ? -1.0 : 1.0) : 0.0);
+        for (int i = 0; i < 3; i++)
+            hard_equal(finding, "direction", 1, direction[i], i == way / 2 ? (way % 2 ? -1.0 : 1.0) : 0.0);
         free(rays);
         step_bench_write_params(bench);
         hard_check_step(finding, bench, 1);
@@ -137,14 +151,16 @@ static void most_rays(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Random backgrounds ----------------------------------------------------------------------------------------------------
+// ---- Random backgrounds
+// ----------------------------------------------------------------------------------------------------
 
 static void set_alpha(struct step_bench *bench, float alpha) {
     for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].rgba.w = alpha;
     hard_write_pixels(bench);
 }
 
-// What a ray is compared with is, to the bit, what stands behind it: seen through an empty field there is no error at all.
+// What a ray is compared with is, to the bit, what stands behind it: seen through an empty field there is no error at
+// all.
 static void transparent_before_random_colours(struct hard_finding *finding) {
     struct step_case random = setup;
     random.sky = false;
@@ -157,7 +173,8 @@ static void transparent_before_random_colours(struct hard_finding *finding) {
         hard_check_step(finding, bench, number);
         struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
         float *losses = step_bench_read(bench, bench->step.ray_loss);
-        for (uint32_t i = 0; i < bench->config.rays; i++) hard_equal(finding, "loss of a ray through nothing", i, losses[i], 0.0);
+        for (uint32_t i = 0; i < bench->config.rays; i++)
+            hard_equal(finding, "loss of a ray through nothing", i, losses[i], 0.0);
         hard_require(finding, rays[0].target_weight.x != rays[1].target_weight.x, "every ray has a colour of its own");
         hard_require(finding, rays[0].target_weight.x != rays[0].target_weight.y, "every channel is drawn");
         hard_require(finding, rays[0].target_weight.x != last.x, "every step draws anew");
@@ -178,7 +195,8 @@ static void opaque_before_random_colours(struct hard_finding *finding) {
     hard_check_step(finding, bench, 1);
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     for (uint32_t i = 0; i < bench->config.rays; i++)
-        hard_same_bits(finding, "target of an opaque pixel", &rays[i].target_weight, &bench->pixels[i].rgba, 3 * sizeof(float));
+        hard_same_bits(finding, "target of an opaque pixel", &rays[i].target_weight, &bench->pixels[i].rgba,
+                       3 * sizeof(float));
     free(rays);
     step_bench_close(bench);
 }
@@ -190,7 +208,8 @@ static const struct hard_case cases[] = {
     {"a sky behind excluded pixels", "what was masked out paints the sky", excluded_pixels},
     {"a sky seen along the axes", "signs and order of the basis, where most of it is 0", along_the_axes},
     {"a sky seen by 65,536 rays", "the sum over rays is cut short or loses the small", most_rays},
-    {"transparent pixels before random colours", "target and background are not the same colour", transparent_before_random_colours},
+    {"transparent pixels before random colours", "target and background are not the same colour",
+     transparent_before_random_colours},
     {"opaque pixels before random colours", "the random colour shines through", opaque_before_random_colours},
 };
 

@@ -1,5 +1,5 @@
-// Hard sums: of more errors than floats can count, all alike or all different, and of none at all. The errors are made on the device and
-// are multiples of 2^-24, so that integers give the exact sum.
+// Hard sums: of more errors than floats can count, all alike or all different, and of none at all. The errors are made
+// on the device and are multiples of 2^-24, so that integers give the exact sum.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,10 +15,12 @@
 #include "interface.h"
 #include "support/gpu_fixture.h"
 #include "support/hard_case.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "base/psnr.h"
 
-static const double SUM_TOLERANCE = 0x1p-40; // relative: what a valuation asks for, since it subtracts nearly equal sums
+static const double SUM_TOLERANCE =
+    0x1p-40; // relative: what a valuation asks for, since it subtracts nearly equal sums
 
 static const struct vw_shader generate_errors = {"generate_errors", generate_errors_code, sizeof generate_errors_code};
 
@@ -59,7 +61,8 @@ static struct reduction *open_reduction(uint32_t capacity) {
                                           {.slot = VW_SLOT_VAL_VIEWS, .buffer = r->views},
                                           {.slot = VW_SLOT_FITS, .buffer = r->views}, // not read
                                           {.slot = VW_SLOT_SCALARS, .buffer = r->scalars}};
-    struct vw_pass_params params = {.shader = &generate_errors, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    struct vw_pass_params params = {
+        .shader = &generate_errors, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
     ok(vw_pass_create(test_gpu(), &params, &r->generate));
     params.shader = &vw_shader_reduce_views;
     ok(vw_pass_create(test_gpu(), &params, &r->reduce));
@@ -83,11 +86,13 @@ static void reduce(struct reduction *r, const struct errors *errors, uint32_t vi
     struct vw_ray_range views[VIEWS_MAX];
     struct vw_push_reduce push = {.count = view_count};
     uint32_t pixels = errors->pixel_count / view_count;
-    assert_true(errors->pixel_count <= r->capacity && pixels * view_count == errors->pixel_count && view_count <= VIEWS_MAX);
+    assert_true(errors->pixel_count <= r->capacity && pixels * view_count == errors->pixel_count &&
+                view_count <= VIEWS_MAX);
     for (uint32_t i = 0; i < view_count; i++) views[i] = (struct vw_ray_range){.first = i * pixels, .count = pixels};
     ok(vw_buffer_write(r->views, 0, views, view_count * sizeof *views));
     vw_batch_begin(r->batch);
-    vw_batch_dispatch(r->batch, r->generate, errors, sizeof *errors, (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
+    vw_batch_dispatch(r->batch, r->generate, errors, sizeof *errors,
+                      (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
     vw_batch_dispatch(r->batch, r->reduce, &push, sizeof push, 64ull * view_count);
     ok(vw_batch_submit(r->batch));
     ok(vw_batch_wait(r->batch));
@@ -124,13 +129,15 @@ static double absolute_sum(const struct exact_sums *sums) { return (double)sums-
 
 static void compare_sums(struct hard_finding *finding, uint32_t view, double device_squared, double device_absolute,
                          const struct exact_sums *exact) {
-    hard_compare(finding, "squared errors", view, device_squared, squared_sum(exact), squared_sum(exact), SUM_TOLERANCE);
-    hard_compare(finding, "absolute errors", view, device_absolute, absolute_sum(exact), absolute_sum(exact), SUM_TOLERANCE);
+    hard_compare(finding, "squared errors", view, device_squared, squared_sum(exact), squared_sum(exact),
+                 SUM_TOLERANCE);
+    hard_compare(finding, "absolute errors", view, device_absolute, absolute_sum(exact), absolute_sum(exact),
+                 SUM_TOLERANCE);
 }
 
 // Sums view by view, as validation takes them, and all of them together in double, as the trainer adds them.
-static void check_sums(struct hard_finding *finding, struct reduction *r, const struct errors *errors, uint32_t view_count, double total[2],
-                       struct exact_sums *exact_total) {
+static void check_sums(struct hard_finding *finding, struct reduction *r, const struct errors *errors,
+                       uint32_t view_count, double total[2], struct exact_sums *exact_total) {
     vw_float4 sums[VIEWS_MAX];
     uint32_t pixels = errors->pixel_count / view_count;
     reduce(r, errors, view_count, sums);
@@ -153,7 +160,8 @@ static void errors_of_1e8_pixels(struct hard_finding *finding) {
     double total[2] = {0};
     struct exact_sums exact = {0};
     for (uint32_t window = 0; window < WINDOWS; window++) {
-        struct errors errors = {.first_pixel = window * WINDOW, .pixel_count = WINDOW, .mask = 0xffffff, .pixels_each = PIXELS_EACH};
+        struct errors errors = {
+            .first_pixel = window * WINDOW, .pixel_count = WINDOW, .mask = 0xffffff, .pixels_each = PIXELS_EACH};
         check_sums(finding, r, &errors, window % 3 ? VIEWS_MAX : 4, total, &exact);
     }
     compare_sums(finding, WINDOWS, total[0], total[1], &exact);
@@ -163,7 +171,8 @@ static void errors_of_1e8_pixels(struct hard_finding *finding) {
 enum { LARGEST_VIEW = (128 << 20) / sizeof(struct vw_ray) };
 
 static void check_view(struct hard_finding *finding, struct reduction *r, uint32_t mask, uint32_t constant) {
-    struct errors errors = {.pixel_count = LARGEST_VIEW, .mask = mask, .constant = constant, .pixels_each = PIXELS_EACH};
+    struct errors errors = {
+        .pixel_count = LARGEST_VIEW, .mask = mask, .constant = constant, .pixels_each = PIXELS_EACH};
     double total[2] = {0};
     struct exact_sums exact = {0};
     check_sums(finding, r, &errors, 1, total, &exact);

@@ -1,5 +1,6 @@
-// Hard training: tables of one entry, learning rates that diverge, gradients at their clamp, entries long silent, extreme seeds and step
-// numbers. What a step makes of params and moments is held against the twin, from the device's own gradients where those are not the point.
+// Hard training: tables of one entry, learning rates that diverge, gradients at their clamp, entries long silent,
+// extreme seeds and step numbers. What a step makes of params and moments is held against the reference, from the
+// device's own gradients where those are not the point.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,12 +14,20 @@
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-static const struct step_case setup = {
-    .name = "training", .seed = 341, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16, .loss = VW_LOSS_L2};
+static const struct step_case setup = {.name = "training",
+                                       .seed = 341,
+                                       .rays = 64,
+                                       .samples = 16,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2};
 
-static const double STEP_TOLERANCE = 1e-4; // learning rates: params of up to 1/2 round to 3e-8, and the device's exp2 and log2 enter
+static const double STEP_TOLERANCE =
+    1e-4; // learning rates: params of up to 1/2 round to 3e-8, and the device's exp2 and log2 enter
 
 static struct vw_scene *scene;
 
@@ -28,10 +37,12 @@ static void tear_down(void) {
 }
 
 static void open_scene(void) {
-    scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
+    scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
 }
 
-// ---- One entry -----------------------------------------------------------------------------------------------------------
+// ---- One entry
+// -----------------------------------------------------------------------------------------------------------
 
 static void table_of_one_entry(struct hard_finding *finding) {
     struct step_case one = setup;
@@ -47,10 +58,11 @@ static void table_of_one_entry(struct hard_finding *finding) {
     hard_train_well(finding, scene, &config);
 }
 
-// ---- Divergence ------------------------------------------------------------------------------------------------------------
+// ---- Divergence
+// ------------------------------------------------------------------------------------------------------------
 
-// A step that is finite moves every param as the twin's optimiser does from the same gradients; one that is not is flagged and moves none.
-// Returns how many were flagged.
+// A step that is finite moves every param as the reference's optimiser does from the same gradients; one that is not is
+// flagged and moves none. Returns how many were flagged.
 static uint32_t follow_steps(struct hard_finding *finding, struct step_bench *bench, uint64_t steps) {
     uint32_t flagged = 0;
     for (uint64_t number = 1; number <= steps; number++) {
@@ -95,11 +107,13 @@ static void learning_rates_that_diverge(struct hard_finding *finding) {
 
 static void scale_matrix(struct step_bench *bench, uint32_t matrix, uint32_t out, uint32_t in, float scale) {
     float *params = bench->params + bench->model.weights.offset_bytes / sizeof(float);
-    for (uint32_t i = 0; i < out * in; i++) params[reference_block_index(&bench->model.specialization, matrix, i / in, i % in)] *= scale;
+    for (uint32_t i = 0; i < out * in; i++)
+        params[reference_block_index(&bench->model.specialization, matrix, i / in, i % in)] *= scale;
 }
 
-// The first matrix 10^-22 times and the second 10^22 times as large: the same field, but the first one's gradients are of order 10^22.
-// Their squares leave the floats, and a second moment that is infinite would hold the weight in its place for ever.
+// The first matrix 10^-22 times and the second 10^22 times as large: the same field, but the first one's gradients are
+// of order 10^22. Their squares leave the floats, and a second moment that is infinite would hold the weight in its
+// place for ever.
 static void gradients_with_infinite_squares(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     scale_matrix(bench, 0, bench->config.width, bench->config.levels * bench->config.features, 1e-22f);
@@ -109,10 +123,12 @@ static void gradients_with_infinite_squares(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- The fixed-point clamp -------------------------------------------------------------------------------------------------
+// ---- The fixed-point clamp
+// -------------------------------------------------------------------------------------------------
 
-// The gradients of all samples at the clamp or far beyond, all in the one entry of each level: the activation rows that scatter_grid
-// reads. The samples sit at corners of the box, lattice points of every level, so that each adds to one entry a whole number.
+// The gradients of all samples at the clamp or far beyond, all in the one entry of each level: the activation rows that
+// scatter_grid reads. The samples sit at corners of the box, lattice points of every level, so that each adds to one
+// entry a whole number.
 static float *clamped_rows(const struct step_bench *bench, float sign) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
@@ -135,7 +151,8 @@ static void check_clamped_update(struct hard_finding *finding, struct step_bench
     double moved = reference_adam(s, sum_quanta * s->gradient_quantum * s->inverse_rays, 1, &moment1, &moment2);
     grid_update(bench, 1);
     struct grid_state after = grid_read(bench);
-    hard_compare(finding, "step at the clamp", 0, bench->params[0] - (double)after.grid[0], moved, s->learning_rate, STEP_TOLERANCE);
+    hard_compare(finding, "step at the clamp", 0, bench->params[0] - (double)after.grid[0], moved, s->learning_rate,
+                 STEP_TOLERANCE);
     hard_compare(finding, "second moment at the clamp", 0, after.moment2[0], moment2, moment2, 1e-6);
     grid_free(&after);
 }
@@ -151,7 +168,8 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     double sum = sign * (double)bench->padded_samples * s->gradient_clamp / s->gradient_quantum;
     for (uint32_t level = 0; level < s->levels; level++)
         for (uint32_t f = 0; f < bench->config.features; f++)
-            hard_equal(finding, "sum at the clamp (quanta)", level, (double)quanta[2 * s->first_pair[level] + f], f % 2 ? -sum : sum);
+            hard_equal(finding, "sum at the clamp (quanta)", level, (double)quanta[2 * s->first_pair[level] + f],
+                       f % 2 ? -sum : sum);
     hard_equal(finding, "clamped contributions", 0, flags.clamped,
                (double)((bench->padded_samples + 2) / 3 * bench->config.levels * bench->config.features));
     hard_equal(finding, "flag", 0, flags.nonfinite, 0.0);
@@ -170,14 +188,16 @@ static void gradients_at_the_clamp(struct hard_finding *finding) {
         crowd.one_entry = true;
         for (int negative = 0; negative < 2; negative++) {
             struct step_bench *bench = step_bench_open(&crowd);
-            hard_require(finding, bench->model.specialization.wide_gradient == (rays > 1024), "the larger crowd takes wide words");
+            hard_require(finding, bench->model.specialization.wide_gradient == (rays > 1024),
+                         "the larger crowd takes wide words");
             check_clamped_sums(finding, bench, negative ? -1.0f : 1.0f);
             step_bench_close(bench);
         }
     }
 }
 
-// ---- Silence -----------------------------------------------------------------------------------------------------------------
+// ---- Silence
+// -----------------------------------------------------------------------------------------------------------------
 
 enum { SPOKEN_STEPS = 20, SILENT_STEPS = 10000, BATCH_STEPS = 500 };
 
@@ -193,21 +213,22 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     }
 }
 
-// Three features of different pairs: one is touched again as usual, one with a small gradient the other way, and one for the first time.
+// Three features of different pairs: one is touched again as usual, one with a small gradient the other way, and one
+// for the first time.
 enum { VOICES = 3 };
 static const struct {
     uint64_t feature;
     int64_t usual_quanta, last_quanta;
 } voices[VOICES] = {{0, 100000, 100000}, {8, 100000, -30}, {16, 0, -100000}};
 
-struct twin_entry {
+struct reference_entry {
     uint64_t visits;
     double moment1, moment2;
 };
 
-// One step in which the voices have these gradients and all else is silent; each moves as its twin does.
-static void speak(struct hard_finding *finding, struct step_bench *bench, const int64_t gradients[VOICES], uint32_t step,
-                  struct twin_entry twins[VOICES]) {
+// One step in which the voices have these gradients and all else is silent; each moves as its reference does.
+static void speak(struct hard_finding *finding, struct step_bench *bench, const int64_t gradients[VOICES],
+                  uint32_t step, struct reference_entry references[VOICES]) {
     const struct vw_specialization *s = &bench->model.specialization;
     int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     struct grid_state before = grid_read(bench);
@@ -218,10 +239,11 @@ static void speak(struct hard_finding *finding, struct step_bench *bench, const 
     for (int v = 0; v < VOICES; v++) {
         if (!gradients[v]) continue;
         double gradient = (double)gradients[v] * s->gradient_quantum * s->inverse_rays, rate = s->learning_rate;
-        double expected = reference_adam(s, gradient, ++twins[v].visits, &twins[v].moment1, &twins[v].moment2);
+        double expected =
+            reference_adam(s, gradient, ++references[v].visits, &references[v].moment1, &references[v].moment2);
         double moved = (double)before.grid[voices[v].feature] - after.grid[voices[v].feature];
-        hard_compare(finding, step <= SPOKEN_STEPS ? "step of an entry" : "step after the silence", (uint64_t)v, moved, expected, rate,
-                     STEP_TOLERANCE);
+        hard_compare(finding, step <= SPOKEN_STEPS ? "step of an entry" : "step after the silence", (uint64_t)v, moved,
+                     expected, rate, STEP_TOLERANCE);
         hard_require(finding, fabs(moved) <= 1.1 * rate, "no step is longer than 1.1 learning rates (decision 4)");
     }
     grid_free(&before);
@@ -231,25 +253,26 @@ static void speak(struct hard_finding *finding, struct step_bench *bench, const 
 
 static void entry_long_silent(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
-    struct twin_entry twins[VOICES] = {0};
+    struct reference_entry references[VOICES] = {0};
     int64_t usual[VOICES], last[VOICES];
     for (int v = 0; v < VOICES; v++) {
         usual[v] = voices[v].usual_quanta;
         last[v] = voices[v].last_quanta;
     }
-    for (uint32_t step = 1; step <= SPOKEN_STEPS; step++) speak(finding, bench, usual, step, twins);
+    for (uint32_t step = 1; step <= SPOKEN_STEPS; step++) speak(finding, bench, usual, step, references);
     struct grid_state before = grid_read(bench);
     stay_silent(bench, SPOKEN_STEPS + 1);
     struct grid_state after = grid_read(bench);
     hard_same_bits(finding, "params in silence", after.grid, before.grid, bench->model.param_bytes);
     hard_same_bits(finding, "moments in silence", after.moment2, before.moment2, 8 * (size_t)bench->model.pair_count);
-    speak(finding, bench, last, SPOKEN_STEPS + SILENT_STEPS + 1, twins);
+    speak(finding, bench, last, SPOKEN_STEPS + SILENT_STEPS + 1, references);
     grid_free(&before);
     grid_free(&after);
     step_bench_close(bench);
 }
 
-// ---- Seeds and step numbers ----------------------------------------------------------------------------------------------------
+// ---- Seeds and step numbers
+// ----------------------------------------------------------------------------------------------------
 
 static void extreme_seeds(struct hard_finding *finding) {
     static const uint64_t seeds[] = {0, INT64_MAX};
@@ -269,7 +292,8 @@ static void extreme_seeds(struct hard_finding *finding) {
     hard_require(finding, last[0].val_l1 != last[1].val_l1, "the seeds make two runs");
 }
 
-// As step_record() is given them; jitter is keyed by 56 bits of the number. The optimisers count with 31 bits and stay there.
+// As step_record() is given them; jitter is keyed by 56 bits of the number. The optimisers count with 31 bits and stay
+// there.
 static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       UINT32_MAX,
                                    UINT64_C(1) << 32, (UINT64_C(1) << 32) + 1, UINT64_C(0x123456789ab)};
 
@@ -288,7 +312,8 @@ static void steps_past_2_31(struct hard_finding *finding) {
     for (int v = 0; v < 3; v++) {
         struct step_bench *bench = step_bench_open(&variants[v]);
         for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
-            set_visits(bench, numbers[i] > UINT32_MAX ? UINT32_MAX : (uint32_t)numbers[i]); // an entry that every step has touched
+            set_visits(bench, numbers[i] > UINT32_MAX ? UINT32_MAX
+                                                      : (uint32_t)numbers[i]); // an entry that every step has touched
             hard_check_step(finding, bench, numbers[i]);
         }
         step_bench_close(bench);
@@ -299,7 +324,8 @@ static const struct hard_case cases[] = {
     {"hash table of one entry", "all samples add to one word, which wraps", table_of_one_entry},
     {"gradients at the fixed-point clamp", "the sum of all samples leaves its bits", gradients_at_the_clamp},
     {"diverging learning rates", "NaN in params or records that no flag tells", learning_rates_that_diverge},
-    {"gradients whose squares are infinite", "an infinite second moment holds its weight for ever", gradients_with_infinite_squares},
+    {"gradients whose squares are infinite", "an infinite second moment holds its weight for ever",
+     gradients_with_infinite_squares},
     {"an entry silent for 10,000 steps, then touched", "a leap of many learning rates", entry_long_silent},
     {"seeds 0 and 2^63 - 1", "half of the key lost: runs alike", extreme_seeds},
     {"step counts past 2^31", "counts that wrap: jitter repeats, bias correction 0/0", steps_past_2_31},

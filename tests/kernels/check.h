@@ -1,12 +1,14 @@
-// What the registry of passes (test_passes.c) runs: one function per pass, which feeds it on a bench with inputs of one kind and holds what
-// it makes of them against the twin. A new pass gets a function here and a line there.
+// What the registry of passes (test_passes.c) runs: one function per pass, which feeds it on a bench with inputs of one
+// kind and holds what it makes of them against the reference. A new pass gets a function here and a line there.
 #ifndef TESTS_KERNELS_CHECK_H
 #define TESTS_KERNELS_CHECK_H
 
 #include "reference/reference.h"
+#include "gpu/compute.h"
 #include "reference/step_bench.h"
 
-// ---- Inputs --------------------------------------------------------------------------------------------------------------
+// ---- Inputs
+// --------------------------------------------------------------------------------------------------------------
 
 enum input_kind {
     INPUT_ORDINARY,      // as training has them
@@ -22,26 +24,32 @@ extern const char *const input_kind_names[INPUT_KINDS];
 float input_draw(enum input_kind kind, struct test_random *random);
 void input_fill(enum input_kind kind, struct test_random *random, float *values, size_t count);
 
-// ---- Tolerances ----------------------------------------------------------------------------------------------------------
+// ---- Tolerances
+// ----------------------------------------------------------------------------------------------------------
 
 #define FLOAT_ROUNDING 0x1p-24 // half a unit in the last place, relative
 #define FLOAT_LEAST 0x1p-126   // smaller floats may be flushed to 0
 
-// How far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is off by up to in_error[i].
-double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in, const double *in_error);
+// How far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is off by
+// up to in_error[i].
+double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
+                     const double *in_error);
 // Fails unless low <= device <= high.
 void check_between(const char *where, const char *what, uint64_t index, double device, double low, double high);
 
-// ---- Passes --------------------------------------------------------------------------------------------------------------
+// ---- Passes
+// --------------------------------------------------------------------------------------------------------------
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
 pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
-pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays, check_backward_field,
-    check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid, check_reduce_loss, check_update_grid,
-    check_update_weights, check_mix_params, check_trace_recipe, check_multiply_registers, check_copy_memory, check_refresh_occupancy,
-    check_mark_samples, check_place_rays, check_list_samples; // the last four only on benches with the effect `occupancy`
+pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,
+    check_backward_field, check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid,
+    check_reduce_loss, check_update_grid, check_update_weights, check_mix_params, check_trace_recipe,
+    check_multiply_registers, check_copy_memory, check_refresh_occupancy, check_mark_samples, check_place_rays,
+    check_list_samples; // the last four only on benches with the effect `occupancy`
 
-// ---- Their parts, for the tests of what is special about a pass ------------------------------------------------------------
+// ---- Their parts, for the tests of what is special about a pass
+// ------------------------------------------------------------
 
 // generate_rays: puts a camera at `position` that looks at `target`, both in box coordinates.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]);
@@ -49,14 +57,15 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
 struct vw_box rays_box(const struct step_bench *bench);
 // Makes the rays of bench->pixels with the cameras of bench->scene. Owned by the caller.
 struct vw_ray *rays_make(struct step_bench *bench);
-// The same, held against the twin, with distances `scale` times what they are off usually. Returns how many hit the box.
+// The same, held against the reference, with distances `scale` times what they are off usually. Returns how many hit
+// the box.
 uint32_t rays_check(struct step_bench *bench, double scale);
 
 // scatter_grid: a chunk's activation rows with random positions and gradients of the kind. Owned by the caller.
 float *scatter_rows(const struct step_bench *bench, enum input_kind kind);
 // Adds the rows' gradients up from 0; `flags` are those it set.
 void scatter_run(struct step_bench *bench, const float *rows, struct vw_step_state *flags);
-// Holds the words of the grid's gradient and the count of clamped contributions against the twin.
+// Holds the words of the grid's gradient and the count of clamped contributions against the reference.
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped);
 
 // gradient_weights and reduce_weights in turn, from a chunk's rows to d_weights.
@@ -71,9 +80,10 @@ struct grid_state grid_read(struct step_bench *bench);
 void grid_free(struct grid_state *state);
 // `quanta`: the integer gradient per feature.
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta);
-void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random, int64_t *quanta);
+void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
+                          int64_t *quanta);
 void grid_update(struct step_bench *bench, uint32_t number);
-// Updates and holds the outcome against the twin.
+// Updates and holds the outcome against the reference.
 void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t number);
 void grid_check_cleared(struct step_bench *bench);
 void weights_update(struct step_bench *bench, uint32_t number);
@@ -96,7 +106,7 @@ void reduction_close(struct view_reduction *reduction);
 void reduction_fill(struct view_reduction *reduction, enum input_kind kind, uint64_t seed);
 // The sums of each view: squared error high, low, absolute error high, low.
 void reduction_run(struct view_reduction *reduction, vw_float4 sums[REDUCED_VIEWS]);
-struct reference_view_error reduction_twin(const struct view_reduction *reduction, uint32_t view);
+struct reference_view_error reduction_reference(const struct view_reduction *reduction, uint32_t view);
 void reduction_check(const char *where, struct view_reduction *reduction, vw_float4 sums[REDUCED_VIEWS]);
 
 #endif

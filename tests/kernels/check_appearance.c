@@ -1,4 +1,5 @@
-// The passes of photos with numbers of their own against the twin: fit_views, mix_code, update_appearance and update_code.
+// The passes of photos with numbers of their own against the reference: fit_views, mix_code, update_appearance and
+// update_code.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,14 +10,22 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static const double STEP_TOLERANCE = 5e-4; // of a step's length: see check_optimizer.c
 static const double MOMENT_TOLERANCE = 1e-6;
-enum { UPDATES = 3, AFFINE = 8, MOMENT_WORDS = sizeof(struct vw_appearance_moments) / 4, CODE_WORDS = sizeof(struct vw_code_moments) / 4 };
+enum {
+    UPDATES = 3,
+    AFFINE = 8,
+    MOMENT_WORDS = sizeof(struct vw_appearance_moments) / 4,
+    CODE_WORDS = sizeof(struct vw_code_moments) / 4
+};
 
 static uint32_t count_of(const struct param_range *range) { return (uint32_t)(range->size_bytes / sizeof(float)); }
-static const float *values_of(const struct param_range *range, const float *params) { return params + range->offset_bytes / sizeof(float); }
+static const float *values_of(const struct param_range *range, const float *params) {
+    return params + range->offset_bytes / sizeof(float);
+}
 
 // An effect that is off has nothing of its own.
 static bool is_off(const struct vw_pass *pass, const struct param_range *range, const struct vw_buffer *buffer) {
@@ -26,13 +35,15 @@ static bool is_off(const struct vw_pass *pass, const struct param_range *range, 
     return true;
 }
 
-// ---- fit_views -------------------------------------------------------------------------------------------------------------
+// ---- fit_views
+// -------------------------------------------------------------------------------------------------------------
 
-// The worst that rounding does to a fit: of sums of products of numbers measured from means that are themselves rounded.
+// The worst that rounding does to a fit: of sums of products of numbers measured from means that are themselves
+// rounded.
 static const double FIT_ROUNDINGS = 200.0;
 
-static void check_channel(const char *where, uint32_t view, const double *rendered, const double *target, uint32_t count, float gain,
-                          float bias) {
+static void check_channel(const char *where, uint32_t view, const double *rendered, const double *target,
+                          uint32_t count, float gain, float bias) {
     double expected_gain, expected_bias, size = 0.0, missing_size = 0.0, mean = 0.0, squares = reference_fit_ridge;
     reference_fit_channel(rendered, target, count, &expected_gain, &expected_bias);
     for (uint32_t i = 0; i < count; i++) {
@@ -42,7 +53,8 @@ static void check_channel(const char *where, uint32_t view, const double *render
     }
     for (uint32_t i = 0; i < count; i++) squares += (rendered[i] - mean) * (rendered[i] - mean);
     double rounding = FIT_ROUNDINGS * FLOAT_ROUNDING,
-           gain_error = rounding * count * size * (missing_size + fabs(expected_gain) * size) / squares + rounding * fabs(expected_gain),
+           gain_error = rounding * count * size * (missing_size + fabs(expected_gain) * size) / squares +
+                        rounding * fabs(expected_gain),
            bias_error = rounding * (missing_size + fabs(expected_gain) * size) + gain_error * fabs(mean) + FLOAT_LEAST;
     check_value(where, "fitted gain", view, gain, expected_gain, gain_error + FLOAT_LEAST);
     check_value(where, "fitted bias", view, bias, expected_bias, bias_error);
@@ -53,7 +65,8 @@ static void check_fits(const char *where, const struct view_reduction *r, const 
     for (uint32_t view = 0; view < REDUCED_VIEWS; view++)
         for (int c = 0; c < 3; c++) {
             uint32_t count = 0;
-            for (uint32_t i = reduced_ranges[view].first; i < reduced_ranges[view].first + reduced_ranges[view].count; i++) {
+            for (uint32_t i = reduced_ranges[view].first; i < reduced_ranges[view].first + reduced_ranges[view].count;
+                 i++) {
                 if (r->ray_data[i].target_weight.w == 0.0f) continue;
                 rendered[count] = (&r->colour_data[i].x)[c];
                 target[count++] = (&r->ray_data[i].target_weight.x)[c];
@@ -69,16 +82,19 @@ static void check_fitted_errors(const char *where, struct view_reduction *r, con
         double squared = 0.0, absolute = 0.0, squared_error = 0.0, absolute_error = 0.0;
         for (uint32_t i = reduced_ranges[view].first; i < reduced_ranges[view].first + reduced_ranges[view].count; i++)
             for (int c = 0; c < 3 && r->ray_data[i].target_weight.w != 0.0f; c++) {
-                double seen = (1.0 + (&fits[view].gain.x)[c]) * (&r->colour_data[i].x)[c], bias = (&fits[view].bias.x)[c],
-                       target = (&r->ray_data[i].target_weight.x)[c], error = seen + bias - target,
+                double seen = (1.0 + (&fits[view].gain.x)[c]) * (&r->colour_data[i].x)[c],
+                       bias = (&fits[view].bias.x)[c], target = (&r->ray_data[i].target_weight.x)[c],
+                       error = seen + bias - target,
                        rounding = 4.0 * FLOAT_ROUNDING * (fabs(seen) + fabs(bias) + fabs(target)) + FLOAT_LEAST;
                 squared += error * error;
                 absolute += fabs(error);
                 squared_error += (2.0 * fabs(error) + rounding) * rounding + FLOAT_LEAST;
                 absolute_error += rounding;
             }
-        check_value(where, "squared error after the fit", view, (double)sums[view].x + sums[view].y, squared, squared_error);
-        check_value(where, "absolute error after the fit", view, (double)sums[view].z + sums[view].w, absolute, absolute_error);
+        check_value(where, "squared error after the fit", view, (double)sums[view].x + sums[view].y, squared,
+                    squared_error);
+        check_value(where, "absolute error after the fit", view, (double)sums[view].z + sums[view].w, absolute,
+                    absolute_error);
     }
 }
 
@@ -97,10 +113,12 @@ void check_fit_views(struct step_bench *bench, enum input_kind kind) {
     reduction_close(&r);
 }
 
-// ---- mix_code --------------------------------------------------------------------------------------------------------------
+// ---- mix_code
+// --------------------------------------------------------------------------------------------------------------
 
 // Puts numbers of the kind into a range of the params on the device.
-static float *write_range(struct step_bench *bench, const struct param_range *range, enum input_kind kind, struct test_random *random) {
+static float *write_range(struct step_bench *bench, const struct param_range *range, enum input_kind kind,
+                          struct test_random *random) {
     float *params = step_bench_read(bench, bench->field.params);
     input_fill(kind, random, params + range->offset_bytes / sizeof *params, count_of(range));
     step_bench_write(bench, bench->field.params, params);
@@ -117,7 +135,8 @@ void check_mix_code(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     step_bench_dispatch(bench, it->mix_code, NULL, 0, bench->config.width);
     float *shift = step_bench_read(bench, it->code_shift);
-    const float *weights = values_of(&model->code_weights, params), *code = values_of(&model->codes, params) + REFERENCE_CODE * bench->view;
+    const float *weights = values_of(&model->code_weights, params),
+                *code = values_of(&model->codes, params) + REFERENCE_CODE * bench->view;
     for (uint32_t i = 0; i < bench->config.width; i++) {
         double sum = 0.0, magnitude = 0.0;
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
@@ -131,7 +150,8 @@ void check_mix_code(struct step_bench *bench, enum input_kind kind) {
     free(shift);
 }
 
-// ---- Updates ---------------------------------------------------------------------------------------------------------------
+// ---- Updates
+// ---------------------------------------------------------------------------------------------------------------
 
 // One number as it was and as it is.
 struct number {
@@ -144,33 +164,38 @@ struct number {
 static void check_number(const struct step_bench *bench, const struct number *it) {
     const struct vw_specialization *s = &bench->model.specialization;
     double moment1 = it->moment1, moment2 = it->moment2, epsilon = (double)s->gradient_quantum * s->inverse_rays;
-    double moved = it->rate * reference_adam(s, it->gradient, it->visits, &moment1, &moment2), expected = it->value - moved;
+    double moved = it->rate * reference_adam(s, it->gradient, it->visits, &moment1, &moment2),
+           expected = it->value - moved;
     // A gradient that is off by so much moves the number by at most so much of a step.
     double direction_error = it->gradient_error / (sqrt(moment2 / (1.0 - pow(s->beta2, (double)it->visits))) + epsilon);
     if (s->optimizer == OPTIMIZER_SGD) direction_error = it->gradient_error;
-    double tolerance = STEP_TOLERANCE * fabs(moved) + 4.0 * it->rate * s->learning_rate * (direction_error + FLOAT_LEAST / epsilon) +
+    double tolerance = STEP_TOLERANCE * fabs(moved) +
+                       4.0 * it->rate * s->learning_rate * (direction_error + FLOAT_LEAST / epsilon) +
                        2.0 * FLOAT_ROUNDING * fabs(expected);
     check_value(bench->where, it->name, it->index, it->value_after, expected, tolerance);
     if (s->optimizer == OPTIMIZER_SGD) return;
     check_value(bench->where, "second moment", it->index, it->moment2_after, moment2,
-                MOMENT_TOLERANCE * moment2 + 4.0 * it->gradient_error * (fabs(it->gradient) + it->gradient_error) + 2.0 * FLOAT_LEAST);
+                MOMENT_TOLERANCE * moment2 + 4.0 * it->gradient_error * (fabs(it->gradient) + it->gradient_error) +
+                    2.0 * FLOAT_LEAST);
     if (s->momentum)
         check_value(bench->where, "first moment", it->index, it->moment1_after, moment1,
-                    MOMENT_TOLERANCE * (fabs(it->moment1) + fabs(it->gradient)) + it->gradient_error + 2.0 * FLOAT_LEAST);
+                    MOMENT_TOLERANCE * (fabs(it->moment1) + fabs(it->gradient)) + it->gradient_error +
+                        2.0 * FLOAT_LEAST);
 }
 
-static void check_untouched(const struct step_bench *bench, const char *what, const void *after, const void *before, uint32_t photos,
-                            size_t photo_bytes) {
+static void check_untouched(const struct step_bench *bench, const char *what, const void *after, const void *before,
+                            uint32_t photos, size_t photo_bytes) {
     for (uint32_t view = 0; view < photos; view++)
         if (view != bench->view)
-            check_same_bits(bench->where, what, (const char *)after + view * photo_bytes, (const char *)before + view * photo_bytes,
-                            photo_bytes);
+            check_same_bits(bench->where, what, (const char *)after + view * photo_bytes,
+                            (const char *)before + view * photo_bytes, photo_bytes);
 }
 
-// ---- update_appearance -----------------------------------------------------------------------------------------------------
+// ---- update_appearance
+// -----------------------------------------------------------------------------------------------------
 
-static void check_photo(const struct step_bench *bench, const float *shares, const float *before, const float *after, const float *moments,
-                        const float *moments_after) {
+static void check_photo(const struct step_bench *bench, const float *shares, const float *before, const float *after,
+                        const float *moments, const float *moments_after) {
     const float *own = moments + MOMENT_WORDS * bench->view, *own_after = moments_after + MOMENT_WORDS * bench->view;
     uint32_t visits, visits_after;
     memcpy(&visits, own + 16, 4);
@@ -184,27 +209,31 @@ static void check_photo(const struct step_bench *bench, const float *shares, con
             magnitude += fabs((double)shares[AFFINE * ray + i]);
         }
         uint32_t at = i / 4 * 8 + i % 4; // gain1, gain2, bias1, bias2
-        check_number(bench, &(struct number){.name = i < 4 ? "gain" : "bias",
-                                             .index = i,
-                                             .visits = visits_after,
-                                             .gradient = sum * inverse_rays + reference_photo_ridge * value,
-                                             .gradient_error = (bench->step.padded_rays / 64.0 + 68.0) * FLOAT_ROUNDING *
-                                                               (magnitude * inverse_rays + reference_photo_ridge * fabs(value)),
-                                             .rate = reference_photo_rate(visits_after),
-                                             .value = (float)value,
-                                             .moment1 = own[at],
-                                             .moment2 = own[at + 4],
-                                             .value_after = after[AFFINE * bench->view + i],
-                                             .moment1_after = own_after[at],
-                                             .moment2_after = own_after[at + 4]});
+        check_number(
+            bench, &(struct number){.name = i < 4 ? "gain" : "bias",
+                                    .index = i,
+                                    .visits = visits_after,
+                                    .gradient = sum * inverse_rays + reference_photo_ridge * value,
+                                    .gradient_error = (bench->step.padded_rays / 64.0 + 68.0) * FLOAT_ROUNDING *
+                                                      (magnitude * inverse_rays + reference_photo_ridge * fabs(value)),
+                                    .rate = reference_photo_rate(visits_after),
+                                    .value = (float)value,
+                                    .moment1 = own[at],
+                                    .moment2 = own[at + 4],
+                                    .value_after = after[AFFINE * bench->view + i],
+                                    .moment1_after = own_after[at],
+                                    .moment2_after = own_after[at + 4]});
     }
 }
 
-static uint32_t visits_before(enum input_kind kind) { return kind == INPUT_SATURATING ? INT32_MAX - 1 : kind == INPUT_LARGE ? 1000000 : 0; }
+static uint32_t visits_before(enum input_kind kind) {
+    return kind == INPUT_SATURATING ? INT32_MAX - 1 : kind == INPUT_LARGE ? 1000000 : 0;
+}
 
 static void write_visits(struct step_bench *bench, struct vw_buffer *moments, uint32_t words, uint32_t visits) {
     uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(moments), 1);
-    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++) zeros[words * view + words - 1] = visits;
+    for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++)
+        zeros[words * view + words - 1] = visits;
     step_bench_write(bench, moments, zeros);
     free(zeros);
 }
@@ -221,8 +250,10 @@ static void update_photo(struct step_bench *bench, const float *shares) {
     uint32_t photos = reference_photo_count(&bench->model);
     check_photo(bench, shares, values_of(range, before), values_of(range, after), moments, moments_after);
     check_same_bits(bench->where, "grid and weights", after, before, range->offset_bytes);
-    check_untouched(bench, "other photos", values_of(range, after), values_of(range, before), photos, sizeof(struct vw_appearance));
-    check_untouched(bench, "other photos' moments", moments_after, moments, photos, sizeof(struct vw_appearance_moments));
+    check_untouched(bench, "other photos", values_of(range, after), values_of(range, before), photos,
+                    sizeof(struct vw_appearance));
+    check_untouched(bench, "other photos' moments", moments_after, moments, photos,
+                    sizeof(struct vw_appearance_moments));
     free(before);
     free(after);
     free(moments);
@@ -237,7 +268,8 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
     step_bench_write_params(bench);
     write_visits(bench, it->moments, MOMENT_WORDS, visits_before(kind));
     for (int i = 0; i < UPDATES; i++) {
-        for (uint32_t k = 0; k < AFFINE * bench->step.padded_rays; k++) shares[k] = k % 4 == 3 ? 0.0f : input_draw(kind, &random);
+        for (uint32_t k = 0; k < AFFINE * bench->step.padded_rays; k++)
+            shares[k] = k % 4 == 3 ? 0.0f : input_draw(kind, &random);
         update_photo(bench, shares);
     }
     // What is not finite moves nothing, and the row says so.
@@ -262,7 +294,8 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
     free(shares);
 }
 
-// ---- update_code -----------------------------------------------------------------------------------------------------------
+// ---- update_code
+// -----------------------------------------------------------------------------------------------------------
 
 // All the pass reads and writes.
 struct code_state {
@@ -271,7 +304,8 @@ struct code_state {
 
 static struct code_state read_code(struct step_bench *bench) {
     const struct appearance *it = &bench->step.appearance;
-    return (struct code_state){step_bench_read(bench, bench->field.params), step_bench_read(bench, it->code_weight_moments),
+    return (struct code_state){step_bench_read(bench, bench->field.params),
+                               step_bench_read(bench, it->code_weight_moments),
                                step_bench_read(bench, it->code_moments)};
 }
 
@@ -281,8 +315,8 @@ static void free_code(struct code_state *state) {
     free(state->moments);
 }
 
-static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step, const struct code_state *before,
-                               const struct code_state *after) {
+static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step,
+                               const struct code_state *before, const struct code_state *after) {
     const struct param_range *range = &bench->model.code_weights;
     const float *code = values_of(&bench->model.codes, before->params) + REFERENCE_CODE * bench->view;
     uint32_t count = count_of(range);
@@ -305,12 +339,14 @@ static void check_code_weights(const struct step_bench *bench, const double *d_s
 
 static void check_code(const struct step_bench *bench, const double *d_shift, const struct code_state *before,
                        const struct code_state *after) {
-    const float *own = before->moments + CODE_WORDS * bench->view, *own_after = after->moments + CODE_WORDS * bench->view;
+    const float *own = before->moments + CODE_WORDS * bench->view,
+                *own_after = after->moments + CODE_WORDS * bench->view;
     const float *weights = values_of(&bench->model.code_weights, before->params);
     uint32_t visits, visits_after;
     memcpy(&visits, own + 2 * REFERENCE_CODE, 4);
     memcpy(&visits_after, own_after + 2 * REFERENCE_CODE, 4);
-    check_value(bench->where, "visits of the code", bench->view, visits_after, visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
+    check_value(bench->where, "visits of the code", bench->view, visits_after,
+                visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
     for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
         uint32_t at = REFERENCE_CODE * bench->view + k;
         double value = values_of(&bench->model.codes, before->params)[at], gradient = reference_photo_ridge * value,
@@ -340,8 +376,8 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
     struct vw_push_update push = {.step_low = step};
     double d_shift[REFERENCE_WIDTH_MAX];
     for (uint32_t i = 0; i < bench->config.width; i++)
-        d_shift[i] =
-            (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] * bench->model.specialization.inverse_rays;
+        d_shift[i] = (double)d_weights[reference_block_index(&bench->model.specialization, 2, i, 0)] *
+                     bench->model.specialization.inverse_rays;
     struct code_state before = read_code(bench);
     step_bench_write(bench, bench->step.d_weights, d_weights);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
@@ -350,10 +386,12 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
     uint32_t photos = reference_photo_count(&bench->model);
     check_code_weights(bench, d_shift, step, &before, &after);
     check_code(bench, d_shift, &before, &after);
-    check_same_bits(bench->where, "what comes before the codes", after.params, before.params, bench->model.code_weights.offset_bytes);
-    check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params), photos,
-                    4 * REFERENCE_CODE);
-    check_untouched(bench, "other codes' moments", after.moments, before.moments, photos, sizeof(struct vw_code_moments));
+    check_same_bits(bench->where, "what comes before the codes", after.params, before.params,
+                    bench->model.code_weights.offset_bytes);
+    check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params),
+                    photos, 4 * REFERENCE_CODE);
+    check_untouched(bench, "other codes' moments", after.moments, before.moments, photos,
+                    sizeof(struct vw_code_moments));
     free_code(&before);
     free_code(&after);
 }

@@ -1,5 +1,5 @@
-// backward_field against the twin, on random gradients of the samples. check_forward_field holds the device's activations and decisions
-// against the twin; here the twin starts from them.
+// backward_field against the reference, on random gradients of the samples. check_forward_field holds the device's
+// activations and decisions against the reference; here the reference starts from them.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 struct device {
     float *rows, *samples, *d_samples;
@@ -22,11 +22,12 @@ static void take_gates(uint32_t width, uint32_t low, uint32_t high, bool *active
 }
 
 // The forward pass from the device's encoding on, with the device's decisions and colours.
-static void go_forward(const struct step_bench *bench, const struct reference_params *params, const struct device *device, uint32_t index,
-                       struct reference_sample *sample) {
+static void go_forward(const struct step_bench *bench, const struct reference_params *params,
+                       const struct device *device, uint32_t index, struct reference_sample *sample) {
     uint32_t encoding = bench->config.levels * bench->config.features, width = bench->config.width;
     for (uint32_t i = 0; i < encoding; i++)
-        sample->encoding[i] = step_bench_row(bench, device->rows, step_bench_rows(bench).encoding + i / 4, index)[i % 4];
+        sample->encoding[i] =
+            step_bench_row(bench, device->rows, step_bench_rows(bench).encoding + i / 4, index)[i % 4];
     reference_networks_forward(&bench->model.specialization, &params->weights, sample);
     take_gates(width, device->relu[index].x, device->relu[index].y, sample->active1);
     take_gates(width, device->relu[index].z, device->relu[index].w, sample->active2);
@@ -34,17 +35,20 @@ static void go_forward(const struct step_bench *bench, const struct reference_pa
     for (int c = 0; c < 3; c++) sample->rgb[c] = device->samples[4 * (size_t)index + (size_t)c];
 }
 
-static void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row, uint32_t sample, uint32_t count,
-                      const double *expected, const double *errors) {
+static void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row,
+                      uint32_t sample, uint32_t count, const double *expected, const double *errors) {
     for (uint32_t i = 0; i < count; i++)
-        check_value(bench->where, what, sample, step_bench_row(bench, rows, row + i / 4, sample)[i % 4], expected[i], errors[i]);
+        check_value(bench->where, what, sample, step_bench_row(bench, rows, row + i / 4, sample)[i % 4], expected[i],
+                    errors[i]);
 }
 
-static void product_errors(const struct reference_matrix *matrix, const double *d_out, const double *d_out_error, double *errors) {
+static void product_errors(const struct reference_matrix *matrix, const double *d_out, const double *d_out_error,
+                           double *errors) {
     for (uint32_t i = 0; i < matrix->in; i++) errors[i] = product_error(matrix, true, i, d_out, d_out_error);
 }
 
-static void check_sample(const struct step_bench *bench, struct reference_params *params, const struct device *device, uint32_t index) {
+static void check_sample(const struct step_bench *bench, struct reference_params *params, const struct device *device,
+                         uint32_t index) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
     const float *d_field = device->d_samples + 4 * (size_t)index;
@@ -52,12 +56,14 @@ static void check_sample(const struct step_bench *bench, struct reference_params
     struct reference_matrix matrices[REFERENCE_MATRICES];
     struct reference_sample sample = {0};
     struct reference_d_sample d;
-    double logit[REFERENCE_RGB], hidden2[REFERENCE_WIDTH_MAX], colour_in[REFERENCE_COLOUR_IN], hidden1[REFERENCE_WIDTH_MAX],
+    double logit[REFERENCE_RGB], hidden2[REFERENCE_WIDTH_MAX], colour_in[REFERENCE_COLOUR_IN],
+        hidden1[REFERENCE_WIDTH_MAX],
         encoding[REFERENCE_ENCODING_MAX]; // how far they may be off
     go_forward(bench, params, device, index, &sample);
     reference_networks_backward(s, &params->weights, &sample, d_rgb, d_field[3], &d);
     reference_matrices(s, &params->weights, matrices);
-    for (int c = 0; c < REFERENCE_RGB; c++) logit[c] = 4.0 * (FLOAT_ROUNDING * fabs(d_rgb[c] * sample.rgb[c]) + FLOAT_LEAST);
+    for (int c = 0; c < REFERENCE_RGB; c++)
+        logit[c] = 4.0 * (FLOAT_ROUNDING * fabs(d_rgb[c] * sample.rgb[c]) + FLOAT_LEAST);
     product_errors(&matrices[3], d.logit, logit, hidden2);
     product_errors(&matrices[2], d.hidden2, hidden2, colour_in);
     colour_in[0] = FLOAT_LEAST; // the raw density's gradient stands there, as it came
@@ -68,8 +74,8 @@ static void check_sample(const struct step_bench *bench, struct reference_params
     check_row(bench, device->rows, "d_hidden2", row.d_hidden2, index, bench->config.width, d.hidden2, hidden2);
     check_row(bench, device->rows, "d_geo", row.d_geo, index, REFERENCE_GEO, d.geo, colour_in);
     check_row(bench, device->rows, "d_hidden1", row.d_hidden1, index, bench->config.width, d.hidden1, hidden1);
-    check_row(bench, device->rows, "d_encoding", row.d_encoding, index, bench->config.levels * bench->config.features, d.encoding,
-              encoding);
+    check_row(bench, device->rows, "d_encoding", row.d_encoding, index, bench->config.levels * bench->config.features,
+              d.encoding, encoding);
 }
 
 // As if some densities had met their maximum, where their gradient is cut.

@@ -1,5 +1,5 @@
-// composite_rays, backward_rays and gradient_sky against the twin, on hand-made samples: nothing, thin air, fog, walls, and the density's
-// maximum.
+// composite_rays, backward_rays and gradient_sky against the reference, on hand-made samples: nothing, thin air, fog,
+// walls, and the density's maximum.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 enum { SAMPLES_MAX = 64 };
 static const double SKY_TOLERANCE = 2e-6; // of the device's exp, relative
@@ -43,7 +43,8 @@ static vw_float4 draw_sample(enum input_kind kind, uint32_t ray, struct test_ran
     if (kind != INPUT_ORDINARY) sample.w = fminf(fabsf(input_draw(kind, random)), (float)reference_density_max);
     if (is_empty(ray)) sample.w = 0.0f;
     if (kind == INPUT_ORDINARY || kind == INPUT_LARGE || kind == INPUT_SATURATING || ray % 2) return sample;
-    return (vw_float4){fabsf(input_draw(kind, random)), input_draw(kind, random) * 0.0f, fabsf(input_draw(kind, random)), sample.w};
+    return (vw_float4){fabsf(input_draw(kind, random)), input_draw(kind, random) * 0.0f,
+                       fabsf(input_draw(kind, random)), sample.w};
 }
 
 // Along an axis, or anywhere.
@@ -84,53 +85,63 @@ static void free_inputs(struct inputs *in) {
     free(in->field);
 }
 
-// A ray by the twin, with what the device may be off.
-struct twin {
+// A ray by the reference, with what the device may be off.
+struct reference {
     struct reference_point points[SAMPLES_MAX];
-    double tau_before[SAMPLES_MAX], weight[SAMPLES_MAX], share_error[SAMPLES_MAX]; // share_error: relative, of the weight
+    double tau_before[SAMPLES_MAX], weight[SAMPLES_MAX],
+        share_error[SAMPLES_MAX]; // share_error: relative, of the weight
     double backdrop[3], backdrop_error[3], colour[3], colour_error[3], left, left_error;
 };
 
-// Colours of the sky are good to the device's exp and, relative to the terms of their logit, its roundings; others are exact.
-static void stand_behind(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training, struct twin *twin) {
+// Colours of the sky are good to the device's exp and, relative to the terms of their logit, its roundings; others are
+// exact.
+static void stand_behind(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training,
+                         struct reference *reference) {
     struct vw_specialization s = bench->model.specialization;
     double sky[VW_SKY_COLUMNS][3] = {{0.0}};
     struct reference_ray line = reference_ray_of(&in->rays[ray]);
     s.training = training;
     reference_sky_read(&bench->model, bench->params, sky);
-    reference_backdrop(&s, sky, line.direction, ray, STEP, twin->backdrop);
+    reference_backdrop(&s, sky, line.direction, ray, STEP, reference->backdrop);
     for (int c = 0; c < 3; c++) {
         double terms = 0.0;
         for (int k = 0; k < VW_SKY_COLUMNS; k++) terms += fabs(sky[k][c]);
-        twin->backdrop_error[c] = twin->backdrop[c] * (SKY_TOLERANCE + 16.0 * FLOAT_ROUNDING * terms);
+        reference->backdrop_error[c] = reference->backdrop[c] * (SKY_TOLERANCE + 16.0 * FLOAT_ROUNDING * terms);
     }
 }
 
-// The thickness so far is a sum of floats, so that the light that passes it is off by as many roundings of it, relatively.
-static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training, struct twin *twin) {
+// The thickness so far is a sum of floats, so that the light that passes it is off by as many roundings of it,
+// relatively.
+static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training,
+                      struct reference *reference) {
     double tau = 0.0;
     struct reference_ray line = reference_ray_of(&in->rays[ray]);
-    stand_behind(bench, in, ray, training, twin);
-    for (int c = 0; c < 3; c++) twin->colour_error[c] = 0.0;
+    stand_behind(bench, in, ray, training, reference);
+    for (int c = 0; c < 3; c++) reference->colour_error[c] = 0.0;
     for (uint32_t i = 0; i < in->samples; i++) {
         const vw_float4 *sample = &in->field[ray * in->samples + i];
-        struct reference_point *point = &twin->points[i];
-        *point = (struct reference_point){
-            {sample->x, sample->y, sample->z}, sample->w, reference_stratum_length(&bench->model.specialization, &line, i)};
-        twin->tau_before[i] = tau;
-        twin->weight[i] = exp(-tau) * -expm1(-point->density * point->length);
-        twin->share_error[i] = SHARE_TOLERANCE + (i + 2.0) * FLOAT_ROUNDING * tau;
+        struct reference_point *point = &reference->points[i];
+        *point = (struct reference_point){{sample->x, sample->y, sample->z},
+                                          sample->w,
+                                          reference_stratum_length(&bench->model.specialization, &line, i)};
+        reference->tau_before[i] = tau;
+        reference->weight[i] = exp(-tau) * -expm1(-point->density * point->length);
+        reference->share_error[i] = SHARE_TOLERANCE + (i + 2.0) * FLOAT_ROUNDING * tau;
         tau += point->density * point->length;
-        for (int c = 0; c < 3; c++) twin->colour_error[c] += twin->weight[i] * twin->share_error[i] * point->rgb[c] + 3.0 * FLOAT_LEAST;
+        for (int c = 0; c < 3; c++)
+            reference->colour_error[c] +=
+                reference->weight[i] * reference->share_error[i] * point->rgb[c] + 3.0 * FLOAT_LEAST;
     }
-    twin->left = reference_composite(twin->points, in->samples, twin->backdrop, twin->colour);
-    twin->left_error = twin->left * (SHARE_TOLERANCE + in->samples * FLOAT_ROUNDING * tau) + LEAST_LIGHT;
+    reference->left = reference_composite(reference->points, in->samples, reference->backdrop, reference->colour);
+    reference->left_error = reference->left * (SHARE_TOLERANCE + in->samples * FLOAT_ROUNDING * tau) + LEAST_LIGHT;
     for (int c = 0; c < 3; c++)
-        twin->colour_error[c] += twin->left_error * twin->backdrop[c] + twin->left * twin->backdrop_error[c] +
-                                 in->samples * (FLOAT_ROUNDING * twin->colour[c] + LEAST_LIGHT);
+        reference->colour_error[c] += reference->left_error * reference->backdrop[c] +
+                                      reference->left * reference->backdrop_error[c] +
+                                      in->samples * (FLOAT_ROUNDING * reference->colour[c] + LEAST_LIGHT);
 }
 
-// ---- composite_rays --------------------------------------------------------------------------------------------------------
+// ---- composite_rays
+// --------------------------------------------------------------------------------------------------------
 
 void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     struct evaluator *evaluator = step_bench_evaluator(bench);
@@ -141,19 +152,21 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, evaluator->composite, &push, sizeof push, push.ray_count);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
-        struct twin twin;
+        struct reference reference;
         const double device[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
-        composite(bench, &in, ray, false, &twin);
-        check_value(bench->where, "transmittance", ray, colours[ray].w, twin.left, twin.left_error);
-        for (int c = 0; c < 3; c++) check_value(bench->where, "colour", ray, device[c], twin.colour[c], twin.colour_error[c]);
+        composite(bench, &in, ray, false, &reference);
+        check_value(bench->where, "transmittance", ray, colours[ray].w, reference.left, reference.left_error);
+        for (int c = 0; c < 3; c++)
+            check_value(bench->where, "colour", ray, device[c], reference.colour[c], reference.colour_error[c]);
     }
     free(colours);
     free_inputs(&in);
 }
 
-// ---- backward_rays ---------------------------------------------------------------------------------------------------------
+// ---- backward_rays
+// ---------------------------------------------------------------------------------------------------------
 
-struct twin_loss {
+struct reference_loss {
     double loss, loss_error, d_colour[3], d_colour_error[3];
 };
 
@@ -161,17 +174,19 @@ struct twin_loss {
 static double curvature(enum vw_loss loss) { return loss == VW_LOSS_L2 ? 2.0 : loss == VW_LOSS_HUBER ? 10.0 : 0.0; }
 
 // `d_seen` are the gradients by the colours as the photo sees them.
-static struct twin_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index, const struct twin *twin,
-                                  double d_seen[3]) {
+static struct reference_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index,
+                                       const struct reference *reference, double d_seen[3]) {
     struct reference_ray ray = reference_ray_of(&in->rays[index]);
     struct reference_photo photo = reference_photo_of(&bench->model, bench->params, bench->view);
-    struct twin_loss taken = {0};
+    struct reference_loss taken = {0};
     double share = ray.weight / 3.0, seen[3];
-    reference_appear(&photo, twin->colour, seen);
+    reference_appear(&photo, reference->colour, seen);
     for (int c = 0; c < 3; c++) {
         double gain = 1.0 + photo.gain[c], error = seen[c] - ray.target[c], slope,
-               error_error = gain * twin->colour_error[c] + (bench->model.appearance.size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
-        if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error && ray.target[c] > 0.0)
+               error_error = gain * reference->colour_error[c] +
+                             (bench->model.appearance.size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
+        if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error &&
+            ray.target[c] > 0.0)
             fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, index);
         taken.loss += share * reference_loss(bench->config.loss, error, &slope);
         taken.loss_error += share * error_error * 2.0 + 4.0 * FLOAT_ROUNDING;
@@ -182,67 +197,74 @@ static struct twin_loss take_loss(const struct step_bench *bench, const struct i
     return taken;
 }
 
-static void check_sample(const struct step_bench *bench, const struct twin *twin, const struct twin_loss *taken, uint32_t i,
-                         const struct reference_d_point *expected, const vw_float4 *device, uint64_t index) {
+static void check_sample(const struct step_bench *bench, const struct reference *reference,
+                         const struct reference_loss *taken, uint32_t i, const struct reference_d_point *expected,
+                         const vw_float4 *device, uint64_t index) {
     const double rgb[3] = {device->x, device->y, device->z};
-    double tau = twin->points[i].density * twin->points[i].length, light = exp(-twin->tau_before[i] - tau) + LEAST_LIGHT,
-           raw_error = FLOAT_LEAST;
+    double tau = reference->points[i].density * reference->points[i].length,
+           light = exp(-reference->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST;
     for (int c = 0; c < 3; c++) {
         double slope = fabs(taken->d_colour[c]), slope_error = taken->d_colour_error[c];
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
-                    twin->weight[i] * (slope_error + (twin->share_error[i] + 3.0 * FLOAT_ROUNDING) * slope) + slope * LEAST_LIGHT +
-                        3.0 * FLOAT_LEAST);
-        // Both the sample and what is behind it are seen through `light`, whose size their difference may be much below.
-        double seen = light * (twin->points[i].rgb[c] + 1.0);
+                    reference->weight[i] * (slope_error + (reference->share_error[i] + 3.0 * FLOAT_ROUNDING) * slope) +
+                        slope * LEAST_LIGHT + 3.0 * FLOAT_LEAST);
+        // Both the sample and what is behind it are seen through `light`, whose size their difference may be much
+        // below.
+        double seen = light * (reference->points[i].rgb[c] + 1.0);
         raw_error += tau * slope * LEAST_LIGHT;
-        raw_error +=
-            tau * seen * (slope_error + slope * (2.0 * SHARE_TOLERANCE + 64.0 * FLOAT_ROUNDING * (1.0 + twin->tau_before[i] + tau)));
+        raw_error += tau * seen *
+                     (slope_error +
+                      slope * (2.0 * SHARE_TOLERANCE + 64.0 * FLOAT_ROUNDING * (1.0 + reference->tau_before[i] + tau)));
     }
     check_value(bench->where, "d_raw", index, device->w, expected->raw, raw_error);
 }
 
 // rgb (1 - rgb) is as far off as rgb, relative to what it would be without the second factor.
-static void check_d_logit(const struct step_bench *bench, uint32_t ray, const struct twin *twin, const struct twin_loss *taken,
-                          const vw_float4 *device) {
+static void check_d_logit(const struct step_bench *bench, uint32_t ray, const struct reference *reference,
+                          const struct reference_loss *taken, const vw_float4 *device) {
     const double found[3] = {device->x, device->y, device->z};
     double expected[3];
-    reference_sky_d_logit(twin->backdrop, twin->left, taken->d_colour, expected);
+    reference_sky_d_logit(reference->backdrop, reference->left, taken->d_colour, expected);
     for (int c = 0; c < 3; c++) {
-        double slope = fabs(taken->d_colour[c]) + taken->d_colour_error[c], colour = twin->backdrop[c];
-        double error = slope * (twin->left_error * colour * (1.0 - colour) +
-                                (twin->left + twin->left_error) * (twin->backdrop_error[c] + FLOAT_ROUNDING)) +
-                       taken->d_colour_error[c] * twin->left * colour * (1.0 - colour);
-        check_value(bench->where, "gradient by the sky's logit", 3 * ray + (uint32_t)c, found[c], expected[c], error + FLOAT_LEAST);
+        double slope = fabs(taken->d_colour[c]) + taken->d_colour_error[c], colour = reference->backdrop[c];
+        double error =
+            slope * (reference->left_error * colour * (1.0 - colour) +
+                     (reference->left + reference->left_error) * (reference->backdrop_error[c] + FLOAT_ROUNDING)) +
+            taken->d_colour_error[c] * reference->left * colour * (1.0 - colour);
+        check_value(bench->where, "gradient by the sky's logit", 3 * ray + (uint32_t)c, found[c], expected[c],
+                    error + FLOAT_LEAST);
     }
     check_value(bench->where, "padding of the sky's logit", ray, device->w, 0.0, 0.0);
 }
 
 // The ray's share of the photo's gradient.
-static void check_share(const struct step_bench *bench, const struct twin *twin, const struct twin_loss *taken, const double d_seen[3],
-                        uint32_t ray, const struct vw_appearance *device) {
+static void check_share(const struct step_bench *bench, const struct reference *reference,
+                        const struct reference_loss *taken, const double d_seen[3], uint32_t ray,
+                        const struct vw_appearance *device) {
     for (int c = 0; c < 3; c++) {
         check_value(bench->where, "d_bias", ray, (&device->bias.x)[c], d_seen[c], 2.0 * taken->d_colour_error[c]);
-        check_value(bench->where, "d_gain", ray, (&device->gain.x)[c], d_seen[c] * twin->colour[c],
-                    2.0 * taken->d_colour_error[c] * (twin->colour[c] + twin->colour_error[c]) + fabs(d_seen[c]) * twin->colour_error[c] +
-                        FLOAT_ROUNDING * fabs(d_seen[c] * twin->colour[c]) + FLOAT_LEAST);
+        check_value(bench->where, "d_gain", ray, (&device->gain.x)[c], d_seen[c] * reference->colour[c],
+                    2.0 * taken->d_colour_error[c] * (reference->colour[c] + reference->colour_error[c]) +
+                        fabs(d_seen[c]) * reference->colour_error[c] +
+                        FLOAT_ROUNDING * fabs(d_seen[c] * reference->colour[c]) + FLOAT_LEAST);
     }
 }
 
 // `d_sky` and `shares`: NULL without their effects.
-static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss, const vw_float4 *d_field,
-                      const vw_float4 *d_sky, const struct vw_appearance *shares) {
+static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss,
+                      const vw_float4 *d_field, const vw_float4 *d_sky, const struct vw_appearance *shares) {
     double d_seen[3];
-    struct twin twin;
+    struct reference reference;
     struct reference_d_point expected[SAMPLES_MAX];
-    composite(bench, in, ray, true, &twin);
-    struct twin_loss taken = take_loss(bench, in, ray, &twin, d_seen);
-    if (shares) check_share(bench, &twin, &taken, d_seen, ray, &shares[ray]);
+    composite(bench, in, ray, true, &reference);
+    struct reference_loss taken = take_loss(bench, in, ray, &reference, d_seen);
+    if (shares) check_share(bench, &reference, &taken, d_seen, ray, &shares[ray]);
     check_value(bench->where, "ray_loss", ray, device_loss, taken.loss, taken.loss_error);
-    reference_composite_gradient(twin.points, in->samples, twin.backdrop, taken.d_colour, expected);
-    if (d_sky) check_d_logit(bench, ray, &twin, &taken, &d_sky[ray]);
+    reference_composite_gradient(reference.points, in->samples, reference.backdrop, taken.d_colour, expected);
+    if (d_sky) check_d_logit(bench, ray, &reference, &taken, &d_sky[ray]);
     for (uint32_t i = 0; i < in->samples; i++) {
         uint64_t index = (uint64_t)ray * in->samples + i;
-        check_sample(bench, &twin, &taken, i, &expected[i], &d_field[index], index);
+        check_sample(bench, &reference, &taken, i, &expected[i], &d_field[index], index);
     }
 }
 
@@ -257,7 +279,8 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
     vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
-    struct vw_appearance *shares = bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
+    struct vw_appearance *shares =
+        bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
     for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares);
     free(shares);
     free(losses);
@@ -266,15 +289,18 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     free_inputs(&in);
 }
 
-// ---- gradient_sky ----------------------------------------------------------------------------------------------------------
+// ---- gradient_sky
+// ----------------------------------------------------------------------------------------------------------
 
-static void check_coefficients(const struct step_bench *bench, const struct inputs *in, const vw_float4 *d_logits, const float *d_sky) {
+static void check_coefficients(const struct step_bench *bench, const struct inputs *in, const vw_float4 *d_logits,
+                               const float *d_sky) {
     double expected[VW_SKY_COLUMNS][3] = {{0.0}}, magnitude[VW_SKY_COLUMNS][3] = {{0.0}};
     for (uint32_t ray = 0; ray < in->ray_count; ray++) {
         struct reference_ray line = reference_ray_of(&in->rays[ray]);
         double d_logit[3] = {d_logits[ray].x, d_logits[ray].y, d_logits[ray].z};
         reference_sky_gradient(line.direction, d_logit, expected);
-        for (int i = 0; i < 3 * VW_SKY_COLUMNS; i++) magnitude[i / 3][i % 3] += 1.1 * fabs(d_logit[i % 3]); // the bases are below 1.1
+        for (int i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+            magnitude[i / 3][i % 3] += 1.1 * fabs(d_logit[i % 3]); // the bases are below 1.1
     }
     for (uint32_t k = 0; k < VW_SKY_COLUMNS; k++) {
         for (int c = 0; c < 3; c++)
@@ -290,7 +316,8 @@ void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_reduce push = {.count = in.ray_count};
     vw_float4 *d_logits = vw_allocate(in.ray_count, sizeof *d_logits);
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
-        d_logits[ray] = (vw_float4){input_draw(kind, &random), input_draw(kind, &random), input_draw(kind, &random), 0.0f};
+        d_logits[ray] =
+            (vw_float4){input_draw(kind, &random), input_draw(kind, &random), input_draw(kind, &random), 0.0f};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
     step_bench_write(bench, bench->step.d_sky, d_logits);

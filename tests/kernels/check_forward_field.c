@@ -1,5 +1,6 @@
-// forward_field against the twin. In training, stage by stage: each stage of the twin starts from what the device found before it, so that
-// a tolerance is the rounding of few stages. In validation, where stages leave nothing behind, from the rays to the end.
+// forward_field against the reference. In training, stage by stage: each stage of the reference starts from what the
+// device found before it, so that a tolerance is the rounding of few stages. In validation, where stages leave nothing
+// behind, from the rays to the end.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +11,7 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const double POSITION_TOLERANCE = 1e-6;      // box edges: a few roundings of ray parameters up to 4 edges
 static const double ENCODING_ROUNDINGS = 16.0;      // of the largest entry: weights of three factors each, eight terms
@@ -24,7 +25,7 @@ struct outputs {
     vw_uint4 *relu;
 };
 
-struct twin {
+struct reference {
     struct reference_params *params;
     struct reference_matrix matrices[REFERENCE_MATRICES];
     double mix_error[REFERENCE_WIDTH_MAX]; // by the photo's code
@@ -33,22 +34,25 @@ struct twin {
 
 // By how much each layer may be off.
 struct errors {
-    double encoding[REFERENCE_ENCODING_MAX], hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO], colour_in[REFERENCE_COLOUR_IN],
-        hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];
+    double encoding[REFERENCE_ENCODING_MAX], hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO],
+        colour_in[REFERENCE_COLOUR_IN], hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];
 };
 
-static void product_errors(const struct reference_matrix *matrix, const double *in, const double *in_error, double *errors) {
+static void product_errors(const struct reference_matrix *matrix, const double *in, const double *in_error,
+                           double *errors) {
     for (uint32_t i = 0; i < matrix->out; i++) errors[i] = product_error(matrix, false, i, in, in_error);
 }
 
 // From errors->encoding on.
-static void find_errors(const struct twin *twin, const struct reference_sample *sample, struct errors *errors) {
-    product_errors(&twin->matrices[0], sample->encoding, errors->encoding, errors->hidden1);
-    product_errors(&twin->matrices[1], sample->hidden1, errors->hidden1, errors->geo);
-    for (int i = 0; i < REFERENCE_COLOUR_IN; i++) errors->colour_in[i] = i > 0 && i < REFERENCE_GEO ? errors->geo[i] : HARMONICS_TOLERANCE;
-    product_errors(&twin->matrices[2], sample->colour_in, errors->colour_in, errors->hidden2);
-    for (uint32_t i = 0; i < twin->matrices[2].out; i++) errors->hidden2[i] += twin->mix_error[i];
-    product_errors(&twin->matrices[3], sample->hidden2, errors->hidden2, errors->logit);
+static void find_errors(const struct reference *reference, const struct reference_sample *sample,
+                        struct errors *errors) {
+    product_errors(&reference->matrices[0], sample->encoding, errors->encoding, errors->hidden1);
+    product_errors(&reference->matrices[1], sample->hidden1, errors->hidden1, errors->geo);
+    for (int i = 0; i < REFERENCE_COLOUR_IN; i++)
+        errors->colour_in[i] = i > 0 && i < REFERENCE_GEO ? errors->geo[i] : HARMONICS_TOLERANCE;
+    product_errors(&reference->matrices[2], sample->colour_in, errors->colour_in, errors->hidden2);
+    for (uint32_t i = 0; i < reference->matrices[2].out; i++) errors->hidden2[i] += reference->mix_error[i];
+    product_errors(&reference->matrices[3], sample->hidden2, errors->hidden2, errors->logit);
 }
 
 // Vulkan's bound for exp, relative.
@@ -56,34 +60,36 @@ static double exp_error(double x) { return (3.0 + 2.0 * fabs(x)) * 0x1p-23; }
 
 static double sigmoid(double x) { return 1.0 / (1.0 + exp(-x)); }
 
-static void check_sample(const struct step_bench *bench, const struct twin *twin, const struct reference_sample *sample,
-                         const struct errors *errors, const float *rgb_density, uint32_t index) {
+static void check_sample(const struct step_bench *bench, const struct reference *reference,
+                         const struct reference_sample *sample, const struct errors *errors, const float *rgb_density,
+                         uint32_t index) {
     double raw = sample->geo[0], most = log(reference_density_max), lowest = fmin(raw - errors->geo[0], most),
            highest = fmin(raw + errors->geo[0], most);
     check_between(bench->where, "density", index, rgb_density[3], exp(lowest) * (1.0 - exp_error(lowest)) - FLOAT_LEAST,
                   fmin(exp(highest) * (1.0 + exp_error(highest)) + FLOAT_LEAST, reference_density_max));
     for (uint32_t c = 0; c < REFERENCE_RGB; c++) {
         double logit = 0.0;
-        for (uint32_t i = 0; i < twin->matrices[3].in; i++)
-            logit += twin->matrices[3].values[c * twin->matrices[3].in + i] * sample->hidden2[i];
+        for (uint32_t i = 0; i < reference->matrices[3].in; i++)
+            logit += reference->matrices[3].values[c * reference->matrices[3].in + i] * sample->hidden2[i];
         check_between(bench->where, "rgb", index, rgb_density[c], sigmoid(logit - errors->logit[c]) - SIGMOID_TOLERANCE,
                       sigmoid(logit + errors->logit[c]) + SIGMOID_TOLERANCE);
     }
 }
 
-// ---- Training --------------------------------------------------------------------------------------------------------------
+// ---- Training
+// --------------------------------------------------------------------------------------------------------------
 
-static void copy_row(const struct step_bench *bench, const float *rows, uint32_t first_row, uint32_t sample, uint32_t count,
-                     double *values) {
+static void copy_row(const struct step_bench *bench, const float *rows, uint32_t first_row, uint32_t sample,
+                     uint32_t count, double *values) {
     for (uint32_t i = 0; i < count; i++) values[i] = step_bench_row(bench, rows, first_row + i / 4, sample)[i % 4];
 }
 
 // `errors`: per value, or one for all.
-static void check_row(const struct step_bench *bench, const struct outputs *out, const char *what, uint32_t row, uint32_t sample,
-                      uint32_t count, const double *expected, const double *errors, double error) {
+static void check_row(const struct step_bench *bench, const struct outputs *out, const char *what, uint32_t row,
+                      uint32_t sample, uint32_t count, const double *expected, const double *errors, double error) {
     for (uint32_t i = 0; i < count; i++)
-        check_value(bench->where, what, sample, step_bench_row(bench, out->rows, row + i / 4, sample)[i % 4], expected[i],
-                    errors ? errors[i] : error);
+        check_value(bench->where, what, sample, step_bench_row(bench, out->rows, row + i / 4, sample)[i % 4],
+                    expected[i], errors ? errors[i] : error);
 }
 
 static void check_gates(const struct step_bench *bench, const char *what, uint32_t sample, uint32_t low, uint32_t high,
@@ -91,46 +97,49 @@ static void check_gates(const struct step_bench *bench, const char *what, uint32
     for (uint32_t i = 0; i < bench->config.width; i++) {
         bool on = (i < 32 ? low >> i : high >> (i - 32)) & 1;
         if (on != (before[i] > 0.0) && fabs(before[i]) > errors[i])
-            fail_msg("%s: %s: unit %u of sample %u is %s at %g", bench->where, what, i, sample, on ? "on" : "off", before[i]);
+            fail_msg("%s: %s: unit %u of sample %u is %s at %g", bench->where, what, i, sample, on ? "on" : "off",
+                     before[i]);
     }
 }
 
-static void check_training_sample(const struct step_bench *bench, const struct twin *twin, const struct outputs *out, uint32_t index,
-                                  uint32_t slot) {
+static void check_training_sample(const struct step_bench *bench, const struct reference *reference,
+                                  const struct outputs *out, uint32_t index, uint32_t slot) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows rows = step_bench_rows(bench);
     uint32_t encoding = bench->config.levels * bench->config.features, width = bench->config.width;
     struct reference_ray ray = reference_ray_of(&out->rays[index / s->samples]);
     struct reference_sample sample;
     struct errors errors = {0};
-    reference_sample_position(s, &ray, index % s->samples, reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
+    reference_sample_position(s, &ray, index % s->samples,
+                              reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
                               sample.position);
     check_row(bench, out, "position", rows.position, slot, 3, sample.position, NULL, POSITION_TOLERANCE);
 
     copy_row(bench, out->rows, rows.position, slot, 3, sample.position);
     memcpy(sample.direction, ray.direction, sizeof sample.direction);
-    reference_grid_encode(s, twin->params->grid, sample.position, sample.encoding);
+    reference_grid_encode(s, reference->params->grid, sample.position, sample.encoding);
     check_row(bench, out, "encoding", rows.encoding, slot, encoding, sample.encoding, NULL,
-              ENCODING_ROUNDINGS * (FLOAT_ROUNDING * twin->grid_largest + FLOAT_LEAST));
+              ENCODING_ROUNDINGS * (FLOAT_ROUNDING * reference->grid_largest + FLOAT_LEAST));
 
     copy_row(bench, out->rows, rows.encoding, slot, encoding, sample.encoding);
-    reference_networks_forward(s, &twin->params->weights, &sample);
-    find_errors(twin, &sample, &errors);
+    reference_networks_forward(s, &reference->params->weights, &sample);
+    find_errors(reference, &sample, &errors);
     check_row(bench, out, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1, 0.0);
-    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in, 0.0);
+    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in,
+              0.0);
     check_row(bench, out, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2, 0.0);
     check_gates(bench, "relu 1", slot, out->relu[slot].x, out->relu[slot].y, sample.before1, errors.hidden1);
     check_gates(bench, "relu 2", slot, out->relu[slot].z, out->relu[slot].w, sample.before2, errors.hidden2);
-    check_sample(bench, twin, &sample, &errors, out->samples + 4 * (size_t)slot, slot);
+    check_sample(bench, reference, &sample, &errors, out->samples + 4 * (size_t)slot, slot);
 }
 
-static void check_training(struct step_bench *bench, const struct twin *twin) {
+static void check_training(struct step_bench *bench, const struct reference *reference) {
     step_bench_gradients(bench, STEP);
     struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read(bench, bench->field.rows),
                           step_bench_read(bench, bench->step.samples), step_bench_read(bench, bench->field.relu)};
     uint32_t *slots = step_bench_slots(bench);
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
-        if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, twin, &out, sample, slots[sample]);
+        if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, reference, &out, sample, slots[sample]);
     free(slots);
     free(out.rays);
     free(out.rows);
@@ -138,41 +147,46 @@ static void check_training(struct step_bench *bench, const struct twin *twin) {
     free(out.relu);
 }
 
-// ---- Validation ------------------------------------------------------------------------------------------------------------
+// ---- Validation
+// ------------------------------------------------------------------------------------------------------------
 
-static void check_validation_sample(const struct step_bench *bench, const struct twin *twin, const struct vw_ray *rays,
-                                    const float *samples, uint32_t index) {
+static void check_validation_sample(const struct step_bench *bench, const struct reference *reference,
+                                    const struct vw_ray *rays, const float *samples, uint32_t index) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct reference_ray ray = reference_ray_of(&rays[index / s->samples]);
     struct reference_sample sample;
     struct errors errors;
     reference_sample_position(s, &ray, index % s->samples, 0.5, sample.position);
     memcpy(sample.direction, ray.direction, sizeof sample.direction);
-    reference_grid_encode(s, twin->params->grid, sample.position, sample.encoding);
+    reference_grid_encode(s, reference->params->grid, sample.position, sample.encoding);
     // Within a cell an encoding changes by at most 2 entries per cell and axis.
     for (uint32_t i = 0; i < REFERENCE_ENCODING_MAX; i++)
-        errors.encoding[i] = twin->grid_largest * (6.0 * POSITION_TOLERANCE * s->resolution[i / (2 * s->feature_pairs) % VW_LEVELS_MAX] +
-                                                   ENCODING_ROUNDINGS * FLOAT_ROUNDING) +
+        errors.encoding[i] = reference->grid_largest *
+                                 (6.0 * POSITION_TOLERANCE * s->resolution[i / (2 * s->feature_pairs) % VW_LEVELS_MAX] +
+                                  ENCODING_ROUNDINGS * FLOAT_ROUNDING) +
                              ENCODING_ROUNDINGS * FLOAT_LEAST;
-    reference_networks_forward(s, &twin->params->weights, &sample);
-    find_errors(twin, &sample, &errors);
-    check_sample(bench, twin, &sample, &errors, samples + 4 * (size_t)index, index);
+    reference_networks_forward(s, &reference->params->weights, &sample);
+    find_errors(reference, &sample, &errors);
+    check_sample(bench, reference, &sample, &errors, samples + 4 * (size_t)index, index);
 }
 
-static void check_validation(struct step_bench *bench, const struct twin *twin) {
+static void check_validation(struct step_bench *bench, const struct reference *reference) {
     struct evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     assert_true(evaluator->chunk_rays == evaluator->ray_count);
     assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    step_bench_dispatch(bench, evaluator->forward, &push, sizeof push, (uint64_t)push.ray_count * bench->config.samples);
+    step_bench_dispatch(bench, evaluator->forward, &push, sizeof push,
+                        (uint64_t)push.ray_count * bench->config.samples);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     float *samples = step_bench_read(bench, evaluator->samples);
-    for (uint32_t i = 0; i < push.ray_count * bench->config.samples; i++) check_validation_sample(bench, twin, rays, samples, i);
+    for (uint32_t i = 0; i < push.ray_count * bench->config.samples; i++)
+        check_validation_sample(bench, reference, rays, samples, i);
     free(rays);
     free(samples);
 }
 
-// ---- The check -------------------------------------------------------------------------------------------------------------
+// ---- The check
+// -------------------------------------------------------------------------------------------------------------
 
 // The grid holds inputs of the kind; the weights do as well where the kind is a zero.
 static float *make_params(const struct step_bench *bench, enum input_kind kind) {
@@ -192,17 +206,18 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
 }
 
 // Adds what the code of the photo does in training, or takes it away again.
-static void mix(const struct step_bench *bench, struct twin *twin, double sign) {
+static void mix(const struct step_bench *bench, struct reference *reference, double sign) {
     uint32_t width = bench->config.width;
     double shift[REFERENCE_WIDTH_MAX];
     if (!bench->model.codes.size_bytes) return;
-    const double *code = twin->params->photos[bench->view].code;
-    reference_mix_code(width, twin->params->code_weights, code, shift);
+    const double *code = reference->params->photos[bench->view].code;
+    reference_mix_code(width, reference->params->code_weights, code, shift);
     for (uint32_t i = 0; i < width; i++) {
         double magnitude = 0.0;
-        for (uint32_t k = 0; k < REFERENCE_CODE; k++) magnitude += fabs(twin->params->code_weights[i * REFERENCE_CODE + k] * code[k]);
-        twin->params->weights.colour1[i * REFERENCE_COLOUR_IN] += sign * shift[i];
-        twin->mix_error[i] = sign > 0.0 ? (REFERENCE_CODE + 2.0) * FLOAT_ROUNDING * (magnitude + 1.0) : 0.0;
+        for (uint32_t k = 0; k < REFERENCE_CODE; k++)
+            magnitude += fabs(reference->params->code_weights[i * REFERENCE_CODE + k] * code[k]);
+        reference->params->weights.colour1[i * REFERENCE_COLOUR_IN] += sign * shift[i];
+        reference->mix_error[i] = sign > 0.0 ? (REFERENCE_CODE + 2.0) * FLOAT_ROUNDING * (magnitude + 1.0) : 0.0;
     }
 }
 
@@ -210,15 +225,15 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
     assert_true(((uint64_t)s->seed_high << 32 | s->seed_low) == bench->config.seed); // of the jitter
     float *params = make_params(bench, kind);
-    struct twin twin = {.params = reference_params_create(&bench->model, params)};
-    reference_matrices(s, &twin.params->weights, twin.matrices);
-    twin.grid_largest = largest(twin.params->grid, 2 * (size_t)bench->model.pair_count);
+    struct reference reference = {.params = reference_params_create(&bench->model, params)};
+    reference_matrices(s, &reference.params->weights, reference.matrices);
+    reference.grid_largest = largest(reference.params->grid, 2 * (size_t)bench->model.pair_count);
     step_bench_write(bench, bench->field.params, params);
-    mix(bench, &twin, 1.0);
-    check_training(bench, &twin);
-    mix(bench, &twin, -1.0);
-    check_validation(bench, &twin);
+    mix(bench, &reference, 1.0);
+    check_training(bench, &reference);
+    mix(bench, &reference, -1.0);
+    check_validation(bench, &reference);
     step_bench_write_params(bench);
-    reference_params_destroy(twin.params);
+    reference_params_destroy(reference.params);
     free(params);
 }

@@ -7,7 +7,8 @@
 
 #include <cmocka.h>
 
-const char *const input_kind_names[INPUT_KINDS] = {"ordinary", "large", "tiny", "zero", "negative zero", "denormal", "saturating"};
+const char *const input_kind_names[INPUT_KINDS] = {"ordinary",      "large",    "tiny",      "zero",
+                                                   "negative zero", "denormal", "saturating"};
 
 // Of random sign and of a magnitude in [2^least, 2^most).
 static float draw_between(struct test_random *random, float least, float most) {
@@ -31,13 +32,15 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
     for (size_t i = 0; i < count; i++) values[i] = input_draw(kind, random);
 }
 
-// n products and n - 1 additions, in any order: each rounds by at most half a unit of the sum of all magnitudes, and each product and
-// operand may be flushed to 0.
-double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in, const double *in_error) {
+// n products and n - 1 additions, in any order: each rounds by at most half a unit of the sum of all magnitudes, and
+// each product and operand may be flushed to 0.
+double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
+                     const double *in_error) {
     uint32_t terms = transposed ? matrix->out : matrix->in;
     double magnitude = 0.0, passed_on = 0.0, flushed = 0.0;
     for (uint32_t i = 0; i < terms; i++) {
-        double weight = fabs(transposed ? matrix->values[i * matrix->in + index] : matrix->values[index * matrix->in + i]);
+        double weight =
+            fabs(transposed ? matrix->values[i * matrix->in + index] : matrix->values[index * matrix->in + i]);
         magnitude += weight * (fabs(in[i]) + in_error[i]);
         passed_on += weight * in_error[i];
         flushed += FLOAT_LEAST * (1.0 + weight + fabs(in[i]));
@@ -47,6 +50,6 @@ double product_error(const struct reference_matrix *matrix, bool transposed, uin
 
 void check_between(const char *where, const char *what, uint64_t index, double device, double low, double high) {
     if (device >= low && device <= high) return;
-    fail_msg("%s: %s[%llu] is %.9g on the device, by the twin between %.9g and %.9g", where, what, (unsigned long long)index, device, low,
-             high);
+    fail_msg("%s: %s[%llu] is %.9g on the device, by the reference between %.9g and %.9g", where, what,
+             (unsigned long long)index, device, low, high);
 }

@@ -1,5 +1,5 @@
-// The passes that skip empty space against the twin: what is believed of the cells, which samples are kept, and where they go. On benches
-// without the effect there is nothing to check.
+// The passes that skip empty space against the reference: what is believed of the cells, which samples are kept, and
+// where they go. On benches without the effect there is nothing to check.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,18 +10,19 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const double POSITION_TOLERANCE = 1e-6;      // box edges, as for forward_field
 static const double ENCODING_ROUNDINGS = 16.0;      // likewise
 static const double EXP_TOLERANCE = 0x1p-20;        // relative, beside what Vulkan allows at large arguments
 static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
 
-// ---- refresh_occupancy -----------------------------------------------------------------------------------------------------
+// ---- refresh_occupancy
+// -----------------------------------------------------------------------------------------------------
 
-// Where a cell's density may lie on the device: from the twin's raw density and the roundings on the way to it.
-static void density_bounds(const struct step_bench *bench, struct reference_params *params, uint32_t cell, double grid_largest, double *low,
-                           double *high) {
+// Where a cell's density may lie on the device: from the reference's raw density and the roundings on the way to it.
+static void density_bounds(const struct step_bench *bench, struct reference_params *params, uint32_t cell,
+                           double grid_largest, double *low, double *high) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct reference_matrix matrices[REFERENCE_MATRICES];
     double encoding[REFERENCE_ENCODING_MAX], encoding_error[REFERENCE_ENCODING_MAX], hidden[REFERENCE_WIDTH_MAX],
@@ -30,9 +31,10 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
     reference_matrices(s, &params->weights, matrices);
     reference_grid_encode(s, params->grid, position, encoding);
     for (uint32_t i = 0; i < REFERENCE_ENCODING_MAX; i++)
-        encoding_error[i] = grid_largest * (6.0 * POSITION_TOLERANCE * s->resolution[i / (2 * s->feature_pairs) % VW_LEVELS_MAX] +
-                                            ENCODING_ROUNDINGS * FLOAT_ROUNDING) +
-                            ENCODING_ROUNDINGS * FLOAT_LEAST;
+        encoding_error[i] =
+            grid_largest * (6.0 * POSITION_TOLERANCE * s->resolution[i / (2 * s->feature_pairs) % VW_LEVELS_MAX] +
+                            ENCODING_ROUNDINGS * FLOAT_ROUNDING) +
+            ENCODING_ROUNDINGS * FLOAT_LEAST;
     for (uint32_t i = 0; i < matrices[0].out; i++) {
         double sum = 0.0;
         for (uint32_t k = 0; k < matrices[0].in; k++) sum += matrices[0].values[i * matrices[0].in + k] * encoding[k];
@@ -42,7 +44,7 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
     for (uint32_t k = 0; k < matrices[1].in; k++) raw += matrices[1].values[k] * hidden[k];
     double error = product_error(&matrices[1], false, 0, hidden, hidden_error), most = log(reference_density_max);
     double relative = EXP_TOLERANCE + 2.0 * fmin(fabs(raw), 88.0) * 0x1p-23;
-    check_value(bench->where, "the twin's density", cell, expected, exp(fmin(raw, most)), 1e-9 * expected);
+    check_value(bench->where, "the reference's density", cell, expected, exp(fmin(raw, most)), 1e-9 * expected);
     *low = exp(fmin(raw - error, most)) * (1.0 - relative) - FLOAT_LEAST;
     *high = fmin(exp(fmin(raw + error, most)) * (1.0 + relative) + FLOAT_LEAST, reference_density_max);
 }
@@ -72,13 +74,14 @@ void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
     free(device);
 }
 
-// ---- mark_samples ----------------------------------------------------------------------------------------------------------
+// ---- mark_samples
+// ----------------------------------------------------------------------------------------------------------
 
 static bool bit_of(const uint32_t *bits, uint32_t ray, uint32_t samples, uint32_t i) {
     return bits[ray * ((samples + 31) / 32) + i / 32] >> i % 32 & 1;
 }
 
-// Positions so near a cell's face that either cell may be meant are not judged.
+// Positions so near a cell's face that either cell may be meant are not evaluated.
 static bool near_a_face(const double position[3]) {
     for (int axis = 0; axis < 3; axis++) {
         double scaled = 32.0 * position[axis], face = round(scaled);
@@ -88,11 +91,13 @@ static bool near_a_face(const double position[3]) {
 }
 
 // Returns how many samples are kept.
-static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays, const float *densities, uint64_t number) {
+static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays, const float *densities,
+                            uint64_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_push_samples push = step_bench_push(bench, number);
     step_bench_dispatch(bench, bench->step.occupancy.mark, &push, sizeof push, push.ray_count);
-    uint32_t *bits = step_bench_read(bench, bench->step.occupancy.bits), *counts = step_bench_read(bench, bench->step.occupancy.begins);
+    uint32_t *bits = step_bench_read(bench, bench->step.occupancy.bits),
+             *counts = step_bench_read(bench, bench->step.occupancy.begins);
     uint32_t all = 0;
     for (uint32_t r = 0; r < push.ray_count; r++) {
         struct reference_ray ray = reference_ray_of(&rays[r]);
@@ -101,10 +106,11 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
             double position[3];
             reference_sample_position(s, &ray, i, reference_stratum_offset(s, r, i, number), position);
             float density = densities[reference_cell(position)];
-            bool keeps = bit_of(bits, r, s->samples, i), expected = number <= 256 || isnan(density) || density > reference_empty_density(s);
+            bool keeps = bit_of(bits, r, s->samples, i),
+                 expected = number <= 256 || isnan(density) || density > reference_empty_density(s);
             if (keeps != expected && (number <= 256 || !near_a_face(position)))
-                fail_msg("%s: step %llu: sample %u of ray %u is %s, density %g", bench->where, (unsigned long long)number, i, r,
-                         keeps ? "kept" : "skipped", density);
+                fail_msg("%s: step %llu: sample %u of ray %u is %s, density %g", bench->where,
+                         (unsigned long long)number, i, r, keeps ? "kept" : "skipped", density);
             count += keeps;
         }
         if (counts[r] != count) fail_msg("%s: ray %u keeps %u samples, not %u", bench->where, r, count, counts[r]);
@@ -118,7 +124,8 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
 void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 4};
     if (!bench->field.occupancy) return;
-    float *before = step_bench_read(bench, bench->field.occupancy), *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
+    float *before = step_bench_read(bench, bench->field.occupancy),
+          *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = input_draw(kind, &random);
     for (uint32_t i = 5; i < VW_OCCUPANCY_CELLS; i += 50) densities[i] = i % 100 == 5 ? NAN : 1e-3f;
     step_bench_write(bench, bench->field.occupancy, densities);
@@ -135,7 +142,8 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     free(densities);
 }
 
-// ---- place_rays ------------------------------------------------------------------------------------------------------------
+// ---- place_rays
+// ------------------------------------------------------------------------------------------------------------
 
 // Counts of many kinds: any, all, none, one in all, and filling the last workgroup exactly.
 static void draw_counts(const struct step_bench *bench, enum input_kind kind, uint32_t *counts) {
@@ -155,7 +163,8 @@ static void check_groups(const struct step_bench *bench, const struct vw_kept *k
     assert_memory_equal(&kept->field_groups, &((vw_uint3){groups, 1, 1}), sizeof kept->field_groups);
     assert_memory_equal(&kept->weight_groups, &((vw_uint3){(tiles + 63) / 64, 1, 1}), sizeof kept->weight_groups);
     for (uint32_t i = 0; i < VW_LEVELS_MAX; i++)
-        assert_memory_equal(&kept->scatter_groups[i], &((vw_uint3){4 * groups, i + 1, 1}), sizeof kept->scatter_groups[i]);
+        assert_memory_equal(&kept->scatter_groups[i], &((vw_uint3){4 * groups, i + 1, 1}),
+                            sizeof kept->scatter_groups[i]);
 }
 
 void check_place_rays(struct step_bench *bench, enum input_kind kind) {
@@ -171,7 +180,8 @@ void check_place_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, occupancy->kept_samples, samples);
     step_bench_write(bench, bench->step.d_samples, d_field);
     step_bench_dispatch(bench, occupancy->place, &push, sizeof push, 1);
-    uint32_t *begins = step_bench_read(bench, occupancy->begins), *padded = step_bench_read(bench, occupancy->kept_samples);
+    uint32_t *begins = step_bench_read(bench, occupancy->begins),
+             *padded = step_bench_read(bench, occupancy->kept_samples);
     float *d_padded = step_bench_read(bench, bench->step.d_samples);
     struct vw_kept *kept = step_bench_read(bench, occupancy->kept);
     for (uint32_t r = 0; r < rays; total += counts[r++]) assert_int_equal(begins[r], total);
@@ -191,7 +201,8 @@ void check_place_rays(struct step_bench *bench, enum input_kind kind) {
     free(kept);
 }
 
-// ---- list_samples ----------------------------------------------------------------------------------------------------------
+// ---- list_samples
+// ----------------------------------------------------------------------------------------------------------
 
 static uint32_t draw_bits(enum input_kind kind, struct test_random *random) {
     uint32_t drawn = (uint32_t)((0.5f + 0.5f * test_random_next(random)) * 0x1p32f);
@@ -207,7 +218,8 @@ void check_list_samples(struct step_bench *bench, enum input_kind kind) {
     uint32_t *bits = vw_allocate((size_t)rays * words, sizeof *bits), *begins = vw_allocate(rays + 1, sizeof *begins);
     uint32_t *expected = vw_allocate(bench->padded_samples, sizeof *expected);
     for (uint32_t r = 0; r < rays; r++) {
-        for (uint32_t w = 0; w < words; w++) bits[r * words + w] = draw_bits(kind, &random); // those beyond the last sample mean nothing
+        for (uint32_t w = 0; w < words; w++)
+            bits[r * words + w] = draw_bits(kind, &random); // those beyond the last sample mean nothing
         begins[r] = next;
         for (uint32_t i = 0; i < per_ray; i++)
             if (bit_of(bits, r, per_ray, i)) expected[next++] = r * per_ray + i;

@@ -1,4 +1,4 @@
-// generate_rays against the twin's line through the pixel, straight from the view in double.
+// generate_rays against the reference's line through the pixel, straight from the view in double.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,8 +9,9 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "train/contraction.h"
-#include "viewworth/memory.h"
+#include "train/effects/contraction.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins are floats, rays run up to 5 edges
@@ -27,7 +28,8 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
     for (int i = 0; i < 3; i++) back[i] /= sqrt(length);
     double hint[3] = {0, 0, fabs(back[2]) < 0.9}; // else along y
     if (hint[2] == 0.0) hint[1] = 1.0;
-    for (int i = 0; i < 3; i++) right[i] = hint[(i + 1) % 3] * back[(i + 2) % 3] - hint[(i + 2) % 3] * back[(i + 1) % 3];
+    for (int i = 0; i < 3; i++)
+        right[i] = hint[(i + 1) % 3] * back[(i + 2) % 3] - hint[(i + 2) % 3] * back[(i + 1) % 3];
     length = sqrt(right[0] * right[0] + right[1] * right[1] + right[2] * right[2]);
     for (int i = 0; i < 3; i++) right[i] /= length;
     for (int i = 0; i < 3; i++) {
@@ -48,7 +50,8 @@ struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_gpu_camera cameras[3];
     struct vw_box box = rays_box(bench);
     for (uint32_t i = 0; i < 3; i++) cameras[i] = field_camera(&bench->model, &bench->scene->views[i], &box);
-    struct vw_push_rays push = {.ray_count = bench->config.rays, .step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32)};
+    struct vw_push_rays push = {
+        .ray_count = bench->config.rays, .step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
     step_bench_dispatch(bench, bench->step.generate, &push, sizeof push, bench->step.padded_rays);
@@ -80,8 +83,8 @@ static double distance(const double a[3], const double b[3]) {
     return sqrt(pow(a[0] - b[0], 2.0) + pow(a[1] - b[1], 2.0) + pow(a[2] - b[2], 2.0));
 }
 
-// Both ends of the span lie on the twin's line, the far one on a face, the near one on a face or at the near distance from the camera.
-// Returns whether the ray hits the box.
+// Both ends of the span lie on the reference's line, the far one on a face, the near one on a face or at the near
+// distance from the camera. Returns whether the ray hits the box.
 static bool check_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device, double scale) {
     const struct vw_pixel *pixel = &bench->pixels[index];
     const struct vw_view *view = &bench->scene->views[pixel->view];
@@ -92,32 +95,41 @@ static bool check_ray(const struct step_bench *bench, uint32_t index, const stru
         if (ray.stride != 0.0) fail_msg("%s: ray %u misses the box but has stride %g", bench->where, index, ray.stride);
         return false;
     }
-    if (!reference_box_span(origin, direction, NEAR_EDGES, -CLEAR_MARGIN, &near, &far) || far - near < 10.0 * CLEAR_MARGIN)
+    if (!reference_box_span(origin, direction, NEAR_EDGES, -CLEAR_MARGIN, &near, &far) ||
+        far - near < 10.0 * CLEAR_MARGIN)
         return false; // either way
     assert_true(ray.stride > 0.0);
     point_at(&ray, ray.near, entry);
     point_at(&ray, ray.near + ray.stride * bench->config.samples, leave);
-    check_value(bench->where, "entry off the line", index, distance_to_line(entry, origin, direction), 0.0, scale * LINE_TOLERANCE);
-    check_value(bench->where, "exit off the line", index, distance_to_line(leave, origin, direction), 0.0, scale * LINE_TOLERANCE);
+    check_value(bench->where, "entry off the line", index, distance_to_line(entry, origin, direction), 0.0,
+                scale * LINE_TOLERANCE);
+    check_value(bench->where, "exit off the line", index, distance_to_line(leave, origin, direction), 0.0,
+                scale * LINE_TOLERANCE);
     check_value(bench->where, "exit off the faces", index, distance_to_face(leave), 0.0, FACE_TOLERANCE);
     bool at_camera = fabs(distance(entry, origin) - NEAR_EDGES) < FACE_TOLERANCE;
-    if (!at_camera) check_value(bench->where, "entry off the faces", index, distance_to_face(entry), 0.0, FACE_TOLERANCE);
-    assert_true(distance(leave, origin) > distance(entry, origin) && distance(entry, origin) >= NEAR_EDGES - FACE_TOLERANCE);
-    check_value(bench->where, "length of the direction", index, hypot(hypot(ray.direction[0], ray.direction[1]), ray.direction[2]), 1.0,
-                1e-6);
+    if (!at_camera)
+        check_value(bench->where, "entry off the faces", index, distance_to_face(entry), 0.0, FACE_TOLERANCE);
+    assert_true(distance(leave, origin) > distance(entry, origin) &&
+                distance(entry, origin) >= NEAR_EDGES - FACE_TOLERANCE);
+    check_value(bench->where, "length of the direction", index,
+                hypot(hypot(ray.direction[0], ray.direction[1]), ray.direction[2]), 1.0, 1e-6);
     return true;
 }
 
 // Depths, in box edges, between which a view's samples lie with the effect unbounded: what contraction.c promises.
-static void expect_depths(const struct vw_view *view, const struct vw_box *box, const double camera[3], double depths[2]) {
+static void expect_depths(const struct vw_view *view, const struct vw_box *box, const double camera[3],
+                          double depths[2]) {
     double edge_world = 2.0 * box->half_extent_world, from_centre = distance(camera, (const double[3]){0.5, 0.5, 0.5});
     bool known = view->far_world > 0.0;
-    depths[0] = known ? fmax(0.9 * view->near_world / edge_world, 1.0 / 16.0) : fmax((from_centre - 0.5) / 2.0, 1.0 / 8.0);
+    depths[0] =
+        known ? fmax(0.9 * view->near_world / edge_world, 1.0 / 16.0) : fmax((from_centre - 0.5) / 2.0, 1.0 / 8.0);
     depths[1] = fmax(1.1 * view->far_world / edge_world, from_centre + 1000.0);
 }
 
-// With the effect unbounded: the origin lies on the twin's line at the near distance. Floats round it by its distance from the box.
-static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device, double scale) {
+// With the effect unbounded: the origin lies on the reference's line at the near distance. Floats round it by its
+// distance from the box.
+static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device,
+                                double scale) {
     const struct vw_pixel *pixel = &bench->pixels[index];
     const struct vw_view *view = &bench->scene->views[pixel->view];
     struct vw_box box = rays_box(bench);
@@ -130,7 +142,8 @@ static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, 
     double tolerance = scale * LINE_TOLERANCE * (1.0 + distance(expected, (const double[3]){0.5, 0.5, 0.5}));
     check_value(bench->where, "near distance", index, ray.near * forward / depths[0], 1.0, 1e-6);
     check_value(bench->where, "far distance", index, ray.far * forward / depths[1], 1.0, 1e-6);
-    check_value(bench->where, "origin off the line", index, distance_to_line(ray.origin, origin, direction), 0.0, tolerance);
+    check_value(bench->where, "origin off the line", index, distance_to_line(ray.origin, origin, direction), 0.0,
+                tolerance);
     check_value(bench->where, "origin off the near distance", index, distance(ray.origin, expected), 0.0,
                 tolerance + 1e-6 * depths[0] / forward);
     for (int i = 0; i < 3; i++) check_value(bench->where, "direction", index, ray.direction[i], direction[i], 1e-6);
@@ -142,7 +155,8 @@ static void check_target(const struct step_bench *bench, uint32_t index, const s
     double target[3];
     reference_target(&bench->model.specialization, pixel, index, STEP, target);
     for (int c = 0; c < 3; c++) check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE);
-    check_value(bench->where, "weight", index, device->target_weight.w, index < bench->config.rays ? pixel->weight : 0.0, 0.0);
+    check_value(bench->where, "weight", index, device->target_weight.w,
+                index < bench->config.rays ? pixel->weight : 0.0, 0.0);
 }
 
 uint32_t rays_check(struct step_bench *bench, double scale) {
@@ -162,7 +176,8 @@ uint32_t rays_check(struct step_bench *bench, double scale) {
     return hits;
 }
 
-// ---- The check -------------------------------------------------------------------------------------------------------------
+// ---- The check
+// -------------------------------------------------------------------------------------------------------------
 
 // Colours and coverage of the kind, within [0,1].
 static void paint(struct step_bench *bench, enum input_kind kind) {
@@ -173,8 +188,9 @@ static void paint(struct step_bench *bench, enum input_kind kind) {
             bench->pixels[i].weight = i % 7 != 3; // some are excluded
             continue;
         }
-        *rgba = (vw_float4){fminf(fabsf(input_draw(kind, &random)), 1.0f), fminf(fabsf(input_draw(kind, &random)), 1.0f),
-                            0.0f * input_draw(kind, &random), fminf(fabsf(input_draw(kind, &random)), 1.0f)};
+        *rgba =
+            (vw_float4){fminf(fabsf(input_draw(kind, &random)), 1.0f), fminf(fabsf(input_draw(kind, &random)), 1.0f),
+                        0.0f * input_draw(kind, &random), fminf(fabsf(input_draw(kind, &random)), 1.0f)};
     }
 }
 

@@ -1,4 +1,4 @@
-// trace_recipe against the twin, on random scenes of every shape and texture.
+// trace_recipe against the reference, on random scenes of every shape and texture.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,11 +10,14 @@
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-static const double COLOUR_TOLERANCE = 1e-3; // noise changes by some 10 per box edge and cell, places are good to 1e-6 of what is in view
-static const double DEPTH_TOLERANCE = 1e-4;  // box edges: where a ray grazes a sphere, the root of a float's rounding
-// At rims, and at the borders of shadows and texture cells, a pixel may be called either way: then the twin agrees a little beside it.
+static const double COLOUR_TOLERANCE =
+    1e-3; // noise changes by some 10 per box edge and cell, places are good to 1e-6 of what is in view
+static const double DEPTH_TOLERANCE = 1e-4; // box edges: where a ray grazes a sphere, the root of a float's rounding
+// At rims, and at the borders of shadows and texture cells, a pixel may be called either way: then the reference agrees
+// a little beside it.
 static const double BESIDE_PX = 0.01;
 enum { SIDE_PX = 48, PIXELS = SIDE_PX * SIDE_PX, SHAPES = 8, BESIDE_MOST = PIXELS / 20 };
 
@@ -70,7 +73,8 @@ static struct vw_gpu_camera make_camera(const struct vw_view *view, const struct
     float axes[3][3], position[3];
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) axes[j][i] = (float)view->camera_to_world[i][j];
-        position[i] = (float)((view->camera_to_world[i][3] - box->centre_world[i]) / (2.0 * box->half_extent_world) + 0.5);
+        position[i] =
+            (float)((view->camera_to_world[i][3] - box->centre_world[i]) / (2.0 * box->half_extent_world) + 0.5);
     }
     const struct vw_camera *camera = &view->camera;
     return (struct vw_gpu_camera){.right = {axes[0][0], axes[0][1], axes[0][2], (float)camera->focal_x_px},
@@ -92,7 +96,8 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, const
     return buffer;
 }
 
-static void open_tracing(struct step_bench *bench, enum input_kind kind, const struct vw_view *view, struct tracing *t) {
+static void open_tracing(struct step_bench *bench, enum input_kind kind, const struct vw_view *view,
+                         struct tracing *t) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_gpu_camera camera = make_camera(view, &bench->scene->box);
     struct test_random random = {.seed = bench->config.seed};
@@ -120,9 +125,9 @@ static void close_tracing(struct tracing *t) {
     vw_buffer_destroy(&t->pixels);
 }
 
-// How far a pixel is from the twin's at a place in the photo, in tolerances.
-static double difference(const struct step_bench *bench, const struct tracing *t, const struct vw_view *view, double x_px, double y_px,
-                         const struct vw_recipe_pixel *pixel) {
+// How far a pixel is from the reference's at a place in the photo, in tolerances.
+static double difference(const struct step_bench *bench, const struct tracing *t, const struct vw_view *view,
+                         double x_px, double y_px, const struct vw_recipe_pixel *pixel) {
     const double device[4] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z, pixel->rgba.w};
     double origin[3], direction[3], rgba[4], most = 0.0;
     assert_true(reference_camera_line(view, &bench->scene->box, x_px, y_px, origin, direction));
@@ -131,10 +136,11 @@ static double difference(const struct step_bench *bench, const struct tracing *t
     return fmax(most, fabs(pixel->depth - depth) / (DEPTH_TOLERANCE * fmax(depth, 1.0)));
 }
 
-static bool agrees_beside(const struct step_bench *bench, const struct tracing *t, const struct vw_view *view, double x_px, double y_px,
-                          const struct vw_recipe_pixel *pixel) {
+static bool agrees_beside(const struct step_bench *bench, const struct tracing *t, const struct vw_view *view,
+                          double x_px, double y_px, const struct vw_recipe_pixel *pixel) {
     for (int i = 0; i < 9; i++)
-        if (difference(bench, t, view, x_px + BESIDE_PX * (i % 3 - 1), y_px + BESIDE_PX * (i / 3 - 1), pixel) <= 1.0) return true;
+        if (difference(bench, t, view, x_px + BESIDE_PX * (i % 3 - 1), y_px + BESIDE_PX * (i / 3 - 1), pixel) <= 1.0)
+            return true;
     return false;
 }
 
@@ -142,11 +148,12 @@ static void check_pixels(const struct step_bench *bench, const struct tracing *t
                          const struct vw_recipe_pixel *pixels) {
     uint32_t beside = 0;
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double x_px = i % SIDE_PX + 0.5, y_px = i / SIDE_PX + 0.5, off = difference(bench, t, view, x_px, y_px, &pixels[i]);
+        double x_px = i % SIDE_PX + 0.5, y_px = i / SIDE_PX + 0.5,
+               off = difference(bench, t, view, x_px, y_px, &pixels[i]);
         if (off <= 1.0) continue;
         if (!agrees_beside(bench, t, view, x_px, y_px, &pixels[i]))
-            fail_msg("%s: pixel (%g, %g) is (%g %g %g %g), depth %g: off by %g tolerances", bench->where, x_px, y_px, pixels[i].rgba.x,
-                     pixels[i].rgba.y, pixels[i].rgba.z, pixels[i].rgba.w, pixels[i].depth, off);
+            fail_msg("%s: pixel (%g, %g) is (%g %g %g %g), depth %g: off by %g tolerances", bench->where, x_px, y_px,
+                     pixels[i].rgba.x, pixels[i].rgba.y, pixels[i].rgba.z, pixels[i].rgba.w, pixels[i].depth, off);
         beside++;
     }
     if (beside > BESIDE_MOST) fail_msg("%s: %u of %d pixels stand at borders", bench->where, beside, PIXELS);

@@ -1,4 +1,4 @@
-// reduce_views and reduce_loss against the twin: sums good to 2^-40.
+// reduce_views and reduce_loss against the reference: sums good to 2^-40.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,13 +10,15 @@
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative: two floats carry 48 bits, n additions lose log2(n) of them
 static const float GUARD = 12345.0f;         // stands in the rows of the scalars that are none of the pass's business
 enum { SCALAR_ROW = 3, SCALAR_ROWS = SCALAR_ROW + 2 + REDUCED_VIEWS };
 
-const struct vw_ray_range reduced_ranges[REDUCED_VIEWS] = {{0, 1}, {1, 63}, {64, 64}, {128, 65}, {193, REDUCED_RAYS - 193}};
+const struct vw_ray_range reduced_ranges[REDUCED_VIEWS] = {
+    {0, 1}, {1, 63}, {64, 64}, {128, 65}, {193, REDUCED_RAYS - 193}};
 
 static void ok(enum vw_status status) {
     if (status) fail_msg("%s", vw_error_message());
@@ -28,7 +30,8 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
     return buffer;
 }
 
-// ---- reduce_views ----------------------------------------------------------------------------------------------------------
+// ---- reduce_views
+// ----------------------------------------------------------------------------------------------------------
 
 static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
     const struct vw_specialization specialization = {.effect_appearance = fitted};
@@ -100,11 +103,12 @@ void reduction_run(struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     ok(vw_batch_wait(r->batch));
     ok(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
     for (size_t i = 0; i < SCALAR_ROWS; i++)
-        if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS) assert_true(rows[i].x == GUARD && rows[i].w == GUARD);
+        if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS)
+            assert_true(rows[i].x == GUARD && rows[i].w == GUARD);
     memcpy(sums, rows + SCALAR_ROW + 1, REDUCED_VIEWS * sizeof *sums);
 }
 
-struct reference_view_error reduction_twin(const struct view_reduction *r, uint32_t view) {
+struct reference_view_error reduction_reference(const struct view_reduction *r, uint32_t view) {
     const struct vw_ray_range *range = &reduced_ranges[view];
     return reference_view_error(r->ray_data + range->first, r->colour_data + range->first, range->count);
 }
@@ -112,7 +116,7 @@ struct reference_view_error reduction_twin(const struct view_reduction *r, uint3
 void reduction_check(const char *where, struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     reduction_run(r, sums);
     for (uint32_t view = 0; view < REDUCED_VIEWS; view++) {
-        struct reference_view_error expected = reduction_twin(r, view);
+        struct reference_view_error expected = reduction_reference(r, view);
         double flushed = 3.0 * reduced_ranges[view].count * FLOAT_LEAST;
         check_value(where, "squared error", view, (double)sums[view].x + sums[view].y, expected.squared,
                     SUM_TOLERANCE * expected.squared + flushed);
@@ -130,7 +134,8 @@ void check_reduce_views(struct step_bench *bench, enum input_kind kind) {
     reduction_close(&reduction);
 }
 
-// ---- reduce_loss -----------------------------------------------------------------------------------------------------------
+// ---- reduce_loss
+// -----------------------------------------------------------------------------------------------------------
 
 void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
     const uint32_t row = 2, rays = bench->step.padded_rays;

@@ -1,4 +1,4 @@
-// scatter_grid against the twin: sums of fixed-point gradients, and what is clamped is counted.
+// scatter_grid against the reference: sums of fixed-point gradients, and what is clamped is counted.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,9 +8,11 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// A contribution is rounded to a whole quantum, and its weight (three float factors) and product carry four float roundings.
+// A contribution is rounded to a whole quantum, and its weight (three float factors) and product carry four float
+// roundings.
 static const double ROUNDING_QUANTA = 0.5;
 static const double RELATIVE_ROUNDING = 4.0 * 0x1p-24;
 
@@ -32,8 +34,8 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
         float *position = (float *)step_bench_row(bench, rows, row.position, i);
         for (int axis = 0; axis < 3; axis++) {
             float drawn = test_random_next(&random);
-            position[axis] =
-                drawn > 0.8f ? special[(uint32_t)(drawn * 1e6f) % VW_ARRAY_COUNT(special)] : 0.5f + 0.5f * test_random_next(&random);
+            position[axis] = drawn > 0.8f ? special[(uint32_t)(drawn * 1e6f) % VW_ARRAY_COUNT(special)]
+                                          : 0.5f + 0.5f * test_random_next(&random);
         }
         for (uint32_t j = 0; j < encoding; j++) {
             float *value = (float *)step_bench_row(bench, rows, row.d_encoding + j / 4, i) + j % 4;
@@ -67,7 +69,8 @@ struct expected {
     uint64_t clamped;
 };
 
-static void expect_sample(const struct step_bench *bench, const float *rows, uint32_t index, struct expected *expected) {
+static void expect_sample(const struct step_bench *bench, const float *rows, uint32_t index,
+                          struct expected *expected) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
     const float *at = step_bench_row(bench, rows, row.position, index);
@@ -86,7 +89,8 @@ static void expect_sample(const struct step_bench *bench, const float *rows, uin
         struct reference_corner corners[8];
         reference_grid_corners(s, position, level, corners);
         for (int i = 0; i < 8; i++)
-            for (uint32_t f = 0; f < bench->config.features; f++) expected->contributions[corners[i].first_feature + f] += 1.0;
+            for (uint32_t f = 0; f < bench->config.features; f++)
+                expected->contributions[corners[i].first_feature + f] += 1.0;
     }
 }
 

@@ -1,4 +1,4 @@
-// gradient_weights and reduce_weights against the twin, on random activation rows and slices.
+// gradient_weights and reduce_weights against the reference, on random activation rows and slices.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,14 +9,16 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static uint32_t slice_count(const struct step_bench *bench) { return bench->padded_samples / VW_SLICE_SAMPLES; }
 
 static void run_gradient_weights(struct step_bench *bench, const float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_write(bench, bench->field.rows, rows);
-    step_bench_dispatch(bench, bench->step.gradient_weights, &push, sizeof push, (uint64_t)slice_count(bench) * bench->model.weight_tiles);
+    step_bench_dispatch(bench, bench->step.gradient_weights, &push, sizeof push,
+                        (uint64_t)slice_count(bench) * bench->model.weight_tiles);
 }
 
 static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {
@@ -30,10 +32,12 @@ void weight_gradients_run(struct step_bench *bench, const float *rows) {
     run_reduce_weights(bench, 0);
 }
 
-// ---- One slice's sums ------------------------------------------------------------------------------------------------------
+// ---- One slice's sums
+// ------------------------------------------------------------------------------------------------------
 
 // Of one slice; `magnitudes`: of the absolute values.
-static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t first, bool magnitudes, struct reference_weights *sums) {
+static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t first, bool magnitudes,
+                     struct reference_weights *sums) {
     struct step_rows row = step_bench_rows(bench);
     uint32_t width = bench->config.width, encoding = bench->config.levels * bench->config.features;
     memset(sums, 0, sizeof *sums);
@@ -74,7 +78,8 @@ static void check_slice(const struct step_bench *bench, const float *rows, uint3
     reference_matrices(s, &magnitudes, magnitude);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
         for (uint32_t i = 0; i < sum[m].out * sum[m].in; i++)
-            check_value(bench->where, sum[m].name, i, partials[reference_block_index(s, m, i / sum[m].in, i % sum[m].in)], sum[m].values[i],
+            check_value(bench->where, sum[m].name, i,
+                        partials[reference_block_index(s, m, i / sum[m].in, i % sum[m].in)], sum[m].values[i],
                         VW_SLICE_SAMPLES * (FLOAT_ROUNDING * magnitude[m].values[i] + 3.0 * FLOAT_LEAST));
 }
 
@@ -85,12 +90,14 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
     input_fill(kind, &random, rows, count);
     run_gradient_weights(bench, rows);
     float *partials = step_bench_read(bench, bench->step.weight_partials);
-    for (uint32_t slice = 0; slice < slice_count(bench); slice++) check_slice(bench, rows, slice, partials + 4 * columns * slice);
+    for (uint32_t slice = 0; slice < slice_count(bench); slice++)
+        check_slice(bench, rows, slice, partials + 4 * columns * slice);
     free(partials);
     free(rows);
 }
 
-// ---- The sum of the slices -------------------------------------------------------------------------------------------------
+// ---- The sum of the slices
+// -------------------------------------------------------------------------------------------------
 
 // The first chunk of a step overwrites, the second adds.
 void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
@@ -108,8 +115,8 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
             double sum = 0.0, magnitude = 0.0, terms = (1.0 + chunk) * slices;
             for (uint32_t slice = 0; slice < slices; slice++) sum += partials[weights * slice + i];
             for (uint32_t slice = 0; slice < slices; slice++) magnitude += fabs((double)partials[weights * slice + i]);
-            check_value(bench->where, chunk ? "d_weights, two chunks" : "d_weights", i, d_weights[i], (1.0 + chunk) * sum,
-                        terms * (FLOAT_ROUNDING * (1.0 + chunk) * magnitude + FLOAT_LEAST));
+            check_value(bench->where, chunk ? "d_weights, two chunks" : "d_weights", i, d_weights[i],
+                        (1.0 + chunk) * sum, terms * (FLOAT_ROUNDING * (1.0 + chunk) * magnitude + FLOAT_LEAST));
         }
         free(d_weights);
     }

@@ -9,10 +9,11 @@
 
 #include "reference/step_bench.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
-// Tables of 2^14 entries on 8 levels, and 2,048 samples: beyond 65,536 texels in both the grid and the activations. The other has so many
-// samples that its gradient takes wide words.
+// Tables of 2^14 entries on 8 levels, and 2,048 samples: beyond 65,536 texels in both the grid and the activations. The
+// other has so many samples that its gradient takes wide words.
 static const struct step_case base_case = {.name = "fallback", .seed = 111, .rays = 64, .base_resolution = 24};
 static const struct step_case momentum_case = {.name = "fallback with momentum, wide words and photos",
                                                .seed = 112,
@@ -34,8 +35,8 @@ struct outcome {
 static const char *const names[] = {"params", "weight moments", "grid moment2", "grid visits", "scalars"};
 
 static struct outcome run(struct step_bench *bench) {
-    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments, bench->step.grid_moment2, bench->step.grid_visits,
-                                   bench->scalars};
+    struct vw_buffer *buffers[] = {bench->field.params, bench->step.weight_moments, bench->step.grid_moment2,
+                                   bench->step.grid_visits, bench->scalars};
     struct outcome outcome;
     for (uint64_t number = 1; number <= STEPS; number++) step_bench_step(bench, number);
     for (int i = 0; i < 5; i++) {
@@ -103,7 +104,8 @@ static void the_chunk_size_changes_no_bit(void **state) {
     }
 }
 
-static vw_float4 *render(struct step_bench *bench, struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+static vw_float4 *render(struct step_bench *bench, struct evaluator *evaluator, const struct vw_pixel *pixels,
+                         uint32_t count) {
     assert_int_equal(evaluator_set_pixels(evaluator, pixels, count), VW_OK);
     vw_batch_begin(bench->batch);
     evaluator_record(evaluator, bench->batch);

@@ -1,5 +1,5 @@
-// generate_rays where cameras are in odd places: near and far, in the box, beside it, in worlds of any size; rays along axes and in faces;
-// lenses that bend much.
+// generate_rays where cameras are in odd places: near and far, in the box, beside it, in worlds of any size; rays along
+// axes and in faces; lenses that bend much.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,12 +10,13 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const double LINE_TOLERANCE = 1e-6;  // box edges, as in check_rays.c
 static const double REPROJECTION_PX = 0.01; // what generate_rays is held to
 
-static const struct step_case plain = {.name = "pinhole", .seed = 121, .levels = 2, .log2_table = 4, .width = 16, .rays = 300};
+static const struct step_case plain = {
+    .name = "pinhole", .seed = 121, .levels = 2, .log2_table = 4, .width = 16, .rays = 300};
 static const struct step_case bent = {.name = "distortion and background",
                                       .seed = 122,
                                       .levels = 2,
@@ -62,8 +63,8 @@ static void rays_along_axes_and_in_faces_are_finite(void **state) {
             position[(axis + 1) % 3] = target[(axis + 1) % 3] = offsets[i];
             rays_look(view, &bench->scene->box, position, target);
             for (uint32_t k = 0; k < bench->config.rays; k++)
-                bench->pixels[k] =
-                    (struct vw_pixel){.x_px = (float)view->camera.centre_x_px, .y_px = (float)view->camera.centre_y_px, .weight = 1.0f};
+                bench->pixels[k] = (struct vw_pixel){
+                    .x_px = (float)view->camera.centre_x_px, .y_px = (float)view->camera.centre_y_px, .weight = 1.0f};
             struct vw_ray *rays = rays_make(bench);
             struct reference_ray ray = reference_ray_of(&rays[0]);
             assert_true(isfinite(ray.near) && isfinite(ray.stride) && ray.stride >= 0.0);
@@ -100,8 +101,12 @@ static void the_world_may_be_anywhere_and_of_any_size(void **state) {
     static const double scales[] = {1.0, 1e-3, 1e3};
     struct step_bench *bench = step_bench_open(&plain);
     for (size_t i = 0; i < VW_ARRAY_COUNT(scales); i++) {
-        struct vw_scene *moved = synthetic_scene(&(struct synthetic_scene_params){
-            .train_views = 2, .val_views = 1, .width_px = 24, .height_px = 20, .world_offset = 1e6, .world_scale = scales[i]});
+        struct vw_scene *moved = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
+                                                                                  .val_views = 1,
+                                                                                  .width_px = 24,
+                                                                                  .height_px = 20,
+                                                                                  .world_offset = 1e6,
+                                                                                  .world_scale = scales[i]});
         struct vw_scene *kept = bench->scene;
         bench->scene = moved;
         // The double position itself is only good to 1e6 * 2^-53 metres.
@@ -142,7 +147,8 @@ static void undistorted_rays_reproject_to_their_pixel(void **state) {
             struct reference_ray ray = reference_ray_of(&rays[k]);
             double in_camera[3] = {0}, x_px, y_px;
             for (int column = 0; column < 3; column++)
-                for (int row = 0; row < 3; row++) in_camera[column] += view->camera_to_world[row][column] * ray.direction[row];
+                for (int row = 0; row < 3; row++)
+                    in_camera[column] += view->camera_to_world[row][column] * ray.direction[row];
             assert_true(vw_camera_project(&view->camera, in_camera, &x_px, &y_px));
             check_value(bench->where, "reprojected x_px", k, x_px, bench->pixels[k].x_px, REPROJECTION_PX);
             check_value(bench->where, "reprojected y_px", k, y_px, bench->pixels[k].y_px, REPROJECTION_PX);

@@ -13,10 +13,12 @@
 #include "gpu/shaders.h"
 #include "support/assert_near.h"
 #include "support/gpu_fixture.h"
-#include "train/effects.h"
+#include "train/effects/registry.h"
 #include "train/pixels.h"
 #include "viewworth/gpu.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "detect/decide.h"
+#include "base/memory.h"
 
 static const double REPROJECTION_PX = 0.01;  // the bound that pinholes and OPENCV lenses keep
 enum { SIDE = 25, RAYS = 640, SAMPLES = 8 }; // 25 x 25 positions, padded to a whole number of workgroups
@@ -27,10 +29,12 @@ struct lens {
     uint32_t distortion; // the value of EFFECT_DISTORTION that it needs
 };
 
-#define BODY .width_px = 1920, .height_px = 1080, .focal_x_px = 1400, .focal_y_px = 1420, .centre_x_px = 951.5, .centre_y_px = 548.25
-#define WIDE                                                                                                                               \
-    .width_px = 1920, .height_px = 1080, .focal_x_px = 760, .focal_y_px = 750, .centre_x_px = 951.5, .centre_y_px = 548.25,                \
-    .lens = VW_LENS_FISHEYE
+#define BODY                                                                                                           \
+    .width_px = 1920, .height_px = 1080, .focal_x_px = 1400, .focal_y_px = 1420, .centre_x_px = 951.5,                 \
+    .centre_y_px = 548.25
+#define WIDE                                                                                                           \
+    .width_px = 1920, .height_px = 1080, .focal_x_px = 760, .focal_y_px = 750, .centre_x_px = 951.5,                   \
+    .centre_y_px = 548.25, .lens = VW_LENS_FISHEYE
 static const struct lens lenses[] = {
     {"pinhole", {BODY}, DISTORTION_NONE},
     {"opencv", {BODY, .k1 = -0.3, .k2 = 0.12, .p1 = 0.002, .p2 = -0.003}, DISTORTION_BASIC},
@@ -38,10 +42,14 @@ static const struct lens lenses[] = {
     {"full opencv",
      {BODY, .k1 = 0.4, .k2 = -0.05, .k3 = 0.02, .k4 = 0.5, .k5 = 0.06, .k6 = -0.01, .p1 = 0.003, .p2 = -0.004},
      DISTORTION_ANY_LENS},
-    {"large rational", {BODY, .k1 = 12.5, .k2 = 20.1, .k3 = 1.9, .k4 = 12.8, .k5 = 24.3, .k6 = 7.1}, DISTORTION_ANY_LENS},
+    {"large rational",
+     {BODY, .k1 = 12.5, .k2 = 20.1, .k3 = 1.9, .k4 = 12.8, .k5 = 24.3, .k6 = 7.1},
+     DISTORTION_ANY_LENS},
     {"plain fisheye", {WIDE}, DISTORTION_ANY_LENS},
     {"fisheye", {WIDE, .k1 = -0.03, .k2 = 0.02, .k3 = -0.005, .k4 = 0.001}, DISTORTION_ANY_LENS},
-    {"narrow fisheye", {BODY, .lens = VW_LENS_FISHEYE, .k1 = 0.2, .k2 = 0.1, .k3 = 0.05, .k4 = 0.02}, DISTORTION_ANY_LENS},
+    {"narrow fisheye",
+     {BODY, .lens = VW_LENS_FISHEYE, .k1 = 0.2, .k2 = 0.1, .k3 = 0.05, .k4 = 0.02},
+     DISTORTION_ANY_LENS},
 };
 
 // A camera `distance` box edges from the box's centre that looks at it; its z axis (backwards) is `back`.
@@ -70,7 +78,8 @@ static void pixel_position(const struct vw_camera *camera, uint32_t ray, float *
 }
 
 // The rays of one view through a grid of positions over its photo.
-static void generate(const struct vw_view *view, const struct vw_box *box, uint32_t distortion, struct vw_ray rays[RAYS]) {
+static void generate(const struct vw_view *view, const struct vw_box *box, uint32_t distortion,
+                     struct vw_ray rays[RAYS]) {
     struct vw_specialization specialization = {.samples = SAMPLES, .effect_distortion = distortion};
     uint32_t words[VW_SPECIALIZATION_COUNT];
     memcpy(words, &specialization, sizeof words);
@@ -81,7 +90,8 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
         pixel_position(&view->camera, i, &pixels[i].x_px, &pixels[i].y_px);
     }
     struct vw_buffer *buffers[] = {buffer_of("cameras", sizeof camera), buffer_of("pixels", sizeof pixels),
-                                   buffer_of("rays", RAYS * sizeof *rays), buffer_of("state", sizeof(struct vw_step_state))};
+                                   buffer_of("rays", RAYS * sizeof *rays),
+                                   buffer_of("state", sizeof(struct vw_step_state))};
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_CAMERAS, .buffer = buffers[0]},
                                           {.slot = VW_SLOT_PIXELS, .buffer = buffers[1]},
                                           {.slot = VW_SLOT_RAYS, .buffer = buffers[2]},
@@ -112,14 +122,15 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
 }
 
 // A point of a ray in the view's camera axes, in box edges.
-static void point_in_camera(const struct vw_view *view, const struct vw_box *box, const struct vw_ray *ray, double parameter,
-                            double point[3]) {
+static void point_in_camera(const struct vw_view *view, const struct vw_box *box, const struct vw_ray *ray,
+                            double parameter, double point[3]) {
     const double origin[3] = {ray->origin_near.x, ray->origin_near.y, ray->origin_near.z};
     const double direction[3] = {ray->direction_stride.x, ray->direction_stride.y, ray->direction_stride.z};
     for (int column = 0; column < 3; column++) {
         point[column] = 0;
         for (int row = 0; row < 3; row++) {
-            double position = (view->camera_to_world[row][3] - box->centre_world[row]) / (2 * box->half_extent_world) + 0.5;
+            double position =
+                (view->camera_to_world[row][3] - box->centre_world[row]) / (2 * box->half_extent_world) + 0.5;
             point[column] += view->camera_to_world[row][column] * (origin[row] + parameter * direction[row] - position);
         }
     }
@@ -130,7 +141,8 @@ static const struct vw_box box = {.centre_world = {10, -20, 5}, .half_extent_wor
 static void rays_reproject_through_every_lens(void **state) {
     (void)state;
     for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
-        for (uint32_t distortion = lenses[i].distortion; distortion <= DISTORTION_ANY_LENS; distortion++) { // the richer undo it as well
+        for (uint32_t distortion = lenses[i].distortion; distortion <= DISTORTION_ANY_LENS;
+             distortion++) { // the richer undo it as well
             struct vw_view view = view_of(&lenses[i].camera, 0.1, &box);
             struct vw_ray rays[RAYS];
             generate(&view, &box, distortion, rays);
@@ -141,21 +153,22 @@ static void rays_reproject_through_every_lens(void **state) {
                 point_in_camera(&view, &box, &rays[k], 1, ahead);
                 assert_true(vw_camera_project(&view.camera, ahead, &x_px, &y_px));
                 if (!(hypot(x_px - given_x_px, y_px - given_y_px) < REPROJECTION_PX))
-                    fail_msg("%s, EFFECT_DISTORTION %u: (%g, %g) px comes back as (%g, %g)", lenses[i].name, distortion, given_x_px,
-                             given_y_px, x_px, y_px);
+                    fail_msg("%s, EFFECT_DISTORTION %u: (%g, %g) px comes back as (%g, %g)", lenses[i].name, distortion,
+                             given_x_px, given_y_px, x_px, y_px);
             }
         }
     }
 }
 
 // The depths at which a ray's samples begin and end.
-static void check_depths(const struct vw_view *view, const struct vw_ray *whole, const struct vw_ray *cut, double near_edges,
-                         double far_edges, uint32_t *cut_count) {
+static void check_depths(const struct vw_view *view, const struct vw_ray *whole, const struct vw_ray *cut,
+                         double near_edges, double far_edges, uint32_t *cut_count) {
     double first[3], last[3], from[3], to[3];
     point_in_camera(view, &box, whole, whole->origin_near.w, first);
     point_in_camera(view, &box, whole, whole->origin_near.w + SAMPLES * whole->direction_stride.w, last);
     double near = fmax(-first[2], near_edges), far = fmin(-last[2], far_edges);
-    if (whole->direction_stride.w == 0 || fabs(near - far) < 1e-4) return; // misses the box, or may be called either way
+    if (whole->direction_stride.w == 0 || fabs(near - far) < 1e-4)
+        return; // misses the box, or may be called either way
     if (near > far) {
         assert_true(cut->direction_stride.w == 0);
         return;
@@ -174,7 +187,8 @@ static void samples_lie_between_near_and_far(void **state) {
         struct vw_camera camera = {BODY};
         if (distances[i] > 1) camera.focal_x_px = camera.focal_y_px = 1000 * distances[i];
         struct vw_view view = view_of(&camera, distances[i], &box);
-        double edge = 2 * box.half_extent_world, margin = fmin(0.2, 0.1 * distances[i]); // of depths around the box's centre
+        double edge = 2 * box.half_extent_world,
+               margin = fmin(0.2, 0.1 * distances[i]); // of depths around the box's centre
         struct vw_ray whole[RAYS], cut[RAYS];
         uint32_t cut_count = 0;
         generate(&view, &box, DISTORTION_NONE, whole);

@@ -1,5 +1,5 @@
-// Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden nowhere on its way,
-// neither in training nor in validation.
+// Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden
+// nowhere on its way, neither in training nor in validation.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,7 +11,8 @@
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 static const struct step_case setup = {
     .name = "poisoned", .seed = 101, .log2_table = 8, .levels = 4, .width = 16, .rays = 24, .samples = 32};
@@ -37,8 +38,10 @@ static const struct poison {
 
 static uint64_t param_index(const struct step_bench *bench, const struct poison *poison) {
     const struct vw_specialization *s = &bench->model.specialization;
-    if (poison->matrix == GRID_ENTRY) return 2 * (uint64_t)s->first_pair[1] + 9; // a pair of level 1 that some samples touch
-    return bench->model.weights.offset_bytes / 4 + reference_block_index(s, (uint32_t)poison->matrix, poison->out, poison->in);
+    if (poison->matrix == GRID_ENTRY)
+        return 2 * (uint64_t)s->first_pair[1] + 9; // a pair of level 1 that some samples touch
+    return bench->model.weights.offset_bytes / 4 +
+           reference_block_index(s, (uint32_t)poison->matrix, poison->out, poison->in);
 }
 
 // Takes one good step, so that the moments are not 0, and poisons the params it left.
@@ -51,25 +54,25 @@ static void poison_params(struct step_bench *bench, const struct poison *poison)
     free(params);
 }
 
-// NaN among rgb and density, sample by sample, as the twin has it. (Infinity saturates to a number in both.)
-static void check_samples(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays, const float *samples,
-                          bool training, uint64_t number) {
+// NaN among rgb and density, sample by sample, as the reference has it. (Infinity saturates to a number in both.)
+static void check_samples(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays,
+                          const float *samples, bool training, uint64_t number) {
     struct reference_params *params = reference_params_create(&bench->model, bench->params);
-    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->config.rays);
-    reference_step_forward(twin, params, training, number);
+    struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
+    reference_step_forward(reference, params, training, number);
     uint32_t poisoned = 0;
     for (uint32_t i = 0; i < bench->config.rays * bench->config.samples; i++) {
-        const struct reference_sample *sample = &twin->samples[i];
+        const struct reference_sample *sample = &reference->samples[i];
         for (int c = 0; c < 4; c++) {
             bool expected = isnan(c < 3 ? sample->rgb[c] : sample->density), found = isnan(samples[4 * i + c]);
             poisoned += expected;
             if (found != expected)
-                fail_msg("%s, %g in matrix %d: sample %u component %d is %g", bench->where, poison->value, poison->matrix, i, c,
-                         samples[4 * i + c]);
+                fail_msg("%s, %g in matrix %d: sample %u component %d is %g", bench->where, poison->value,
+                         poison->matrix, i, c, samples[4 * i + c]);
         }
     }
     if (isnan(poison->value)) assert_true(poisoned > 0);
-    reference_step_destroy(twin);
+    reference_step_destroy(reference);
     reference_params_destroy(params);
 }
 
@@ -78,7 +81,8 @@ static void a_poisoned_step_is_flagged_and_changes_nothing(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
         struct step_bench *bench = step_bench_open(&setup);
         poison_params(bench, &poisons[i]);
-        struct vw_buffer *kept[] = {bench->field.params, bench->step.grid_moment2, bench->step.grid_visits, bench->step.weight_moments};
+        struct vw_buffer *kept[] = {bench->field.params, bench->step.grid_moment2, bench->step.grid_visits,
+                                    bench->step.weight_moments};
         static const char *const names[] = {"params", "moment2", "visits", "weight moments"};
         void *before[4];
         for (int k = 0; k < 4; k++) before[k] = step_bench_read(bench, kept[k]);
@@ -108,15 +112,17 @@ static void a_poisoned_step_is_flagged_and_changes_nothing(void **state) {
 }
 
 // A ray that meets a NaN shows it, also when the NaN is in the density alone.
-static void check_colours(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays, const float *samples,
-                          const vw_float4 *colours) {
+static void check_colours(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays,
+                          const float *samples, const vw_float4 *colours) {
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         bool poisoned = false;
-        for (uint32_t i = 0; i < 4 * bench->config.samples; i++) poisoned |= isnan(samples[4 * (size_t)ray * bench->config.samples + i]);
+        for (uint32_t i = 0; i < 4 * bench->config.samples; i++)
+            poisoned |= isnan(samples[4 * (size_t)ray * bench->config.samples + i]);
         bool shown = isnan(colours[ray].x) || isnan(colours[ray].y) || isnan(colours[ray].z);
         if (shown != poisoned)
-            fail_msg("%s, %g in matrix %d: ray %u is %s, its samples %s (stride %g)", bench->where, poison->value, poison->matrix, ray,
-                     shown ? "NaN" : "a number", poisoned ? "are not" : "are", rays[ray].direction_stride.w);
+            fail_msg("%s, %g in matrix %d: ray %u is %s, its samples %s (stride %g)", bench->where, poison->value,
+                     poison->matrix, ray, shown ? "NaN" : "a number", poisoned ? "are not" : "are",
+                     rays[ray].direction_stride.w);
     }
 }
 
@@ -164,9 +170,11 @@ static void a_poisoned_sky_is_flagged_and_shown(void **state) {
     void *moments_after = step_bench_read(bench, bench->step.weight_moments);
     vw_float4 *scalars = step_bench_read(bench, bench->scalars), *colours = step_bench_read(bench, evaluator->colours);
     check_same_bits(bench->where, "params", params_after, params, bench->model.param_bytes);
-    check_same_bits(bench->where, "weight moments", moments_after, moments, vw_buffer_size_bytes(bench->step.weight_moments));
+    check_same_bits(bench->where, "weight moments", moments_after, moments,
+                    vw_buffer_size_bytes(bench->step.weight_moments));
     assert_true(scalars->z == 1.0f);
-    for (uint32_t ray = 0; ray < bench->config.rays; ray++) assert_true(isnan(colours[ray].y) && isfinite(colours[ray].x));
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++)
+        assert_true(isnan(colours[ray].y) && isfinite(colours[ray].x));
     free(params);
     free(params_after);
     free(moments);
@@ -176,7 +184,8 @@ static void a_poisoned_sky_is_flagged_and_shown(void **state) {
     step_bench_close(bench);
 }
 
-// ---- Single passes ---------------------------------------------------------------------------------------------------------
+// ---- Single passes
+// ---------------------------------------------------------------------------------------------------------
 
 static bool is_marked(struct step_bench *bench) {
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
@@ -198,7 +207,8 @@ static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
     weight_gradients_run(bench, rows);
     assert_false(is_marked(bench));
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisoned); i++) {
-        float *value = (float *)step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3, kept = *value;
+        float *value = (float *)step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3,
+              kept = *value;
         *value = NAN;
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
         weight_gradients_run(bench, rows);
@@ -209,7 +219,8 @@ static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
     step_bench_close(bench);
 }
 
-// It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without it.
+// It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without
+// it.
 static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
     (void)state;
     static const float poison[] = {NAN, INFINITY, -INFINITY};
@@ -289,7 +300,8 @@ static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
             reduction.ray_data[ray].target_weight.w = 1.0f;
             reduction_run(&reduction, sums);
             for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
-                bool finite = isfinite((double)sums[other].x + sums[other].y) && isfinite((double)sums[other].z + sums[other].w);
+                bool finite =
+                    isfinite((double)sums[other].x + sums[other].y) && isfinite((double)sums[other].z + sums[other].w);
                 if (finite != (other != view))
                     fail_msg("%g in view %u: view %u is %s", poison[i], view, other, finite ? "finite" : "not finite");
             }

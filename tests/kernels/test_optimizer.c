@@ -9,7 +9,8 @@
 #include <cmocka.h>
 
 #include "kernels/check.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 enum { SILENT_STEPS = 10000, USUAL_QUANTA = 100000 };
 
@@ -35,7 +36,8 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
 // Feature 0 speaks for 20 steps, is silent for 10,000, and speaks again; feature 8 speaks then for the first time.
 static void a_long_silence_does_not_lengthen_the_next_step(void **state) {
     (void)state;
-    static const struct step_case lazy = {.name = "a long silence", .seed = 71, .levels = 2, .log2_table = 6, .width = 16};
+    static const struct step_case lazy = {
+        .name = "a long silence", .seed = 71, .levels = 2, .log2_table = 6, .width = 16};
     struct step_bench *bench = step_bench_open(&lazy);
     double rate = bench->model.specialization.learning_rate;
     int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
@@ -48,8 +50,10 @@ static void a_long_silence_does_not_lengthen_the_next_step(void **state) {
     stay_silent(bench, 21);
     struct grid_state after = grid_read(bench);
     check_same_bits(bench->where, "params of silent entries", after.grid, before.grid, bench->model.param_bytes);
-    check_same_bits(bench->where, "moment2 of silent entries", after.moment2, before.moment2, 8 * (size_t)bench->model.pair_count);
-    check_same_bits(bench->where, "visits of silent entries", after.visits, before.visits, 4 * (size_t)bench->model.pair_count);
+    check_same_bits(bench->where, "moment2 of silent entries", after.moment2, before.moment2,
+                    8 * (size_t)bench->model.pair_count);
+    check_same_bits(bench->where, "visits of silent entries", after.visits, before.visits,
+                    4 * (size_t)bench->model.pair_count);
 
     quanta[8] = -USUAL_QUANTA;
     grid_write_gradient(bench, quanta);
@@ -88,7 +92,8 @@ static void a_step_flagged_nonfinite_only_clears_the_gradient(void **state) {
         check_same_bits(bench->where, "moment2", after.moment2, before.moment2, 8 * pairs);
         if (after.moment1) check_same_bits(bench->where, "moment1", after.moment1, before.moment1, 8 * pairs);
         check_same_bits(bench->where, "visits", after.visits, before.visits, 4 * pairs);
-        check_same_bits(bench->where, "weight moments", moments, moments_before, vw_buffer_size_bytes(bench->step.weight_moments));
+        check_same_bits(bench->where, "weight moments", moments, moments_before,
+                        vw_buffer_size_bytes(bench->step.weight_moments));
         grid_check_cleared(bench);
         grid_free(&before);
         grid_free(&after);
@@ -109,7 +114,8 @@ static void check_finite(struct step_bench *bench) {
 }
 
 static struct step_bench *open_wild(double learning_rate, enum vw_optimizer optimizer) {
-    struct step_case wild = {.name = "wild learning rate", .seed = 80, .levels = 2, .log2_table = 6, .width = 16, .loss = VW_LOSS_L2};
+    struct step_case wild = {
+        .name = "wild learning rate", .seed = 80, .levels = 2, .log2_table = 6, .width = 16, .loss = VW_LOSS_L2};
     wild.learning_rate = learning_rate;
     wild.optimizer = optimizer;
     return step_bench_open(&wild);
@@ -127,7 +133,8 @@ static void params_stay_finite_at_a_learning_rate_of_1e30(void **state) {
     }
 }
 
-// The same gradient three times at a learning rate near the largest float: the second step would already leave the floats.
+// The same gradient three times at a learning rate near the largest float: the second step would already leave the
+// floats.
 static void a_step_beyond_the_floats_is_not_taken(void **state) {
     (void)state;
     for (int i = 0; i < 3; i++) {
@@ -139,7 +146,8 @@ static void a_step_beyond_the_floats_is_not_taken(void **state) {
             quanta[k] = llrintf(size / bench->model.specialization.gradient_quantum);
         for (uint64_t k = 0; k < 4 * (uint64_t)bench->model.moved_columns; k++) d_weights[k] = k % 2 ? size : -size;
         for (uint32_t number = 1; number <= 3; number++) {
-            struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number, .scalar_row = 1}; // the grid's is 0
+            struct vw_push_update push = {
+                .count = bench->model.moved_columns, .step_low = number, .scalar_row = 1}; // the grid's is 0
             grid_write_gradient(bench, quanta);
             grid_update(bench, number);
             step_bench_write(bench, bench->step.d_weights, d_weights);

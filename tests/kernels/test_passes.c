@@ -1,5 +1,5 @@
-// The registry of passes: every shader that is embedded, held against the twin on every case and every kind of input, with guard bands
-// around every buffer (tests/support/guard_bands.c). test_passes NAME runs one pass alone.
+// The registry of passes: every shader that is embedded, held against the reference on every case and every kind of
+// input, with guard bands around every buffer (tests/support/guard_bands.c). test_passes NAME runs one pass alone.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,7 +12,9 @@
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "detect/decide.h"
+#include "base/memory.h"
 
 static const struct pass {
     const char *name; // with _half behind it: on a grid of halves
@@ -69,14 +71,15 @@ static struct step_bench *open_for(const struct pass *pass, struct step_case set
     setup.half_grid = takes_halves(pass);
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics &= pass->scatter == SCATTER_ATOMICS; // the other forms can do without
-    if (setup.half_grid && setup.occupancy) clamp.texel_elements = 1; // texels arrive as floats, so that nothing is unpacked
+    if (setup.half_grid && setup.occupancy)
+        clamp.texel_elements = 1; // texels arrive as floats, so that nothing is unpacked
     return step_bench_open_clamped(&setup, &clamp);
 }
 
 static void run_kinds(const struct pass *pass, const struct step_case *setup, struct step_bench *bench) {
     for (enum input_kind kind = 0; kind < INPUT_KINDS; kind++) {
-        snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s", setup->name,
-                 (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
+        snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s",
+                 setup->name, (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
         step_bench_keep_all(bench);
         pass->check(bench, kind);
     }
@@ -93,14 +96,16 @@ static void run_pass(void **state) {
     if (guard_bands_broken()) fail_msg("pass %s wrote to guard bands, see stderr", pass->name);
 }
 
-// ---- That nothing is left out ----------------------------------------------------------------------------------------------
+// ---- That nothing is left out
+// ----------------------------------------------------------------------------------------------
 
 static void every_shader_is_listed(void **state) {
     (void)state;
     for (uint32_t i = 0; i < vw_shader_count; i++) {
         bool listed = false;
         for (size_t k = 0; k < VW_ARRAY_COUNT(passes); k++) listed |= passes[k].shader == vw_shaders[i];
-        if (!listed) fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
+        if (!listed)
+            fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }
 }
 
@@ -109,13 +114,16 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, on[VW_EFFECT_COUNT_MAX] = {0};
     for (uint32_t i = 0; i < step_case_count; i++) {
-        assert_int_equal(vw_effects_decide(NULL, benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
+        assert_int_equal(vw_effects_decide(NULL, benches[i]->scene, benches[i]->config.effects, verdicts, &count),
+                         VW_OK);
         for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
     }
     assert_true(count > 0);
     for (uint32_t k = 0; k < count; k++)
-        if (strcmp(verdicts[k].name, "masks") != 0 && (on[k] == 0 || on[k] == step_case_count)) // masks are the host's alone
-            fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name, on[k] ? "on" : "off");
+        if (strcmp(verdicts[k].name, "masks") != 0 &&
+            (on[k] == 0 || on[k] == step_case_count)) // masks are the host's alone
+            fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name,
+                     on[k] ? "on" : "off");
 }
 
 // Bit i is set when some case makes choice i of a kind of choices.
@@ -147,7 +155,8 @@ int main(int argc, char **argv) {
         cmocka_unit_test(every_choice_has_a_case),
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++)
-        tests[COVERAGE_TESTS + i] = (struct CMUnitTest){.name = passes[i].name, .test_func = run_pass, .initial_state = (void *)&passes[i]};
+        tests[COVERAGE_TESTS + i] =
+            (struct CMUnitTest){.name = passes[i].name, .test_func = run_pass, .initial_state = (void *)&passes[i]};
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests_name("passes", tests, open_benches, step_bench_teardown);
 }

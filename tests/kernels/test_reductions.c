@@ -1,5 +1,5 @@
-// The resolution of a delta: a valuation is the difference of two nearly equal error sums, so the change of the sums must be right as well
-// when only the last bits of a few pixels change (decision 5). And sums of any number of losses.
+// The resolution of a delta: a valuation is the difference of two nearly equal error sums, so the change of the sums
+// must be right as well when only the last bits of a few pixels change (decision 5). And sums of any number of losses.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,24 +12,25 @@
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
+#include "base/memory.h"
+#include "base/psnr.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative, of the sums themselves
 enum { LAST_VIEW = REDUCED_VIEWS - 1 };      // the largest
 
 struct outcome {
     vw_float4 device[REDUCED_VIEWS];
-    struct reference_view_error twin[REDUCED_VIEWS];
+    struct reference_view_error reference[REDUCED_VIEWS];
 };
 
 static void take(const char *where, struct view_reduction *reduction, struct outcome *outcome) {
     reduction_check(where, reduction, outcome->device);
-    for (uint32_t view = 0; view < REDUCED_VIEWS; view++) outcome->twin[view] = reduction_twin(reduction, view);
+    for (uint32_t view = 0; view < REDUCED_VIEWS; view++)
+        outcome->reference[view] = reduction_reference(reduction, view);
 }
 
-// Moves every (REDUCED_RAYS / k)th pixel by one unit in the last place: away from its target in the blue channel, whose error is 1/4, or
-// anywhere.
+// Moves every (REDUCED_RAYS / k)th pixel by one unit in the last place: away from its target in the blue channel, whose
+// error is 1/4, or anywhere.
 static void change_pixels(struct view_reduction *reduction, uint32_t k, bool anywhere) {
     struct test_random random = {.seed = k};
     for (uint32_t i = 0; i < k; i++) {
@@ -49,7 +50,7 @@ static double psnr_change(double sum_before, double sum_after, uint32_t rays) {
 }
 
 static void check_change(const char *where, const struct outcome *before, const struct outcome *after, uint32_t view) {
-    const struct reference_view_error *was = &before->twin[view], *is = &after->twin[view];
+    const struct reference_view_error *was = &before->reference[view], *is = &after->reference[view];
     const vw_float4 *had = &before->device[view], *has = &after->device[view];
     uint32_t rays = reduced_ranges[view].count;
     // Half by half, so that this difference loses no bits either.
@@ -63,10 +64,10 @@ static void check_change(const char *where, const struct outcome *before, const 
 
 // The change is far above what it may be off, and of the right sign.
 static void check_significance(const char *where, const struct outcome *before, const struct outcome *after) {
-    double change = after->twin[LAST_VIEW].squared - before->twin[LAST_VIEW].squared,
+    double change = after->reference[LAST_VIEW].squared - before->reference[LAST_VIEW].squared,
            found = squared(after->device[LAST_VIEW]) - squared(before->device[LAST_VIEW]);
-    if (!(change > 8.0 * SUM_TOLERANCE * before->twin[LAST_VIEW].squared && found > 0.5 * change))
-        fail_msg("%s: the squared error of the last view changes by %g, by the twin by %g", where, found, change);
+    if (!(change > 8.0 * SUM_TOLERANCE * before->reference[LAST_VIEW].squared && found > 0.5 * change))
+        fail_msg("%s: the squared error of the last view changes by %g, by the reference by %g", where, found, change);
 }
 
 static void the_last_bits_of_k_pixels_count(void **state) {
@@ -78,7 +79,8 @@ static void the_last_bits_of_k_pixels_count(void **state) {
         for (int anywhere = 0; anywhere < 2; anywhere++) {
             struct outcome before, after;
             char where[96];
-            snprintf(where, sizeof where, "reduce_views, seed 91, %u pixels changed %s", counts[i], anywhere ? "anywhere" : "in blue");
+            snprintf(where, sizeof where, "reduce_views, seed 91, %u pixels changed %s", counts[i],
+                     anywhere ? "anywhere" : "in blue");
             reduction_fill(&reduction, INPUT_ORDINARY, 91);
             reduction.ray_data[REDUCED_RAYS - 1].target_weight.w = 1.0f;
             take(where, &reduction, &before);
@@ -108,7 +110,8 @@ static void the_last_bit_of_one_pixel_counts(void **state) {
         take("reduce_views, seed 92, one pixel changed", &reduction, &after);
         for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
             check_change("reduce_views, seed 92", &before, &after, other);
-            assert_true((memcmp(&before.device[other], &after.device[other], sizeof after.device[other]) != 0) == (other == view));
+            assert_true((memcmp(&before.device[other], &after.device[other], sizeof after.device[other]) != 0) ==
+                        (other == view));
         }
         assert_true(squared(after.device[view]) > squared(before.device[view]));
     }
@@ -119,7 +122,8 @@ static void losses_of_any_number_of_rays_are_summed(void **state) {
     (void)state;
     static const uint32_t ray_counts[] = {1, 64, 500, 5000};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ray_counts); i++) {
-        struct step_case many = {.name = "loss", .seed = 95 + i, .rays = ray_counts[i], .levels = 2, .log2_table = 4, .width = 16};
+        struct step_case many = {
+            .name = "loss", .seed = 95 + i, .rays = ray_counts[i], .levels = 2, .log2_table = 4, .width = 16};
         struct step_bench *bench = step_bench_open(&many);
         check_reduce_loss(bench, INPUT_ORDINARY);
         step_bench_close(bench);

@@ -10,7 +10,8 @@
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 // Two 32-bit atomics with a carry, or none, instead of one of 64 bits.
 static void gives_the_bits_of_atomics(const struct step_case *setup, enum scatter_form form) {
@@ -25,9 +26,10 @@ static void gives_the_bits_of_atomics(const struct step_case *setup, enum scatte
     struct vw_step_state whole_flags, other_flags;
     scatter_run(whole, rows, &whole_flags);
     scatter_run(other, rows, &other_flags);
-    uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid), *other_words = step_bench_read(other, other->step.d_grid);
-    check_same_bits(whole->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics", other_words, whole_words,
-                    vw_buffer_size_bytes(whole->step.d_grid));
+    uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid),
+             *other_words = step_bench_read(other, other->step.d_grid);
+    check_same_bits(whole->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics",
+                    other_words, whole_words, vw_buffer_size_bytes(whole->step.d_grid));
     assert_int_equal(other_flags.clamped, whole_flags.clamped);
     free(rows);
     free(whole_words);
@@ -53,19 +55,36 @@ static void only_short_chunks_are_walked(void **state) {
     for (config.samples = 1; config.samples <= 1024; config.samples++) {
         struct model model;
         if (vw_config_check(&config) != VW_OK) continue;
-        if (model_create(&config, &scene, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, vw_gpu_get_limits(test_gpu()), &model)) continue;
+        if (model_create(&config, &scene, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU},
+                         vw_gpu_get_limits(test_gpu()), &model))
+            continue;
         assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535);
     }
 }
 
 // As many samples as narrow words take, in the number that leaves the least room above the sum.
 static const struct step_case crowds[] = {
-    {.name = "narrow crowd", .seed = 51, .rays = 1024, .samples = 30, .levels = 2, .one_entry = true, .width = 16, .base_resolution = 8},
-    {.name = "wide crowd", .seed = 52, .rays = 2048, .samples = 30, .levels = 2, .one_entry = true, .width = 16, .base_resolution = 8},
+    {.name = "narrow crowd",
+     .seed = 51,
+     .rays = 1024,
+     .samples = 30,
+     .levels = 2,
+     .one_entry = true,
+     .width = 16,
+     .base_resolution = 8},
+    {.name = "wide crowd",
+     .seed = 52,
+     .rays = 2048,
+     .samples = 30,
+     .levels = 2,
+     .one_entry = true,
+     .width = 16,
+     .base_resolution = 8},
 };
 
-// Every sample in the one entry of its level, with the largest gradient there is: +, -, and beyond the clamp. The samples sit at cell
-// centres of both levels' lattices or at lattice points, so that the weights are powers of two and the sum is known to the last bit.
+// Every sample in the one entry of its level, with the largest gradient there is: +, -, and beyond the clamp. The
+// samples sit at cell centres of both levels' lattices or at lattice points, so that the weights are powers of two and
+// the sum is known to the last bit.
 static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float sign) {
     struct step_bench *bench = step_bench_open(crowd);
     const struct vw_specialization *s = &bench->model.specialization;
@@ -76,7 +95,8 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     for (uint32_t i = 0; i < chunk; i++) {
         float *position = (float *)step_bench_row(bench, rows, row.position, i),
               *d = (float *)step_bench_row(bench, rows, row.d_encoding, i);
-        for (int axis = 0; axis < 3; axis++) position[axis] = i % 2 ? 1.0f : 0.0625f; // the last corner; a cell centre of level 0
+        for (int axis = 0; axis < 3; axis++)
+            position[axis] = i % 2 ? 1.0f : 0.0625f; // the last corner; a cell centre of level 0
         for (int j = 0; j < 4; j++) d[j] = sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
     }
     struct vw_step_state flags;
@@ -90,10 +110,11 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     assert_true(llabs(sum) < (wide ? INT64_C(1) << 62 : INT32_MAX));
     for (int f = 0; f < 2; f++) // level 0, where all weights are powers of two
         if (quanta[f] != (f ? -sum : sum))
-            fail_msg("%s: feature %d sums to %lld, not %lld", bench->where, f, (long long)quanta[f], (long long)(f ? -sum : sum));
+            fail_msg("%s: feature %d sums to %lld, not %lld", bench->where, f, (long long)quanta[f],
+                     (long long)(f ? -sum : sum));
     for (int f = 0; f < 2; f++) // level 1: each of eight corners is rounded
-        check_value(bench->where, "level 1", f, (double)quanta[2 * s->first_pair[1] + f], f ? -(double)sum : (double)sum,
-                    4.0 * (double)chunk + 32.0 * FLOAT_ROUNDING * fabs((double)sum));
+        check_value(bench->where, "level 1", f, (double)quanta[2 * s->first_pair[1] + f],
+                    f ? -(double)sum : (double)sum, 4.0 * (double)chunk + 32.0 * FLOAT_ROUNDING * fabs((double)sum));
     free(quanta);
     free(words);
     free(rows);
@@ -108,7 +129,8 @@ static void all_samples_in_one_entry_at_the_clamp_sum_exactly(void **state) {
     }
 }
 
-// The bound itself, for every step size: samples x (largest contribution + 4 for the rounding of eight corners) stays within the bits.
+// The bound itself, for every step size: samples x (largest contribution + 4 for the rounding of eight corners) stays
+// within the bits.
 static void no_step_size_can_wrap(void **state) {
     (void)state;
     static const uint32_t sample_counts[] = {1, 7, 30, 31, 32, 48, 127, 4096};
@@ -120,7 +142,8 @@ static void no_step_size_can_wrap(void **state) {
             struct model model;
             config.samples = sample_counts[i];
             if (vw_config_check(&config) != VW_OK) continue;
-            assert_int_equal(model_create(&config, &scene, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &vw_gpu_floor_limits, &model),
+            assert_int_equal(model_create(&config, &scene, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU},
+                                          &vw_gpu_floor_limits, &model),
                              VW_OK);
             const struct vw_specialization *s = &model.specialization;
             double samples = (double)model_pad_rays(&model, config.rays) * config.samples,

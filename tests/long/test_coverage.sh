@@ -10,7 +10,7 @@ value() {
 }
 for ((seed = 0; seed < seeds; seed++)); do
     check "seed $seed is valued" value "$seed"
-    sqlite3 "$folder/$seed/ledger.db" -separator ' ' "SELECT $seed, image_id, method, value, low, high, rank_low, rank_high FROM score
+    sqlite3 "$folder/$seed/ledger.db" -separator ' ' "SELECT $seed, image_id, method, value, ci_low, ci_high, rank_ci_low, rank_ci_high FROM score
         WHERE low IS NOT NULL" >>"$folder/scores"
 done
 
@@ -18,7 +18,7 @@ done
 # from few runs only: a score lies sqrt(1 + 1 / (seeds - 1)) times as far from it as from the mean of all the runs there could be.
 coverage() {
     awk -v seeds="$seeds" -v method="$1" '$3 == method {
-            value[$1, $2] = $4; low[$1, $2] = $5; high[$1, $2] = $6; rank_low[$1, $2] = $7; rank_high[$1, $2] = $8
+            value[$1, $2] = $4; low[$1, $2] = $5; high[$1, $2] = $6; rank_ci_low[$1, $2] = $7; rank_ci_high[$1, $2] = $8
             sum[$2] += $4
         }
         END {
@@ -29,7 +29,7 @@ coverage() {
                 held += low[key] <= mean && mean <= high[key]
                 rank = 1
                 for (photo in sum) rank += sum[photo] > sum[part[2]]
-                ranked += rank_low[key] <= rank && rank <= rank_high[key]
+                ranked += rank_ci_low[key] <= rank && rank <= rank_ci_high[key]
                 count++
             }
             printf "%.4f %.4f %d\n", held / count, ranked / count, count

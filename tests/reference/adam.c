@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1, double *moment2) {
+double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1,
+                      double *moment2) {
     if (s->optimizer == OPTIMIZER_SGD) return s->learning_rate * gradient;
     double epsilon = (double)s->gradient_quantum * s->inverse_rays; // one quantum of the mean gradient
     double beta1 = s->momentum ? s->beta1 : 0.0, beta2 = s->beta2;

@@ -43,8 +43,8 @@ void reference_mix_code(uint32_t width, const double *code_weights, const double
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) shift[i] += code_weights[i * REFERENCE_CODE + k] * code[k];
 }
 
-void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], const double *d_shift,
-                                 double *d_code_weights, double d_code[REFERENCE_CODE]) {
+void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE],
+                                 const double *d_shift, double *d_code_weights, double d_code[REFERENCE_CODE]) {
     memset(d_code, 0, REFERENCE_CODE * sizeof *d_code);
     for (uint32_t i = 0; i < width; i++)
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) {

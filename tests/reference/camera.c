@@ -2,13 +2,14 @@
 
 #include <math.h>
 
-bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px, double origin[3],
-                           double direction[3]) {
+bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px,
+                           double origin[3], double direction[3]) {
     double in_camera[3], length = 0.0;
     if (!vw_camera_unproject(&view->camera, x_px, y_px, in_camera)) return false;
     for (int row = 0; row < 3; row++) {
         direction[row] = 0.0;
-        for (int column = 0; column < 3; column++) direction[row] += view->camera_to_world[row][column] * in_camera[column];
+        for (int column = 0; column < 3; column++)
+            direction[row] += view->camera_to_world[row][column] * in_camera[column];
         origin[row] = (view->camera_to_world[row][3] - box->centre_world[row]) / (2.0 * box->half_extent_world) + 0.5;
         length += direction[row] * direction[row];
     }
@@ -16,7 +17,8 @@ bool reference_camera_line(const struct vw_view *view, const struct vw_box *box,
     return true;
 }
 
-bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near, double *far) {
+bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near,
+                        double *far) {
     *near = least;
     *far = INFINITY;
     for (int axis = 0; axis < 3; axis++) {

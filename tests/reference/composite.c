@@ -9,7 +9,8 @@ static double passed(const struct reference_point *points, uint32_t count) {
     return exp(-tau);
 }
 
-double reference_composite(const struct reference_point *points, uint32_t count, const double background[3], double colour[3]) {
+double reference_composite(const struct reference_point *points, uint32_t count, const double background[3],
+                           double colour[3]) {
     double left = passed(points, count);
     for (int c = 0; c < 3; c++) colour[c] = left * background[c];
     for (uint32_t i = 0; i < count; i++) {
@@ -19,8 +20,8 @@ double reference_composite(const struct reference_point *points, uint32_t count,
     return left;
 }
 
-// Light that reaches the camera from sample i on is T_i (opacity_i rgb_i + (1 - opacity_i) beyond_i), with T_i what passes the samples
-// before and beyond_i what is seen from behind sample i: so beyond_i follows from beyond_(i+1).
+// Light that reaches the camera from sample i on is T_i (opacity_i rgb_i + (1 - opacity_i) beyond_i), with T_i what
+// passes the samples before and beyond_i what is seen from behind sample i: so beyond_i follows from beyond_(i+1).
 void reference_composite_gradient(const struct reference_point *points, uint32_t count, const double background[3],
                                   const double d_colour[3], struct reference_d_point *d_points) {
     double beyond[3] = {background[0], background[1], background[2]};
@@ -29,7 +30,8 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
         d_points[i].raw = 0.0;
         for (int c = 0; c < 3; c++) {
             d_points[i].rgb[c] = d_colour[c] * reached * -expm1(-tau);
-            d_points[i].raw += d_colour[c] * reached * exp(-tau) * (points[i].rgb[c] - beyond[c]) * tau; // d tau / d raw = tau
+            d_points[i].raw +=
+                d_colour[c] * reached * exp(-tau) * (points[i].rgb[c] - beyond[c]) * tau; // d tau / d raw = tau
             beyond[c] = -expm1(-tau) * points[i].rgb[c] + exp(-tau) * beyond[c];
         }
     }

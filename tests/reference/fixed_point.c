@@ -2,14 +2,16 @@
 
 #include <math.h>
 
-void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding, int64_t *quanta) {
+void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding,
+                                  int64_t *quanta) {
     uint32_t features = 2 * s->feature_pairs;
     for (uint32_t level = 0; level < s->levels; level++) {
         struct reference_corner corners[8];
         reference_grid_corners(s, position, level, corners);
         for (uint32_t f = 0; f < features; f++) {
             double clamp = s->gradient_clamp, gradient = fmin(fmax(d_encoding[level * features + f], -clamp), clamp);
-            for (int i = 0; i < 8; i++) quanta[corners[i].first_feature + f] += llrint(corners[i].weight * gradient / s->gradient_quantum);
+            for (int i = 0; i < 8; i++)
+                quanta[corners[i].first_feature + f] += llrint(corners[i].weight * gradient / s->gradient_quantum);
         }
     }
 }

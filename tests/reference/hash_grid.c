@@ -27,11 +27,13 @@ void reference_grid_corners(const struct vw_specialization *s, const double posi
             lattice[axis] = cell[axis] + upper[axis];
             corners[i].weight *= upper[axis] ? fraction[axis] : 1.0 - fraction[axis];
         }
-        corners[i].first_feature = 2 * ((uint64_t)s->first_pair[level] + entry_index(s, level, lattice) * s->feature_pairs);
+        corners[i].first_feature =
+            2 * ((uint64_t)s->first_pair[level] + entry_index(s, level, lattice) * s->feature_pairs);
     }
 }
 
-void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3], double *encoding) {
+void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3],
+                           double *encoding) {
     uint32_t features = 2 * s->feature_pairs;
     for (uint32_t level = 0; level < s->levels; level++) {
         struct reference_corner corners[8];
@@ -44,12 +46,14 @@ void reference_grid_encode(const struct vw_specialization *s, const double *grid
     }
 }
 
-void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding, double *d_grid) {
+void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding,
+                            double *d_grid) {
     uint32_t features = 2 * s->feature_pairs;
     for (uint32_t level = 0; level < s->levels; level++) {
         struct reference_corner corners[8];
         reference_grid_corners(s, position, level, corners);
         for (uint32_t f = 0; f < features; f++)
-            for (int i = 0; i < 8; i++) d_grid[corners[i].first_feature + f] += corners[i].weight * d_encoding[level * features + f];
+            for (int i = 0; i < 8; i++)
+                d_grid[corners[i].first_feature + f] += corners[i].weight * d_encoding[level * features + f];
     }
 }

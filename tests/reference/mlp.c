@@ -19,12 +19,14 @@ uint32_t reference_block_index(const struct vw_specialization *s, uint32_t matri
     struct reference_matrix matrices[REFERENCE_MATRICES];
     reference_matrices(s, &unused, matrices);
     uint32_t first = 0;
-    for (uint32_t i = 0; i < matrix; i++) first += matrices[i].out * matrices[i].in; // all but the last are whole blocks
+    for (uint32_t i = 0; i < matrix; i++)
+        first += matrices[i].out * matrices[i].in; // all but the last are whole blocks
     uint32_t block = out / 4 * (matrices[matrix].in / 4) + in / 4;
     return first + 16 * block + 4 * (in % 4) + out % 4;
 }
 
-void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks, struct reference_weights *weights) {
+void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks,
+                                   struct reference_weights *weights) {
     struct reference_matrix matrices[REFERENCE_MATRICES];
     reference_matrices(s, weights, matrices);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)

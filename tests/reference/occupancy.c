@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "reference.h"
-#include "viewworth/random.h"
+#include "base/random.h"
 
 static const double EMPTY_OPACITY = 0.01; // of the longest stratum, a diagonal's
 
@@ -14,12 +14,13 @@ uint32_t reference_cell(const double position[3]) {
     return index;
 }
 
-double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell, uint64_t step,
-                              double position[3]) {
+double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
+                              uint64_t step, double position[3]) {
     struct reference_sample sample = {.direction = {0.0, 0.0, 1.0}};
     uint32_t words[4];
     vw_random_words((uint64_t)s->seed_high << 32 | s->seed_low, VW_RANDOM_OCCUPANCY, step, cell, 0, words);
-    for (int axis = 0; axis < 3; axis++, cell /= 32) sample.position[axis] = (cell % 32 + (words[axis] >> 8) / 16777216.0) / 32.0;
+    for (int axis = 0; axis < 3; axis++, cell /= 32)
+        sample.position[axis] = (cell % 32 + (words[axis] >> 8) / 16777216.0) / 32.0;
     reference_grid_encode(s, params->grid, sample.position, sample.encoding);
     reference_networks_forward(s, &params->weights, &sample);
     memcpy(position, sample.position, sizeof sample.position);

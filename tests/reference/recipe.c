@@ -11,7 +11,8 @@ static void point_at(const double origin[3], const double direction[3], double p
     for (int i = 0; i < 3; i++) point[i] = origin[i] + parameter * direction[i];
 }
 
-// ---- Shapes ----------------------------------------------------------------------------------------------------------------
+// ---- Shapes
+// ----------------------------------------------------------------------------------------------------------------
 
 struct span {
     double entry, leave;
@@ -94,8 +95,8 @@ struct hit {
     const struct vw_recipe_shape *shape;
 };
 
-static void to_shape(const struct vw_recipe_shape *shape, const double origin[3], const double direction[3], double own_origin[3],
-                     double own_direction[3]) {
+static void to_shape(const struct vw_recipe_shape *shape, const double origin[3], const double direction[3],
+                     double own_origin[3], double own_direction[3]) {
     const double from_centre[3] = {origin[0] - shape->centre_radius.x, origin[1] - shape->centre_radius.y,
                                    origin[2] - shape->centre_radius.z};
     memcpy(own_origin, from_centre, sizeof from_centre);
@@ -105,7 +106,8 @@ static void to_shape(const struct vw_recipe_shape *shape, const double origin[3]
     turn(shape, -1.0, direction, own_direction);
 }
 
-static struct hit nearest_hit(const struct reference_recipe *recipe, const double origin[3], const double direction[3]) {
+static struct hit nearest_hit(const struct reference_recipe *recipe, const double origin[3],
+                              const double direction[3]) {
     struct hit nearest = {.parameter = INFINITY};
     double own_origin[3], own_direction[3], place[3], normal[3];
     for (uint32_t i = 0; i < recipe->push.shape_count; i++) {
@@ -126,7 +128,8 @@ static struct hit nearest_hit(const struct reference_recipe *recipe, const doubl
     return nearest;
 }
 
-// ---- Textures --------------------------------------------------------------------------------------------------------------
+// ---- Textures
+// --------------------------------------------------------------------------------------------------------------
 
 static uint32_t mix_bits(uint32_t word) {
     word = (word ^ word >> 16) * UINT32_C(0x85EBCA6B);
@@ -156,23 +159,27 @@ static double value_noise(uint32_t seed, const double at[3]) {
 }
 
 // `place` relative to the shape's centre, in box axes.
-static void texture(const struct reference_recipe *recipe, const struct vw_recipe_shape *shape, const double place[3], double rgb[3]) {
+static void texture(const struct reference_recipe *recipe, const struct vw_recipe_shape *shape, const double place[3],
+                    double rgb[3]) {
     double at[3], share = 0.0;
     for (int i = 0; i < 3; i++) at[i] = place[i] / shape->colour_a.w;
     if (shape->texture == TEXTURE_CHECKER) {
         share = ((int)floor(at[0]) ^ (int)floor(at[1]) ^ (int)floor(at[2])) & 1;
     } else if (shape->texture == TEXTURE_STRIPES) {
-        share = (int)floor(at[0] * shape->stripe_axis.x + at[1] * shape->stripe_axis.y + at[2] * shape->stripe_axis.z) & 1;
+        share =
+            (int)floor(at[0] * shape->stripe_axis.x + at[1] * shape->stripe_axis.y + at[2] * shape->stripe_axis.z) & 1;
     } else if (shape->texture == TEXTURE_NOISE) {
         const double finer[3] = {2.7 * at[0], 2.7 * at[1], 2.7 * at[2]};
-        share = smoothstep(0.2, 0.8, 0.65 * value_noise(recipe->seed_low, at) + 0.35 * value_noise(recipe->seed_low, finer));
+        share = smoothstep(0.2, 0.8,
+                           0.65 * value_noise(recipe->seed_low, at) + 0.35 * value_noise(recipe->seed_low, finer));
     }
     const double a[3] = {shape->colour_a.x, shape->colour_a.y, shape->colour_a.z},
                  b[3] = {shape->colour_b.x, shape->colour_b.y, shape->colour_b.z};
     for (int i = 0; i < 3; i++) rgb[i] = (1.0 - share) * a[i] + share * b[i];
 }
 
-// ---- Light -----------------------------------------------------------------------------------------------------------------
+// ---- Light
+// -----------------------------------------------------------------------------------------------------------------
 
 static void background(const struct vw_push_recipe *push, const double direction[3], double rgba[4]) {
     static const double low[3] = {0.80, 0.86, 0.92}, high[3] = {0.28, 0.47, 0.78};
@@ -185,7 +192,8 @@ static void background(const struct vw_push_recipe *push, const double direction
     }
 }
 
-double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3], double rgba[4]) {
+double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3],
+                              double rgba[4]) {
     const struct vw_push_recipe *push = &recipe->push;
     const double sun[3] = {push->sun.x, push->sun.y, push->sun.z};
     struct hit seen = nearest_hit(recipe, origin, direction);

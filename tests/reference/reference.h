@@ -1,7 +1,9 @@
-// The plain-C twin of the training shaders, in double and without a GPU: what the passes ought to compute, written from the contracts and
-// the mathematics. Matrices are dense [out][in], the grid is a flat array of features, loops go over one ray or one sample.
+// The plain-C reference of the training shaders, in double and without a GPU: what the passes ought to compute, written
+// from the contracts and the mathematics. Matrices are dense [out][in], the grid is a flat array of features, loops go
+// over one ray or one sample.
 //
-// It shares with the shaders only struct vw_specialization (the numbers of a run) and the buffer layouts it converts from.
+// It shares with the shaders only struct vw_specialization (the numbers of a run) and the buffer layouts it converts
+// from.
 #ifndef TESTS_REFERENCE_REFERENCE_H
 #define TESTS_REFERENCE_REFERENCE_H
 
@@ -19,38 +21,45 @@ enum {
     REFERENCE_CODE = 48, // numbers of a photo's code
 };
 
-// ---- camera.c: box coordinates throughout ------------------------------------------------------------------------------
+// ---- camera.c: box coordinates throughout
+// ------------------------------------------------------------------------------
 
 struct reference_ray {
     double origin[3], direction[3]; // direction: unit length
     double near, stride;            // ray parameter of the first stratum, length of one
-    double far;                     // with the effect unbounded `near` and this are distances from the camera, and `origin` is at `near`
+    double far; // with the effect unbounded `near` and this are distances from the camera, and `origin` is at `near`
     double target[3], weight;
 };
 
-// The line from the camera through a pixel, straight from the view: `origin` is the camera itself. False beyond the lens model's fold.
-bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px, double origin[3],
-                           double direction[3]);
-// Where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`; false when it does not.
-bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near, double *far);
+// The line from the camera through a pixel, straight from the view: `origin` is the camera itself. False beyond the
+// lens model's fold.
+bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px,
+                           double origin[3], double direction[3]);
+// Where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`; false when it does
+// not.
+bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near,
+                        double *far);
 struct reference_ray reference_ray_of(const struct vw_ray *ray);
 
-// ---- sampling.c --------------------------------------------------------------------------------------------------------
+// ---- sampling.c
+// --------------------------------------------------------------------------------------------------------
 
 // Position of a sample within its stratum: drawn in training, the centre otherwise.
 double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step);
 // In the field's unit cube.
-void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample, double offset,
-                               double position[3]);
+void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample,
+                               double offset, double position[3]);
 // Of the stratum that a sample lies in, in box edges.
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
 
-// ---- contraction.c -----------------------------------------------------------------------------------------------------
+// ---- contraction.c
+// -----------------------------------------------------------------------------------------------------
 
 // From box coordinates to the field's unit cube, with the effect unbounded.
 void reference_contract(const double box[3], double field[3]);
 
-// ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f] --------------------------
+// ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f]
+// --------------------------
 
 struct reference_corner {
     uint64_t first_feature; // index of the entry's feature 0 in the grid
@@ -58,11 +67,14 @@ struct reference_corner {
 };
 void reference_grid_corners(const struct vw_specialization *s, const double position[3], uint32_t level,
                             struct reference_corner corners[8]);
-void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3], double *encoding);
+void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3],
+                           double *encoding);
 // Accumulates.
-void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding, double *d_grid);
+void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding,
+                            double *d_grid);
 
-// ---- half.c: tables of halves --------------------------------------------------------------------------------------------
+// ---- half.c: tables of halves
+// --------------------------------------------------------------------------------------------
 
 // The half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
 double reference_half(double value);
@@ -71,26 +83,32 @@ double reference_half_value(uint16_t bits);
 // Feature `index` of the grid in a params block, in either precision.
 double reference_feature(const struct model *model, const void *params, uint64_t index);
 
-// ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------------
+// ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy)
+// -------------------------------
 
 void reference_spherical_harmonics(const double direction[3], double values[9]);
 
-// ---- sky.c: what stands behind the field and behind transparent pixels ----------------------------------------------------
+// ---- sky.c: what stands behind the field and behind transparent pixels
+// ----------------------------------------------------
 
 // The coefficients from the whole params block; left as they are without the effect.
 void reference_sky_read(const struct model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
 void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]);
-// The gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`, and what it adds to the coefficients'.
+// The gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`, and what it adds to
+// the coefficients'.
 void reference_sky_d_logit(const double rgb[3], double left, const double d_colour[3], double d_logit[3]);
-void reference_sky_gradient(const double direction[3], const double d_logit[3], double d_coefficients[VW_SKY_COLUMNS][3]);
+void reference_sky_gradient(const double direction[3], const double d_logit[3],
+                            double d_coefficients[VW_SKY_COLUMNS][3]);
 // The background of a ray of step `step`, black when the run has none; and that, or the sky.
 void reference_background(const struct vw_specialization *s, uint32_t ray, uint64_t step, double background[3]);
-void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3], const double direction[3], uint32_t ray,
-                        uint64_t step, double backdrop[3]);
+void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
+                        const double direction[3], uint32_t ray, uint64_t step, double backdrop[3]);
 // The pixel's colour on the background, when the run has that effect.
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step, double target[3]);
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step,
+                      double target[3]);
 
-// ---- mlp.c -------------------------------------------------------------------------------------------------------------
+// ---- mlp.c
+// -------------------------------------------------------------------------------------------------------------
 
 // One number per weight, [out][in] of each matrix.
 struct reference_weights {
@@ -110,7 +128,8 @@ struct reference_matrix {
 void reference_matrices(const struct vw_specialization *s, struct reference_weights *weights,
                         struct reference_matrix matrices[REFERENCE_MATRICES]);
 // From the 4x4 blocks of the params block (see shaders/mlp.glsl). `blocks` has 4 * weight_columns floats.
-void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks, struct reference_weights *weights);
+void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks,
+                                   struct reference_weights *weights);
 // Index in `blocks` of weight [out][in] of matrix `matrix`.
 uint32_t reference_block_index(const struct vw_specialization *s, uint32_t matrix, uint32_t out, uint32_t in);
 
@@ -144,26 +163,30 @@ void reference_networks_backward(const struct vw_specialization *s, const struct
 void reference_weights_gradient(const struct vw_specialization *s, const struct reference_sample *sample,
                                 const struct reference_d_sample *d_sample, struct reference_weights *d_weights);
 
-// ---- composite.c -------------------------------------------------------------------------------------------------------
+// ---- composite.c
+// -------------------------------------------------------------------------------------------------------
 
 struct reference_point { // what compositing sees of a sample
     double rgb[3], density;
     double length; // of its stratum
 };
 // Returns the transmittance that remains.
-double reference_composite(const struct reference_point *points, uint32_t count, const double background[3], double colour[3]);
+double reference_composite(const struct reference_point *points, uint32_t count, const double background[3],
+                           double colour[3]);
 struct reference_d_point {
     double rgb[3], raw; // by the rgb, and by the logarithm of the density (saturation is the networks' business)
 };
 void reference_composite_gradient(const struct reference_point *points, uint32_t count, const double background[3],
                                   const double d_colour[3], struct reference_d_point *d_points);
 
-// ---- loss.c ------------------------------------------------------------------------------------------------------------
+// ---- loss.c
+// ------------------------------------------------------------------------------------------------------------
 
 // One channel's loss, and its slope by the error.
 double reference_loss(uint32_t loss, double error, double *slope);
 
-// ---- appearance.c ------------------------------------------------------------------------------------------------------
+// ---- appearance.c
+// ------------------------------------------------------------------------------------------------------
 
 double reference_photo_rate(uint64_t visits); // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
@@ -178,59 +201,71 @@ void reference_appear(const struct reference_photo *photo, const double rendered
 // Accumulates into d_photo.
 void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
                                struct reference_photo *d_photo, double d_rendered[3]);
-// What a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE]. The gradients are overwritten.
+// What a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE]. The
+// gradients are overwritten.
 void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift);
-void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], const double *d_shift,
-                                 double *d_code_weights, double d_code[REFERENCE_CODE]);
+void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE],
+                                 const double *d_shift, double *d_code_weights, double d_code[REFERENCE_CODE]);
 // The gain beyond 1 and the bias that bring rendered values nearest to targets.
 void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias);
 
-// ---- fixed_point.c -----------------------------------------------------------------------------------------------------
+// ---- fixed_point.c
+// -----------------------------------------------------------------------------------------------------
 
-// What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's weight, rounded.
-// Accumulates.
-void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding, int64_t *quanta);
+// What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's
+// weight, rounded. Accumulates.
+void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding,
+                                  int64_t *quanta);
 // The integer gradient of every feature from the device's words.
 void reference_unpack_grid(const struct model *model, const uint64_t *words, int64_t *quanta);
 
-// ---- adam.c ------------------------------------------------------------------------------------------------------------
+// ---- adam.c
+// ------------------------------------------------------------------------------------------------------------
 
 // What to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the moments.
-double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1, double *moment2);
+double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1,
+                      double *moment2);
 
-// ---- mix.c -------------------------------------------------------------------------------------------------------------
+// ---- mix.c
+// -------------------------------------------------------------------------------------------------------------
 
 // A parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
 double reference_mix(double before, double after, double reach);
 
-// ---- reductions.c ------------------------------------------------------------------------------------------------------
+// ---- reductions.c
+// ------------------------------------------------------------------------------------------------------
 
 struct reference_view_error {
     double squared, absolute; // sums over rays and channels
 };
 struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
 
-// ---- occupancy.c: 32 cells per axis of the box, x first ------------------------------------------------------------------
+// ---- occupancy.c: 32 cells per axis of the box, x first
+// ------------------------------------------------------------------
 
 uint32_t reference_cell(const double position[3]);
 // Cells of at most this density are empty.
 double reference_empty_density(const struct vw_specialization *s);
 struct reference_params;
 // At the point of a cell that step `step` asks for, which is `position`.
-double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell, uint64_t step,
-                              double position[3]);
+double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
+                              uint64_t step, double position[3]);
 
-// ---- recipe.c ----------------------------------------------------------------------------------------------------------
+// ---- recipe.c
+// ----------------------------------------------------------------------------------------------------------
 
 struct reference_recipe {
     const struct vw_recipe_shape *shapes;
     struct vw_push_recipe push;
     uint32_t seed_low; // of the run: the noise texture's
 };
-// What is seen along a line from `origin` (box coordinates): colour and coverage. Returns how far off it is, 0 when nothing is met.
-double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3], double rgba[4]);
+// What is seen along a line from `origin` (box coordinates): colour and coverage. Returns how far off it is, 0 when
+// nothing is met.
+double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3],
+                              double rgba[4]);
 
-// ---- reference_step.c --------------------------------------------------------------------------------------------------
+// ---- reference_step.c
+// --------------------------------------------------------------------------------------------------
 
 struct reference_params {
     struct reference_weights weights;
@@ -240,40 +275,42 @@ struct reference_params {
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
 };
 
-// One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's ReLU decisions in the
-// place of the twin's (reference_adopt_gates).
+// One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's
+// ReLU decisions in the place of the reference's (reference_adopt_gates).
 struct reference_step {
     const struct model *model;
     uint32_t ray_count;
     struct reference_ray *rays;
-    struct reference_sample *samples;     // ray by ray
-    uint32_t *slots;                      // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
-    struct reference_d_sample *d_samples; // likewise
-    double (*colours)[3], *left;          // per ray: rendered, transmittance that remains
-    double (*backdrops)[3];               // per ray: the colour behind the field
-    double (*errors)[3], *losses;         // per ray
-    double loss;                          // sum over rays
-    struct reference_weights d_weights;   // of the sum over rays
-    double *d_grid;                       // likewise
-    double d_sky[VW_SKY_COLUMNS][3];      // likewise
-    uint32_t view;                        // whose photo it is, in training
-    struct reference_photo d_photo;       // likewise
+    struct reference_sample *samples; // ray by ray
+    uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
+    struct reference_d_sample *d_samples;                        // likewise
+    double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
+    double (*backdrops)[3];                                      // per ray: the colour behind the field
+    double (*errors)[3], *losses;                                // per ray
+    double loss;                                                 // sum over rays
+    struct reference_weights d_weights;                          // of the sum over rays
+    double *d_grid;                                              // likewise
+    double d_sky[VW_SKY_COLUMNS][3];                             // likewise
+    uint32_t view;                                               // whose photo it is, in training
+    struct reference_photo d_photo;                              // likewise
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
 };
 
 // In the place of a slot: the sample is skipped, as if it had density 0.
 #define REFERENCE_SKIPPED UINT32_MAX
 
-struct reference_params *reference_params_create(const struct model *model, const float *params); // of the whole params block
+struct reference_params *reference_params_create(const struct model *model,
+                                                 const float *params); // of the whole params block
 void reference_params_destroy(struct reference_params *params);
 struct reference_step *reference_step_create(const struct model *model, const struct vw_ray *rays, uint32_t ray_count);
 void reference_step_destroy(struct reference_step *step);
 // `training`: jittered samples of step `number`; otherwise the strata's centres.
-void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number);
+void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
+                            uint64_t number);
 void reference_step_backward(struct reference_step *step, const struct reference_params *params);
 
-// Takes over the device's ReLU decisions (slot RELU, four words per slot). Returns how many differ although the twin's value before the
-// ReLU is farther than `tolerance` from 0: such a difference is no rounding.
+// Takes over the device's ReLU decisions (slot RELU, four words per slot). Returns how many differ although the
+// reference's value before the ReLU is farther than `tolerance` from 0: such a difference is no rounding.
 uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits, double tolerance);
 
 #endif

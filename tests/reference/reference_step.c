@@ -4,20 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 struct reference_params *reference_params_create(const struct model *model, const float *params) {
-    struct reference_params *twin = vw_allocate(1, sizeof *twin);
-    twin->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *twin->grid);
-    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) twin->grid[i] = reference_feature(model, params, i);
-    reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params, &twin->weights);
-    reference_sky_read(model, params, twin->sky);
+    struct reference_params *reference = vw_allocate(1, sizeof *reference);
+    reference->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
+    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = reference_feature(model, params, i);
+    reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params,
+                                  &reference->weights);
+    reference_sky_read(model, params, reference->sky);
     uint32_t photos = reference_photo_count(model);
-    if (photos) twin->photos = vw_allocate(photos, sizeof *twin->photos);
-    for (uint32_t i = 0; i < photos; i++) twin->photos[i] = reference_photo_of(model, params, i);
+    if (photos) reference->photos = vw_allocate(photos, sizeof *reference->photos);
+    for (uint32_t i = 0; i < photos; i++) reference->photos[i] = reference_photo_of(model, params, i);
     for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
-        twin->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
-    return twin;
+        reference->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
+    return reference;
 }
 
 void reference_params_destroy(struct reference_params *params) {
@@ -73,7 +74,8 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
 }
 
 // `photo`: NULL outside of training.
-static void forward_ray(struct reference_step *step, uint32_t index, const struct reference_photo *photo, struct reference_point *points) {
+static void forward_ray(struct reference_step *step, uint32_t index, const struct reference_photo *photo,
+                        struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_ray *ray = &step->rays[index];
     double unused, seen[3];
@@ -90,17 +92,20 @@ static void forward_ray(struct reference_step *step, uint32_t index, const struc
 }
 
 // The weights as the step's photo sees them.
-static struct reference_weights *mix_weights(const struct reference_step *step, const struct reference_params *params, bool training) {
+static struct reference_weights *mix_weights(const struct reference_step *step, const struct reference_params *params,
+                                             bool training) {
     struct reference_weights *mixed = vw_allocate(1, sizeof *mixed);
     double shift[REFERENCE_WIDTH_MAX] = {0};
     uint32_t width = 4 * step->model->specialization.width4;
     *mixed = params->weights;
-    if (training && params->photos) reference_mix_code(width, params->code_weights, params->photos[step->view].code, shift);
+    if (training && params->photos)
+        reference_mix_code(width, params->code_weights, params->photos[step->view].code, shift);
     for (uint32_t i = 0; i < width; i++) mixed->colour1[i * REFERENCE_COLOUR_IN] += shift[i];
     return mixed;
 }
 
-void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training, uint64_t number) {
+void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
+                            uint64_t number) {
     struct vw_specialization s = step->model->specialization;
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
     struct reference_weights *weights = mix_weights(step, params, training);
@@ -110,7 +115,8 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
-            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, number), sample->position);
+            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, number),
+                                      sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, weights, sample);
@@ -141,14 +147,16 @@ void reference_step_backward(struct reference_step *step, const struct reference
         }
         if (params->photos) {
             const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
-            reference_appear_gradient(&params->photos[step->view], step->colours[ray], d_seen, &step->d_photo, d_colour);
+            reference_appear_gradient(&params->photos[step->view], step->colours[ray], d_seen, &step->d_photo,
+                                      d_colour);
         }
         list_points(step, ray, points);
         reference_composite_gradient(points, s->samples, step->backdrops[ray], d_colour, d_points);
         reference_sky_d_logit(step->backdrops[ray], step->left[ray], d_colour, d_logit);
         reference_sky_gradient(step->rays[ray].direction, d_logit, step->d_sky);
         for (uint32_t i = 0; i < s->samples; i++) {
-            reference_networks_backward(s, &params->weights, &samples[i], d_points[i].rgb, d_points[i].raw, &d_samples[i]);
+            reference_networks_backward(s, &params->weights, &samples[i], d_points[i].rgb, d_points[i].raw,
+                                        &d_samples[i]);
             reference_weights_gradient(s, &samples[i], &d_samples[i], &step->d_weights);
             reference_grid_scatter(s, samples[i].position, d_samples[i].encoding, step->d_grid);
         }
@@ -157,8 +165,8 @@ void reference_step_backward(struct reference_step *step, const struct reference
     free(d_points);
     if (!params->photos) return;
     for (uint32_t i = 0; i < 4 * s->width4; i++) d_shift[i] = step->d_weights.colour1[i * REFERENCE_COLOUR_IN];
-    reference_mix_code_gradient(4 * s->width4, params->code_weights, params->photos[step->view].code, d_shift, step->d_code_weights,
-                                step->d_photo.code);
+    reference_mix_code_gradient(4 * s->width4, params->code_weights, params->photos[step->view].code, d_shift,
+                                step->d_code_weights, step->d_photo.code);
 }
 
 static uint64_t adopt(const uint32_t words[2], uint32_t count, const double *before, bool *active, double tolerance) {
@@ -178,8 +186,10 @@ uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits
         struct reference_sample *sample = &step->samples[i];
         if (step->slots[i] == REFERENCE_SKIPPED) continue;
         const vw_uint4 *words = &bits[step->slots[i]];
-        wrong += adopt((const uint32_t[2]){words->x, words->y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
-        wrong += adopt((const uint32_t[2]){words->z, words->w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
+        wrong +=
+            adopt((const uint32_t[2]){words->x, words->y}, 4 * s->width4, sample->before1, sample->active1, tolerance);
+        wrong +=
+            adopt((const uint32_t[2]){words->z, words->w}, 4 * s->width4, sample->before2, sample->active2, tolerance);
     }
     return wrong;
 }

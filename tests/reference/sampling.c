@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "viewworth/random.h"
+#include "base/random.h"
 
 double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step) {
     if (!s->training) return 0.5;
@@ -22,8 +22,8 @@ double reference_stratum_length(const struct vw_specialization *s, const struct 
     return distance_at(s, ray, sample + 1.0) - distance_at(s, ray, sample);
 }
 
-void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample, double offset,
-                               double position[3]) {
+void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample,
+                               double offset, double position[3]) {
     if (s->effect_unbounded) {
         double behind = distance_at(s, ray, sample + offset) - ray->near, box[3];
         for (int axis = 0; axis < 3; axis++) box[axis] = ray->origin[axis] + behind * ray->direction[axis];
@@ -31,5 +31,6 @@ void reference_sample_position(const struct vw_specialization *s, const struct r
         return;
     }
     double parameter = ray->near + (sample + offset) * ray->stride;
-    for (int axis = 0; axis < 3; axis++) position[axis] = fmin(fmax(ray->origin[axis] + parameter * ray->direction[axis], 0.0), 1.0);
+    for (int axis = 0; axis < 3; axis++)
+        position[axis] = fmin(fmax(ray->origin[axis] + parameter * ray->direction[axis], 0.0), 1.0);
 }

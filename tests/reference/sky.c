@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "viewworth/random.h"
+#include "base/random.h"
 
 void reference_sky_read(const struct model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]) {
     const float *sky = params + model->sky.offset_bytes / sizeof *params;
@@ -24,7 +24,8 @@ void reference_sky_d_logit(const double rgb[3], double left, const double d_colo
     for (int c = 0; c < 3; c++) d_logit[c] = d_colour[c] * left * rgb[c] * (1.0 - rgb[c]);
 }
 
-void reference_sky_gradient(const double direction[3], const double d_logit[3], double d_coefficients[VW_SKY_COLUMNS][3]) {
+void reference_sky_gradient(const double direction[3], const double d_logit[3],
+                            double d_coefficients[VW_SKY_COLUMNS][3]) {
     double basis[VW_SKY_COLUMNS];
     reference_spherical_harmonics(direction, basis);
     for (int k = 0; k < VW_SKY_COLUMNS; k++)
@@ -41,13 +42,14 @@ void reference_background(const struct vw_specialization *s, uint32_t ray, uint6
     }
 }
 
-void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3], const double direction[3], uint32_t ray,
-                        uint64_t step, double backdrop[3]) {
+void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
+                        const double direction[3], uint32_t ray, uint64_t step, double backdrop[3]) {
     if (s->effect_sky) reference_sky(sky, direction, backdrop);
     else reference_background(s, ray, step, backdrop);
 }
 
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step, double target[3]) {
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step,
+                      double target[3]) {
     const float rgb[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
     double background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
     reference_background(s, ray, step, background);

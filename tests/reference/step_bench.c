@@ -14,8 +14,10 @@
 #include "support/guard_bands.h"
 #include "train/half.h"
 #include "train/pixels.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "detect/decide.h"
+#include "base/random.h"
 
 static void stop_unless(const struct step_bench *bench, enum vw_status status) {
     if (status != VW_OK) fail_msg("%s: %s", bench->where, vw_error_message());
@@ -37,7 +39,8 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
         if (effects[i].on)
-            snprintf(text + strlen(text), sizeof config->effects - strlen(text), "%s%s", text[0] ? "," : "", effects[i].name);
+            snprintf(text + strlen(text), sizeof config->effects - strlen(text), "%s%s", text[0] ? "," : "",
+                     effects[i].name);
     if (!text[0]) strcpy(text, "none");
 }
 
@@ -67,7 +70,8 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     bench->model.scatter = c->scatter;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
-    s->rows_texel = (uint64_t)bench->model.row_count * VW_ROW_STRIDE(s->chunk_samples) <= vw_gpu_get_limits(bench->gpu)->texel_elements;
+    s->rows_texel = (uint64_t)bench->model.row_count * VW_ROW_STRIDE(s->chunk_samples) <=
+                    vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
     s->gradient_quantum = 0x1p-34f;
@@ -75,7 +79,8 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
 }
 
 // Photos start at 0; here they have come some way.
-static void draw_photos(struct step_bench *bench, const struct param_range *range, float scale, struct test_random *random) {
+static void draw_photos(struct step_bench *bench, const struct param_range *range, float scale,
+                        struct test_random *random) {
     float *values = bench->params + range->offset_bytes / sizeof(float);
     for (size_t i = 0; i < range->size_bytes / sizeof(float); i++)
         values[i] = range == &bench->model.appearance && i % 4 == 3 ? 0.0f : scale * test_random_next(random);
@@ -83,18 +88,21 @@ static void draw_photos(struct step_bench *bench, const struct param_range *rang
 
 static void make_params(const struct step_case *c, struct step_bench *bench) {
     struct test_random random = {.seed = c->seed};
-    float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f, weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
+    float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f,
+          weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = vw_allocate(bench->model.param_bytes, 1);
     model_initialise(&bench->model, c->seed, bench->params);
     size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
     float *features = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
-    for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++) features[i] = grid_scale * test_random_next(&random);
+    for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++)
+        features[i] = grid_scale * test_random_next(&random);
     step_bench_put_grid(bench, features, bench->params);
     free(features);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
-    for (size_t i = sky; i < sky_end; i++) bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
+    for (size_t i = sky; i < sky_end; i++)
+        bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
     draw_photos(bench, &bench->model.appearance, 0.3f, &random);
     draw_photos(bench, &bench->model.codes, 0.5f, &random);
 }
@@ -118,14 +126,18 @@ static void list_open(struct step_bench *bench) {
 
 static void describe(struct step_bench *bench, const struct step_case *c) {
     snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu", c->name, (unsigned long long)c->seed);
-    bench->scene = synthetic_scene(&(struct synthetic_scene_params){
-        .train_views = 2, .val_views = 1, .width_px = 24, .height_px = 20, .k1 = c->distortion ? -0.15 : 0.0, .alpha = c->background});
+    bench->scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
+                                                                    .val_views = 1,
+                                                                    .width_px = 24,
+                                                                    .height_px = 20,
+                                                                    .k1 = c->distortion ? -0.15 : 0.0,
+                                                                    .alpha = c->background});
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
     stop_unless(bench, vw_effects_decide(NULL, bench->scene, bench->config.effects, verdicts, &count));
-    stop_unless(bench, model_create(&bench->config, bench->scene, verdicts, vw_gpu_get_info(bench->gpu), vw_gpu_get_limits(bench->gpu),
-                                    &bench->model));
+    stop_unless(bench, model_create(&bench->config, bench->scene, verdicts, vw_gpu_get_info(bench->gpu),
+                                    vw_gpu_get_limits(bench->gpu), &bench->model));
     bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->config.samples;
     override_model(c, bench);
     make_params(c, bench);
@@ -147,11 +159,13 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
     describe(bench, c);
     uint64_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
     stop_unless(bench, field_create(gpu, &bench->model, bench->scene, c->seed, &bench->field));
-    stop_unless(bench,
-                vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "pixels", .size_bytes = pixel_bytes, .home = VW_BUFFER_UPLOAD},
-                                 &bench->pixel_buffer));
+    stop_unless(bench, vw_buffer_create(gpu,
+                                        &(struct vw_buffer_params){
+                                            .name = "pixels", .size_bytes = pixel_bytes, .memory = VW_BUFFER_UPLOAD},
+                                        &bench->pixel_buffer));
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, pixel_bytes);
-    stop_unless(bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
+    stop_unless(
+        bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
     stop_unless(bench, step_create(&bench->field, &bench->config, bench->pixel_buffer, bench->scalars, &bench->step));
     stop_unless(bench, vw_batch_create(gpu, &bench->batch));
     step_bench_write_params(bench);
@@ -165,7 +179,8 @@ struct step_bench *step_bench_open(const struct step_case *c) {
 
 struct step_bench *step_bench_open_clamped(const struct step_case *c, const struct vw_gpu_limits *clamp) {
     struct vw_gpu *gpu = NULL;
-    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu)) fail_msg("%s", vw_error_message());
+    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu))
+        fail_msg("%s", vw_error_message());
     return open_on(gpu, true, c);
 }
 
@@ -211,7 +226,8 @@ void step_bench_put_grid(const struct step_bench *bench, const float *features, 
     size_t count = 2 * (size_t)bench->model.pair_count;
     uint16_t *halves = params;
     if (!bench->model.half_grid) memcpy(params, features, count * sizeof *features);
-    for (size_t i = 0; i < count && bench->model.half_grid; i++) halves[i] = half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
+    for (size_t i = 0; i < count && bench->model.half_grid; i++)
+        halves[i] = half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
 }
 
 float *step_bench_read_params(struct step_bench *bench) {
@@ -238,7 +254,8 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
-    assert_int_equal(bench->model.specialization.chunk_samples, bench->padded_samples); // so that activations of all samples are left
+    assert_int_equal(bench->model.specialization.chunk_samples,
+                     bench->padded_samples); // so that activations of all samples are left
     vw_batch_begin(bench->batch);
     step_record_gradients(&bench->step, bench->batch, number, 0, 0);
     step_bench_submit(bench);
@@ -250,7 +267,8 @@ void step_bench_step(struct step_bench *bench, uint64_t number) {
     step_bench_submit(bench);
 }
 
-void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
+void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                         uint64_t invocations) {
     vw_batch_begin(bench->batch);
     vw_batch_dispatch(bench->batch, pass, push, push_bytes, invocations);
     step_bench_submit(bench);
@@ -276,14 +294,14 @@ uint32_t *step_bench_slots(struct step_bench *bench) {
     return slots;
 }
 
-struct reference_step *step_bench_twin(struct step_bench *bench) {
+struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-    struct reference_step *twin = reference_step_create(&bench->model, rays, bench->step.padded_rays);
-    twin->view = bench->view;
-    free(twin->slots);
-    twin->slots = step_bench_slots(bench);
+    struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
+    reference->view = bench->view;
+    free(reference->slots);
+    reference->slots = step_bench_slots(bench);
     free(rays);
-    return twin;
+    return reference;
 }
 
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {
@@ -317,10 +335,11 @@ const float *step_bench_row(const struct step_bench *bench, const float *rows, u
     return rows + 4 * ((size_t)row * VW_ROW_STRIDE(bench->model.specialization.chunk_samples) + slot);
 }
 
-void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance) {
+void check_value(const char *where, const char *what, uint64_t index, double device, double expected,
+                 double tolerance) {
     if (fabs(device - expected) <= tolerance) return;
-    fail_msg("%s: %s[%llu] is %.9g on the device, %.9g by the twin: off by %.3g, more than %.3g", where, what, (unsigned long long)index,
-             device, expected, fabs(device - expected), tolerance);
+    fail_msg("%s: %s[%llu] is %.9g on the device, %.9g by the reference: off by %.3g, more than %.3g", where, what,
+             (unsigned long long)index, device, expected, fabs(device - expected), tolerance);
 }
 
 void check_same_bits(const char *where, const char *what, const void *device, const void *expected, size_t size_bytes) {

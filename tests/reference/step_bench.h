@@ -1,10 +1,11 @@
-// The real passes of one training step, set up on a small scene for a table of cases, and read back to be held against the twin.
-// Every function stops the test, naming case and seed, when it cannot do its work.
+// The real passes of one training step, set up on a small scene for a table of cases, and read back to be held against
+// the reference. Every function stops the test, naming case and seed, when it cannot do its work.
 #ifndef TESTS_REFERENCE_STEP_BENCH_H
 #define TESTS_REFERENCE_STEP_BENCH_H
 
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
+#include "gpu/compute.h"
 #include "train/step.h"
 
 // Zero means the default in brackets.
@@ -28,8 +29,8 @@ struct step_case {
     bool half_grid;            // --table-precision float16
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
     float grid_scale;          // the grid is uniform in +-this [0.5]
-    float weight_scale;        // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
-    uint32_t chunk_samples;    // [the whole step in one chunk]
+    float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
+    uint32_t chunk_samples; // [the whole step in one chunk]
 };
 
 struct step_bench {
@@ -50,11 +51,13 @@ struct step_bench {
     uint32_t padded_samples;    // of the step
 };
 
-// One case per thing that may break on its own: every sample count kind, width, features, table, loss and effect; see step_cases.c.
+// One case per thing that may break on its own: every sample count kind, width, features, table, loss and effect; see
+// step_cases.c.
 extern const struct step_case step_cases[];
 extern const uint32_t step_case_count;
 
-// On test_gpu(), or on a device of its own with limits clamped; step_bench_close() then reports what validation has to say of it.
+// On test_gpu(), or on a device of its own with limits clamped; step_bench_close() then reports what validation has to
+// say of it.
 struct step_bench *step_bench_open(const struct step_case *setup);
 struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
 void step_bench_close(struct step_bench *bench);
@@ -65,7 +68,8 @@ struct evaluator *step_bench_evaluator(struct step_bench *bench);
 
 // Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
-// The params on the device with every feature of the grid as a float and the rest behind them; to be freed by the caller.
+// The params on the device with every feature of the grid as a float and the rest behind them; to be freed by the
+// caller.
 float *step_bench_read_params(struct step_bench *bench);
 // Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
@@ -74,7 +78,8 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number);
 // Runs the whole step `number`.
 void step_bench_step(struct step_bench *bench, uint64_t number);
 // Runs one pass.
-void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations);
+void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                         uint64_t invocations);
 // Runs what a test recorded in bench->batch.
 void step_bench_submit(struct step_bench *bench);
 // The push constants of a step in one chunk.
@@ -83,12 +88,13 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 // A whole buffer, to be freed by the caller.
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
-// With the effect `occupancy`, lists a chunk in which every sample is kept, for passes that run alone; else does nothing.
+// With the effect `occupancy`, lists a chunk in which every sample is kept, for passes that run alone; else does
+// nothing.
 void step_bench_keep_all(struct step_bench *bench);
 // Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED. Owned by the caller.
 uint32_t *step_bench_slots(struct step_bench *bench);
-// The twin of the step that the device has just taken, from its rays and with its slots.
-struct reference_step *step_bench_twin(struct step_bench *bench);
+// The reference of the step that the device has just taken, from its rays and with its slots.
+struct reference_step *step_bench_reference(struct step_bench *bench);
 // Row `row` of a slot in the activations, see shaders/mlp.glsl: four floats.
 const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
 // Where the rows begin, in the order of shaders/mlp.glsl.
@@ -97,7 +103,8 @@ struct step_rows {
 };
 struct step_rows step_bench_rows(const struct step_bench *bench);
 
-// ---- Comparison ----------------------------------------------------------------------------------------------------------
+// ---- Comparison
+// ----------------------------------------------------------------------------------------------------------
 
 // Fails unless |device - expected| <= tolerance (NaN fails); the message names the case, `what` and the index.
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance);

@@ -1,6 +1,6 @@
 #include "step_bench.h"
 
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 const struct step_case step_cases[] = {
     {.name = "default sizes", .seed = 1},
@@ -67,7 +67,13 @@ const struct step_case step_cases[] = {
      .wide = true,
      .loss = VW_LOSS_L2},
     {.name = "photos of their own exposure", .seed = 10, .background = true, .appearance = true, .loss = VW_LOSS_L2},
-    {.name = "photos with codes", .seed = 11, .samples = 16, .width = 64, .beta1 = 0.9, .appearance_code = true, .loss = VW_LOSS_L2},
+    {.name = "photos with codes",
+     .seed = 11,
+     .samples = 16,
+     .width = 64,
+     .beta1 = 0.9,
+     .appearance_code = true,
+     .loss = VW_LOSS_L2},
     {.name = "photos with exposures and codes",
      .seed = 12,
      .rays = 300,
@@ -99,7 +105,13 @@ const struct step_case step_cases[] = {
      .distortion = true,
      .background = true,
      .unbounded = true},
-    {.name = "48 samples, empty cells skipped", .seed = 12, .samples = 48, .rays = 30, .levels = 6, .width = 16, .occupancy = true},
+    {.name = "48 samples, empty cells skipped",
+     .seed = 12,
+     .samples = 48,
+     .rays = 30,
+     .levels = 6,
+     .width = 16,
+     .occupancy = true},
     {.name = "every effect at once",
      .seed = 13,
      .levels = 4,

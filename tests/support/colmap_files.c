@@ -10,7 +10,7 @@
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/file.h"
+#include "base/file.h"
 
 // The rotation by `angle` about an axis of any length.
 static void turn(double angle, double x, double y, double z, double rotation[4]) {
@@ -27,8 +27,10 @@ struct colmap_test_model colmap_test_scene(const char *scene_folder) {
         .cameras = {{7, 4, "OPENCV", 8, 6, 8, {9.5, 9.25, 4.125, 2.875, -0.125, 0.0625, 0.01, -0.02}},
                     {3, 2, "SIMPLE_RADIAL", 16, 12, 4, {20.5, 8.25, 5.75, -0.03125}}},
         .image_count = 3,
-        .images = {{12, 7, "a.png", .translation = {0.1, -0.2, 3}, .feature_count = 3, .features = {{1.5, 2.5}, {3.25, 4.75}, {7, 0.5}}},
-                   {4, 3, "b.png", .translation = {-0.7, 0.3, 4}, .feature_count = 2, .features = {{10.5, 2.25}, {3, 11}}},
+        .images = {{12, 7, "a.png", .translation = {0.1, -0.2, 3}, .feature_count = 3,
+                    .features = {{1.5, 2.5}, {3.25, 4.75}, {7, 0.5}}},
+                   {4, 3, "b.png", .translation = {-0.7, 0.3, 4}, .feature_count = 2,
+                    .features = {{10.5, 2.25}, {3, 11}}},
                    {9, 7, "sub/c d.png", .translation = {0.4, 0.5, 5}}},
         .point_count = 2,
         .points = {{5, {0.25, -0.5, 1.25}, 0.75, {10, 200, 255}, 2, {{12, 1}, {4, 0}}},
@@ -52,7 +54,9 @@ static FILE *create(const char *scene_folder, const char *model_folder, const ch
     return file;
 }
 
-static void put(FILE *file, const void *value, size_t size_bytes) { assert_int_equal(fwrite(value, 1, size_bytes, file), size_bytes); }
+static void put(FILE *file, const void *value, size_t size_bytes) {
+    assert_int_equal(fwrite(value, 1, size_bytes, file), size_bytes);
+}
 static void put_u32(FILE *file, uint32_t value) { put(file, &value, sizeof value); }
 static void put_u64(FILE *file, uint64_t value) { put(file, &value, sizeof value); }
 static void put_reals(FILE *file, const double *values, size_t count) { put(file, values, count * sizeof *values); }
@@ -135,7 +139,8 @@ void colmap_write_text(const char *scene_folder, const char *model_folder, const
         fprintf(file, "%llu", (unsigned long long)point->id);
         print_reals(file, point->position, 3);
         fprintf(file, " %u %u %u %.17g", point->rgb[0], point->rgb[1], point->rgb[2], point->error);
-        for (size_t k = 0; k < point->track_count; k++) fprintf(file, " %u %u", point->tracks[k][0], point->tracks[k][1]);
+        for (size_t k = 0; k < point->track_count; k++)
+            fprintf(file, " %u %u", point->tracks[k][0], point->tracks[k][1]);
         fprintf(file, "\n");
     }
     assert_int_equal(fclose(file), 0);

@@ -11,7 +11,8 @@
 
 #include "support/gpu_fixture.h"
 #include "support/temporary_folder.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
+#include "detect/decide.h"
 #include "viewworth/train.h"
 
 // What a recipe is made of. Some shapes on a slab in a void (sparse), or a block that fills the box (full).
@@ -51,7 +52,7 @@ static bool is_true(const struct detection_case *c, const char *effect) {
     const struct {
         const char *name;
         bool holds;
-    } truths[] = {
+    } ground_truths[] = {
         {"distortion", c->lens},
         {"background", c->alpha},
         {"masks", c->masks},
@@ -59,31 +60,36 @@ static bool is_true(const struct detection_case *c, const char *effect) {
         {"unbounded", c->far},
         {"appearance", c->exposure},
         {"appearance_code", c->weather && c->exposure},
-        {"occupancy", !c->full && !c->far && !c->sky}, // else every ray ends in something, which stands in the box or is painted there
+        {"occupancy", !c->full && !c->far &&
+                          !c->sky}, // else every ray ends in something, which stands in the box or is painted there
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(truths); i++)
-        if (!strcmp(truths[i].name, effect)) return truths[i].holds;
-    fail_msg("effect %s has no truth in tests/support/detection_cases.c", effect);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(ground_truths); i++)
+        if (!strcmp(ground_truths[i].name, effect)) return ground_truths[i].holds;
+    fail_msg("effect %s has no ground_truth in tests/support/detection_cases.c", effect);
     return false;
 }
 
-// ---- The recipe -------------------------------------------------------------------------------------------------------------------
+// ---- The recipe
+// -------------------------------------------------------------------------------------------------------------------
 
 static const char sparse_shapes[] =
-    "{\"kind\": \"box\", \"centre\": [0, 0, -0.55], \"half_extent\": [0.95, 0.95, 0.05], \"texture\": {\"kind\": \"checker\","
+    "{\"kind\": \"box\", \"centre\": [0, 0, -0.55], \"half_extent\": [0.95, 0.95, 0.05], \"texture\": {\"kind\": "
+    "\"checker\","
     " \"colour\": [0.75, 0.7, 0.6], \"second_colour\": [0.35, 0.45, 0.4], \"cell\": 0.38}},"
     "{\"kind\": \"sphere\", \"centre\": [0.35, 0.2, -0.1], \"radius\": 0.4, \"texture\": {\"kind\": \"stripes\","
     " \"colour\": [0.7, 0.35, 0.25], \"second_colour\": [0.6, 0.55, 0.3], \"cell\": 0.2}},"
-    "{\"kind\": \"box\", \"centre\": [-0.4, -0.2, -0.2], \"half_extent\": [0.25, 0.25, 0.3], \"turn_deg\": 25, \"texture\":"
+    "{\"kind\": \"box\", \"centre\": [-0.4, -0.2, -0.2], \"half_extent\": [0.25, 0.25, 0.3], \"turn_deg\": 25, "
+    "\"texture\":"
     " {\"kind\": \"noise\", \"colour\": [0.3, 0.5, 0.7], \"second_colour\": [0.5, 0.4, 0.3], \"cell\": 0.2}}";
 static const char full_shapes[] =
     "{\"kind\": \"box\", \"centre\": [0, 0, 0], \"half_extent\": [0.95, 0.95, 0.95], \"texture\": {\"kind\": \"noise\","
     " \"colour\": [0.75, 0.7, 0.6], \"second_colour\": [0.3, 0.4, 0.5], \"cell\": 0.3}}";
-static const char ground[] =
-    ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.62], \"radius\": 60, \"texture\": {\"kind\": \"checker\", \"colour\": [0.5, 0.55, 0.4],"
-    " \"second_colour\": [0.4, 0.35, 0.3], \"cell\": 1.5}}";
-static const char tower[] = ", {\"kind\": \"box\", \"centre\": [%g, %g, 3], \"half_extent\": [3, 3, %g], \"texture\": {\"kind\": \"noise\","
-                            " \"colour\": [0.6, 0.5, 0.4], \"second_colour\": [0.4, 0.3, 0.5], \"cell\": 2}}";
+static const char ground[] = ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.62], \"radius\": 60, \"texture\": "
+                             "{\"kind\": \"checker\", \"colour\": [0.5, 0.55, 0.4],"
+                             " \"second_colour\": [0.4, 0.35, 0.3], \"cell\": 1.5}}";
+static const char tower[] =
+    ", {\"kind\": \"box\", \"centre\": [%g, %g, 3], \"half_extent\": [3, 3, %g], \"texture\": {\"kind\": \"noise\","
+    " \"colour\": [0.6, 0.5, 0.4], \"second_colour\": [0.4, 0.3, 0.5], \"cell\": 2}}";
 
 static void append(char **text, char *more) {
     char *longer = vw_format_text("%s%s", *text, more);
@@ -98,7 +104,8 @@ static char *make_shapes(const struct detection_case *c) {
     char *shapes = vw_copy_text(c->full ? full_shapes : sparse_shapes);
     if (!c->far) return shapes;
     append(&shapes, vw_copy_text(ground));
-    for (size_t i = 0; i < VW_ARRAY_COUNT(places); i++) append(&shapes, vw_format_text(tower, places[i][0], places[i][1], 4.0 + i % 3));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(places); i++)
+        append(&shapes, vw_format_text(tower, places[i][0], places[i][1], 4.0 + i % 3));
     return shapes;
 }
 
@@ -108,15 +115,18 @@ static char *make_recipe(const struct detection_case *c, uint64_t seed) {
         "{\"viewworth_recipe\": 1, \"seed\": %llu, \"image\": {\"width_px\": 48, \"height_px\": 36},"
         " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1}, \"background\": %s,"
         " \"sun\": {\"direction\": [0.4, -0.6, 0.9], \"intensity\": 0.5, \"ambient\": 0.4%s}, \"shapes\": [%s],"
-        " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": %s, \"elevation_deg\": %s, \"turns\": 2, \"count\": 24,"
+        " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": %s, \"elevation_deg\": %s, \"turns\": "
+        "2, \"count\": 24,"
         " \"start_deg\": %llu, \"field_of_view_deg\": 50%s}]%s%s}",
         (unsigned long long)seed,
         c->sky     ? "\"sky\""
         : c->alpha ? "\"transparent\""
                    : "[0, 0, 0]",
-        c->weather ? ", \"spread_deg\": 150" : "", shapes, c->full ? "4" : "2.6", c->far || c->sky ? "[5, 20]" : "[15, 45]",
-        (unsigned long long)(40 * seed % 360), c->lens ? ", \"distortion\": {\"k1\": 0.08, \"p1\": 0.004}" : "",
-        c->exposure ? ", \"exposure\": {\"gain\": 0.2}" : "", c->masks ? ", \"transients\": {\"share\": 0.6, \"size\": 0.08}" : "");
+        c->weather ? ", \"spread_deg\": 150" : "", shapes, c->full ? "4" : "2.6",
+        c->far || c->sky ? "[5, 20]" : "[15, 45]", (unsigned long long)(40 * seed % 360),
+        c->lens ? ", \"distortion\": {\"k1\": 0.08, \"p1\": 0.004}" : "",
+        c->exposure ? ", \"exposure\": {\"gain\": 0.2}" : "",
+        c->masks ? ", \"transients\": {\"share\": 0.6, \"size\": 0.08}" : "");
     free(shapes);
     return text;
 }
@@ -135,7 +145,8 @@ struct vw_scene *detection_plain_scene(void) {
     return open_case(&cases[0], 1);
 }
 
-// ---- The check --------------------------------------------------------------------------------------------------------------------
+// ---- The check
+// --------------------------------------------------------------------------------------------------------------------
 
 struct confusion {
     uint32_t counts[2][2]; // [true][called for]
@@ -143,21 +154,23 @@ struct confusion {
 };
 
 static void print_matrix(const struct vw_effect_verdict *verdicts, uint32_t count, const struct confusion *confusions) {
-    print_message("%-16s %6s %6s %6s %6s   %-12s %-12s %s\n", "effect", "right+", "right-", "false+", "false-", "highest off", "lowest on",
-                  "threshold");
+    print_message("%-16s %6s %6s %6s %6s   %-12s %-12s %s\n", "effect", "right+", "right-", "false+", "false-",
+                  "highest off", "lowest on", "threshold");
     for (uint32_t e = 0; e < count; e++) {
         const struct confusion *m = &confusions[e];
-        print_message("%-16s %6u %6u %6u %6u   %-12.4g %-12.4g %g\n", verdicts[e].name, m->counts[1][1], m->counts[0][0], m->counts[0][1],
-                      m->counts[1][0], m->highest_off, m->lowest_on, verdicts[e].threshold);
+        print_message("%-16s %6u %6u %6u %6u   %-12.4g %-12.4g %g\n", verdicts[e].name, m->counts[1][1],
+                      m->counts[0][0], m->counts[0][1], m->counts[1][0], m->highest_off, m->lowest_on,
+                      verdicts[e].threshold);
     }
 }
 
 // Adds a verdict; prints it when it is wrong.
-static uint32_t judge(const struct vw_effect_verdict *verdict, bool truth, size_t index, uint64_t seed, struct confusion *confusion) {
-    confusion->counts[truth][verdict->called_for]++;
-    if (truth && !(verdict->evidence >= confusion->lowest_on)) confusion->lowest_on = verdict->evidence;
-    if (!truth && verdict->evidence > confusion->highest_off) confusion->highest_off = verdict->evidence;
-    if (verdict->called_for == truth) return 0;
+static uint32_t evaluate(const struct vw_effect_verdict *verdict, bool ground_truth, size_t index, uint64_t seed,
+                         struct confusion *confusion) {
+    confusion->counts[ground_truth][verdict->called_for]++;
+    if (ground_truth && !(verdict->evidence >= confusion->lowest_on)) confusion->lowest_on = verdict->evidence;
+    if (!ground_truth && verdict->evidence > confusion->highest_off) confusion->highest_off = verdict->evidence;
+    if (verdict->called_for == ground_truth) return 0;
     print_error("case %zu, seed %llu: %s is %scalled for: %g\n", index, (unsigned long long)seed, verdict->name,
                 verdict->called_for ? "" : "not ", verdict->evidence);
     return 1;
@@ -167,13 +180,14 @@ void detection_check(uint64_t first_seed, uint32_t seed_count) {
     struct confusion confusions[VW_EFFECT_COUNT_MAX];
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, mistakes = 0;
-    for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++) confusions[e] = (struct confusion){.lowest_on = 1e9, .highest_off = 0.0};
+    for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++)
+        confusions[e] = (struct confusion){.lowest_on = 1e9, .highest_off = 0.0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         for (uint64_t seed = first_seed; seed < first_seed + seed_count; seed++) {
             struct vw_scene *scene = open_case(&cases[i], seed);
             if (vw_effects_decide(test_gpu(), scene, "auto", verdicts, &count)) fail_msg("%s", vw_error_message());
             for (uint32_t e = 0; e < count; e++)
-                mistakes += judge(&verdicts[e], is_true(&cases[i], verdicts[e].name), i, seed, &confusions[e]);
+                mistakes += evaluate(&verdicts[e], is_true(&cases[i], verdicts[e].name), i, seed, &confusions[e]);
             vw_scene_close(&scene);
         }
     }

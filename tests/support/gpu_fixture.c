@@ -18,7 +18,8 @@ const char *__asan_default_options(void) { return "detect_leaks=0"; }
 struct vw_gpu *test_gpu(void) {
     // The layer compares submissions with each other only when its own setting says so.
     setenv("VK_LAYER_ENABLES", "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT", 0);
-    if (!shared_gpu && vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &shared_gpu)) fail_msg("%s", vw_error_message());
+    if (!shared_gpu && vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &shared_gpu))
+        fail_msg("%s", vw_error_message());
     return shared_gpu;
 }
 

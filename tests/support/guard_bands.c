@@ -1,45 +1,54 @@
-// Guard bands around every buffer of a test program, without the product knowing: the linker sends these calls here (--wrap, see
-// CMakeLists.txt), and here a buffer becomes larger by a band of a pattern on either side.
+// Guard bands around every buffer of a test program, without the product knowing: the linker sends these calls here
+// (--wrap, see CMakeLists.txt), and here a buffer becomes larger by a band of a pattern on either side.
 //
-// A binding that reaches its buffer's end is let run on into the band behind. Else an overrun would show on no device that masks what lies
-// outside a binding, as lavapipe does. So a pass that writes too far spoils the band, and one that reads too far meets NaN. The one
-// exception is a shader that asks a binding for its length: it gets the true one.
+// A binding that reaches its buffer's end is let run on into the band behind. Else an overrun would show on no device
+// that masks what lies outside a binding, as lavapipe does. So a pass that writes too far corrupts the band, and one
+// that reads too far meets NaN. The one exception is a shader that asks a binding for its length: it gets the true one.
 #include "support/guard_bands.h"
 
 #include <stdio.h>
 
 #include "viewworth/gpu.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "base/memory.h"
 
 // The calls as the product defines them.
-enum vw_status __real_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params, struct vw_buffer **buffer);
+enum vw_status __real_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
+                                       struct vw_buffer **buffer);
 void __real_vw_buffer_destroy(struct vw_buffer **buffer);
 uint64_t __real_vw_buffer_size_bytes(const struct vw_buffer *buffer);
 void *__real_vw_buffer_map(struct vw_buffer *buffer);
-enum vw_status __real_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);
+enum vw_status __real_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data,
+                                      uint64_t size_bytes);
 enum vw_status __real_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
 enum vw_status __real_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __real_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                          uint64_t to_offset_bytes, uint64_t size_bytes);
-void __real_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                       struct vw_buffer *groups, uint64_t offset_bytes);
+void __real_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+                          struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
+void __real_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push,
+                                       size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
 enum vw_status __real_vw_gpu_close(struct vw_gpu **gpu);
 
 // And as they are here.
-enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params, struct vw_buffer **buffer);
+enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
+                                       struct vw_buffer **buffer);
 void __wrap_vw_buffer_destroy(struct vw_buffer **buffer);
 uint64_t __wrap_vw_buffer_size_bytes(const struct vw_buffer *buffer);
 void *__wrap_vw_buffer_map(struct vw_buffer *buffer);
-enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);
+enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data,
+                                      uint64_t size_bytes);
 enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
 enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                          uint64_t to_offset_bytes, uint64_t size_bytes);
-void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                       struct vw_buffer *groups, uint64_t offset_bytes);
+void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+                          struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
+void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push,
+                                       size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
 enum vw_status __wrap_vw_gpu_close(struct vw_gpu **gpu);
 
-enum { BAND_BYTES = 16384, BUFFERS_MAX = 1024, SLOTS_MAX = 64 }; // the band: a multiple of every offset alignment that Vulkan allows
+enum {
+    BAND_BYTES = 16384,
+    BUFFERS_MAX = 1024,
+    SLOTS_MAX = 64
+}; // the band: a multiple of every offset alignment that Vulkan allows
 
 static struct guarded {
     struct vw_buffer *buffer;
@@ -56,22 +65,27 @@ static struct guarded *find(const struct vw_buffer *buffer) {
     return NULL;
 }
 
-// As floats NaN, as integers huge, and nowhere the same: a sum over one band's NaN keeps its bits, and would pass for another band.
+// As floats NaN, as integers huge, and nowhere the same: a sum over one band's NaN keeps its bits, and would pass for
+// another band.
 static void fill_pattern(const struct guarded *it, int side, uint32_t words[BAND_BYTES / 4]) {
     for (uint32_t i = 0; i < BAND_BYTES / 4; i++)
         words[i] = 0xFFC00000u | ((it->number * 2 + (uint32_t)side) * 40503u + i * 977u) % 0x3FFFFFu;
 }
 
-// ---- Buffers -------------------------------------------------------------------------------------------------------------
+// ---- Buffers
+// -------------------------------------------------------------------------------------------------------------
 
 enum side { BEFORE, BEHIND };
 
-static uint64_t band_offset(const struct guarded *it, int side) { return side == BEFORE ? 0 : BAND_BYTES + it->size_bytes; }
+static uint64_t band_offset(const struct guarded *it, int side) {
+    return side == BEFORE ? 0 : BAND_BYTES + it->size_bytes;
+}
 
 static enum vw_status guard(struct vw_buffer *buffer, const struct vw_buffer_params *params) {
     size_t i = 0;
     while (i < BUFFERS_MAX && guarded[i].buffer) i++;
-    if (i == BUFFERS_MAX) return vw_fail(VW_ERROR_MEMORY, "more than %d buffers at once; raise BUFFERS_MAX in %s", BUFFERS_MAX, __FILE__);
+    if (i == BUFFERS_MAX)
+        return vw_fail(VW_ERROR_MEMORY, "more than %d buffers at once; raise BUFFERS_MAX in %s", BUFFERS_MAX, __FILE__);
     guarded[i] = (struct guarded){.buffer = buffer, .size_bytes = params->size_bytes, .number = buffer_count++};
     snprintf(guarded[i].name, sizeof guarded[i].name, "%s", params->name ? params->name : "unnamed");
     enum vw_status status = VW_OK;
@@ -83,7 +97,8 @@ static enum vw_status guard(struct vw_buffer *buffer, const struct vw_buffer_par
     return status;
 }
 
-enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params, struct vw_buffer **buffer) {
+enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
+                                       struct vw_buffer **buffer) {
     struct vw_buffer_params larger = *params;
     if (larger.size_bytes) larger.size_bytes += 2 * BAND_BYTES;
     enum vw_status status = __real_vw_buffer_create(gpu, &larger, buffer);
@@ -96,13 +111,15 @@ enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffe
 static void check_band(const struct guarded *it, int side) {
     uint32_t expected[BAND_BYTES / 4], found[BAND_BYTES / 4];
     fill_pattern(it, side, expected);
-    if (__real_vw_buffer_read(it->buffer, band_offset(it, side), found, BAND_BYTES)) return; // a lost device says so itself
+    if (__real_vw_buffer_read(it->buffer, band_offset(it, side), found, BAND_BYTES))
+        return; // a lost device says so itself
     for (size_t i = 0; i < VW_ARRAY_COUNT(found); i++) {
         if (found[i] == expected[i]) continue;
-        fprintf(stderr, "guard band %s buffer %s (%llu bytes) was written to, at its byte %zu\n", side == BEFORE ? "before" : "behind",
-                it->name, (unsigned long long)it->size_bytes, 4 * i);
+        fprintf(stderr, "guard band %s buffer %s (%llu bytes) was written to, at its byte %zu\n",
+                side == BEFORE ? "before" : "behind", it->name, (unsigned long long)it->size_bytes, 4 * i);
         broken_count++;
-        __real_vw_buffer_write(it->buffer, band_offset(it, side), expected, BAND_BYTES); // mended, so that it is told once
+        __real_vw_buffer_write(it->buffer, band_offset(it, side), expected,
+                               BAND_BYTES); // mended, so that it is told once
         return;
     }
 }
@@ -131,7 +148,8 @@ void *__wrap_vw_buffer_map(struct vw_buffer *buffer) {
     return memory ? memory + shift(buffer, 0) : NULL;
 }
 
-enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes) {
+enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data,
+                                      uint64_t size_bytes) {
     return __real_vw_buffer_write(buffer, shift(buffer, offset_bytes), data, size_bytes);
 }
 
@@ -139,17 +157,18 @@ enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_b
     return __real_vw_buffer_read(buffer, shift(buffer, offset_bytes), data, size_bytes);
 }
 
-void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                          uint64_t to_offset_bytes, uint64_t size_bytes) {
+void __wrap_vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+                          struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes) {
     __real_vw_batch_copy(batch, from, shift(from, from_offset_bytes), to, shift(to, to_offset_bytes), size_bytes);
 }
 
-void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                       struct vw_buffer *groups, uint64_t offset_bytes) {
+void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push,
+                                       size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes) {
     __real_vw_batch_dispatch_indirect(batch, pass, push, push_bytes, groups, shift(groups, offset_bytes));
 }
 
-// ---- Passes --------------------------------------------------------------------------------------------------------------
+// ---- Passes
+// --------------------------------------------------------------------------------------------------------------
 
 static bool asks_for_lengths(const struct vw_shader *shader) {
     enum { HEADER_WORDS = 5, OP_ARRAY_LENGTH = 68 };
@@ -181,7 +200,8 @@ enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_pa
     return __real_vw_pass_create(gpu, &wide, pass);
 }
 
-// ---- The verdict ---------------------------------------------------------------------------------------------------------
+// ---- The verdict
+// ---------------------------------------------------------------------------------------------------------
 
 unsigned guard_bands_broken(void) {
     for (size_t i = 0; i < BUFFERS_MAX; i++)

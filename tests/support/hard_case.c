@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "reference/step_bench.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 struct row {
     const struct hard_case *hard_case;
@@ -32,7 +32,8 @@ static int tear_down_row(void **state) {
     return 0;
 }
 
-static int text_width(const struct row *rows, size_t count, const char *heading, const char *(*text)(const struct row *)) {
+static int text_width(const struct row *rows, size_t count, const char *heading,
+                      const char *(*text)(const struct row *)) {
     size_t width = strlen(heading);
     for (size_t i = 0; i < count; i++)
         if (strlen(text(&rows[i])) > width) width = strlen(text(&rows[i]));
@@ -46,13 +47,13 @@ static const char *quantity_of(const struct row *row) { return row->finding.quan
 static void print_table(const char *group, const struct row *rows, size_t count) {
     int name = text_width(rows, count, "case", name_of), risk = text_width(rows, count, "what could go wrong", risk_of);
     int quantity = text_width(rows, count, "nearest its tolerance", quantity_of);
-    printf("\nHard cases: %s\n%-*s | %-*s | %-*s | %-9s | %-9s | %-9s | %s\n", group, name, "case", risk, "what could go wrong", quantity,
-           "nearest its tolerance", "error", "tolerance", "compared", "verdict");
+    printf("\nHard cases: %s\n%-*s | %-*s | %-*s | %-9s | %-9s | %-9s | %s\n", group, name, "case", risk,
+           "what could go wrong", quantity, "nearest its tolerance", "error", "tolerance", "compared", "verdict");
     for (size_t i = 0; i < count; i++) {
         const struct hard_finding *finding = &rows[i].finding;
-        printf("%-*s | %-*s | %-*s | %-9.2g | %-9.2g | %-9llu | %s\n", name, name_of(&rows[i]), risk, risk_of(&rows[i]), quantity,
-               quantity_of(&rows[i]), finding->error, finding->tolerance, (unsigned long long)finding->compared,
-               finding->passed ? "passes" : "FAILS");
+        printf("%-*s | %-*s | %-*s | %-9.2g | %-9.2g | %-9llu | %s\n", name, name_of(&rows[i]), risk, risk_of(&rows[i]),
+               quantity, quantity_of(&rows[i]), finding->error, finding->tolerance,
+               (unsigned long long)finding->compared, finding->passed ? "passes" : "FAILS");
     }
     fflush(stdout);
 }
@@ -64,8 +65,8 @@ int hard_cases_run(const char *group, const struct hard_case *cases, size_t coun
     if (rows && tests) {
         for (size_t i = 0; i < count; i++) {
             rows[i] = (struct row){.hard_case = &cases[i], .tear_down = tear_down};
-            tests[i] =
-                (struct CMUnitTest){.name = cases[i].name, .test_func = run_row, .teardown_func = tear_down_row, .initial_state = &rows[i]};
+            tests[i] = (struct CMUnitTest){
+                .name = cases[i].name, .test_func = run_row, .teardown_func = tear_down_row, .initial_state = &rows[i]};
         }
         failed = _cmocka_run_group_tests(group, tests, count, NULL, step_bench_teardown);
         print_table(group, rows, count);
@@ -81,8 +82,8 @@ static double used_up(double error, double tolerance) {
     return error <= tolerance ? error / tolerance : INFINITY;
 }
 
-void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected, double scale,
-                  double tolerance) {
+void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected,
+                  double scale, double tolerance) {
     double off = fabs(device - expected), error = off == 0.0 ? 0.0 : off / scale;
     if (!isfinite(device) || !isfinite(expected)) error = INFINITY;
     if (!finding->compared++ || used_up(error, tolerance) > used_up(finding->error, finding->tolerance)) {
@@ -91,15 +92,16 @@ void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t i
         finding->tolerance = tolerance;
     }
     if (!(error <= tolerance))
-        fail_msg("%s: %s[%llu] is %.9g on the device, %.9g by the twin: off by %.3g of %.3g, more than %.3g", finding->where, quantity,
-                 (unsigned long long)index, device, expected, off, scale, tolerance);
+        fail_msg("%s: %s[%llu] is %.9g on the device, %.9g by the reference: off by %.3g of %.3g, more than %.3g",
+                 finding->where, quantity, (unsigned long long)index, device, expected, off, scale, tolerance);
 }
 
 void hard_equal(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected) {
     hard_compare(finding, quantity, index, device, expected, 1.0, 0.0);
 }
 
-void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected, size_t size_bytes) {
+void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected,
+                    size_t size_bytes) {
     const unsigned char *a = device, *b = expected;
     size_t i = 0;
     while (i < size_bytes && a[i] == b[i]) i++;

@@ -1,5 +1,5 @@
-// Hard cases: named situations in which numbers go wrong easily. Each is a cmocka test of its own and a row of the table that the program
-// prints at its end: the comparison with the twin that came nearest to its tolerance.
+// Hard cases: named situations in which numbers go wrong easily. Each is a cmocka test of its own and a row of the
+// table that the program prints at its end: the comparison with the reference that came nearest to its tolerance.
 #ifndef TESTS_SUPPORT_HARD_CASE_H
 #define TESTS_SUPPORT_HARD_CASE_H
 
@@ -22,18 +22,20 @@ struct hard_case {
     void (*run)(struct hard_finding *finding);
 };
 
-// Runs the cases in order as one cmocka group, closes what benches and devices they opened, and prints the table. Returns how many failed,
-// for main(). A case that compares nothing fails. `tear_down` runs after every case, also after one that failed; NULL: nothing is left to
-// do.
+// Runs the cases in order as one cmocka group, closes what benches and devices they opened, and prints the table.
+// Returns how many failed, for main(). A case that compares nothing fails. `tear_down` runs after every case, also
+// after one that failed; NULL: nothing is left to do.
 int hard_cases_run(const char *group, const struct hard_case *cases, size_t count, void (*tear_down)(void));
 
-// Fails the case unless |device - expected| <= tolerance * scale; anything not finite fails. With scale 0 only equality passes.
-void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected, double scale,
-                  double tolerance);
+// Fails the case unless |device - expected| <= tolerance * scale; anything not finite fails. With scale 0 only equality
+// passes.
+void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected,
+                  double scale, double tolerance);
 // The same for equality.
 void hard_equal(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected);
 // Bit for bit; counts as one comparison.
-void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected, size_t size_bytes);
+void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected,
+                    size_t size_bytes);
 // What must hold beside the numbers; `what` says it in words.
 void hard_require(struct hard_finding *finding, bool holds, const char *what);
 

@@ -11,11 +11,14 @@
 
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
+#include "train/trainer_private.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "viewworth/memory.h"
-#include "viewworth/psnr.h"
+#include "base/psnr.h"
 
-// Root mean squares and means of errors differ by no more than the largest error of a colour: see hard_check_rendering().
+// Root mean squares and means of errors differ by no more than the largest error of a colour: see
+// hard_check_rendering().
 static const double ERROR_TOLERANCE = 1e-5;
 static const double PSNR_TOLERANCE_DB = 1e-12; // the same formula in double
 
@@ -50,8 +53,10 @@ static void *read_whole(struct vw_buffer *buffer) {
 static void check_record(struct hard_finding *finding, const struct vw_step_record *record) {
     const double values[] = {record->val_psnr, record->val_psnr_pooled, record->val_l1};
     for (size_t i = 0; i < VW_ARRAY_COUNT(values); i++)
-        hard_require(finding, record->nonfinite ? isnan(values[i]) : isfinite(values[i]), "a record is finite, or flagged without values");
-    if (record->step > 0 && !record->nonfinite) hard_require(finding, isfinite(record->train_loss), "the loss of a sound step is finite");
+        hard_require(finding, record->nonfinite ? isnan(values[i]) : isfinite(values[i]),
+                     "a record is finite, or flagged without values");
+    if (record->step > 0 && !record->nonfinite)
+        hard_require(finding, isfinite(record->train_loss), "the loss of a sound step is finite");
     if (record->nonfinite) return;
     double psnr = 0.0;
     for (uint32_t i = 0; i < record->view_count; i++) psnr += vw_psnr_db(record->views[i].mse) / record->view_count;
@@ -67,16 +72,16 @@ static void file_record(struct hard_run *run, const struct vw_step_record *recor
     run->first.views = run->last.views = NULL;
 }
 
-// The view's gain and bias by the twin, from what the twin rendered; 0 where nothing is fitted.
-static struct reference_photo fit(const struct reference_step *twin, struct vw_ray_range range) {
+// The view's gain and bias by the reference, from what the reference rendered; 0 where nothing is fitted.
+static struct reference_photo fit(const struct reference_step *reference, struct vw_ray_range range) {
     struct reference_photo photo = {0};
     double *rendered = vw_allocate(range.count, sizeof *rendered), *target = vw_allocate(range.count, sizeof *target);
     for (int c = 0; c < 3 && range.count; c++) {
         uint32_t count = 0;
         for (uint32_t ray = range.first; ray < range.first + range.count; ray++) {
-            if (twin->rays[ray].weight == 0.0) continue;
-            rendered[count] = twin->colours[ray][c];
-            target[count++] = twin->rays[ray].target[c];
+            if (reference->rays[ray].weight == 0.0) continue;
+            rendered[count] = reference->colours[ray][c];
+            target[count++] = reference->rays[ray].target[c];
         }
         reference_fit_channel(rendered, target, count, &photo.gain[c], &photo.bias[c]);
     }
@@ -86,14 +91,15 @@ static struct reference_photo fit(const struct reference_step *twin, struct vw_r
 }
 
 // Pixels without weight count neither as errors nor in the means.
-static void compare_view(struct hard_finding *finding, const struct reference_step *twin, struct vw_ray_range range,
-                         const struct reference_photo *photo, uint32_t view, const struct vw_view_error *device) {
+static void compare_view(struct hard_finding *finding, const struct reference_step *reference,
+                         struct vw_ray_range range, const struct reference_photo *photo, uint32_t view,
+                         const struct vw_view_error *device) {
     double squared = 0.0, absolute = 0.0, values = 0.0;
     for (uint32_t ray = range.first; ray < range.first + range.count; ray++) {
         double seen[3];
-        reference_appear(photo, twin->colours[ray], seen);
-        for (int c = 0; c < 3 && twin->rays[ray].weight != 0.0; c++) {
-            double error = seen[c] - twin->rays[ray].target[c];
+        reference_appear(photo, reference->colours[ray], seen);
+        for (int c = 0; c < 3 && reference->rays[ray].weight != 0.0; c++) {
+            double error = seen[c] - reference->rays[ray].target[c];
             squared += error * error;
             absolute += fabs(error);
             values += 1.0;
@@ -106,17 +112,17 @@ static void compare_view(struct hard_finding *finding, const struct reference_st
 static void compare_validation(struct hard_finding *finding, const float *params, const struct hard_run *run) {
     struct vw_ray *rays = read_whole(trainer->validation.rays);
     struct vw_ray_range *ranges = read_whole(trainer->val_ranges);
-    struct reference_params *twin_params = reference_params_create(&trainer->model, params);
+    struct reference_params *reference_params = reference_params_create(&trainer->model, params);
     struct vw_ray_range *fit_ranges = trainer->view_fit.ranges ? read_whole(trainer->view_fit.ranges) : NULL;
-    struct reference_step *twin = reference_step_create(&trainer->model, rays, trainer->validation.ray_count);
-    reference_step_forward(twin, twin_params, false, 0);
+    struct reference_step *reference = reference_step_create(&trainer->model, rays, trainer->validation.ray_count);
+    reference_step_forward(reference, reference_params, false, 0);
     for (uint32_t i = 0; i < run->view_count; i++) {
-        struct reference_photo photo = fit(twin, fit_ranges ? fit_ranges[i] : (struct vw_ray_range){0});
-        compare_view(finding, twin, ranges[i], &photo, i, &run->views[i]);
+        struct reference_photo photo = fit(reference, fit_ranges ? fit_ranges[i] : (struct vw_ray_range){0});
+        compare_view(finding, reference, ranges[i], &photo, i, &run->views[i]);
     }
     free(fit_ranges);
-    reference_step_destroy(twin);
-    reference_params_destroy(twin_params);
+    reference_step_destroy(reference);
+    reference_params_destroy(reference_params);
     free(rays);
     free(ranges);
 }
@@ -134,15 +140,18 @@ static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
     } while (count);
 }
 
-static struct hard_run train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config, bool well) {
+static struct hard_run train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config,
+                             bool well) {
     struct hard_run run = {0};
-    ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
+    ok(vw_trainer_create(
+        &(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
     float *before = read_whole(trainer->field.params);
     run_to_the_end(finding, &run);
     float *params = read_whole(trainer->field.params);
     for (uint64_t i = 0; i < 2 * (uint64_t)trainer->model.pair_count; i++)
         hard_require(finding, isfinite(reference_feature(&trainer->model, params, i)), "every feature is finite");
-    for (uint64_t i = trainer->model.grid.size_bytes / sizeof *params; i < trainer->model.param_bytes / sizeof *params; i++)
+    for (uint64_t i = trainer->model.grid.size_bytes / sizeof *params; i < trainer->model.param_bytes / sizeof *params;
+         i++)
         hard_require(finding, isfinite(params[i]), "every param is finite");
     run.still = !memcmp(params, before, trainer->model.param_bytes);
     if (well) {
@@ -159,6 +168,7 @@ struct hard_run hard_train(struct hard_finding *finding, const struct vw_scene *
     return train(finding, scene, config, false);
 }
 
-struct hard_run hard_train_well(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config) {
+struct hard_run hard_train_well(struct hard_finding *finding, const struct vw_scene *scene,
+                                const struct vw_config *config) {
     return train(finding, scene, config, true);
 }

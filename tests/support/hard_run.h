@@ -1,9 +1,12 @@
-// Whole training runs on a scene, through the trainer's public functions; the last validation can be held against the twin.
+// Whole training runs on a scene, through the trainer's public functions; the last validation can be held against the
+// reference.
 #ifndef TESTS_SUPPORT_HARD_RUN_H
 #define TESTS_SUPPORT_HARD_RUN_H
 
 #include "support/hard_case.h"
+#include "viewworth/scene.h"
 #include "viewworth/train.h"
+#include "viewworth/types.h"
 
 enum { HARD_VIEWS_MAX = 4 };
 
@@ -17,10 +20,13 @@ struct hard_run {
 
 // A small field and few rays, in the sizes that all runs of the hard cases share.
 struct vw_config hard_run_config(void);
-// Trains and validates. Fails the case unless every record is either finite or flagged without values, and the params are finite.
+// Trains and validates. Fails the case unless every record is either finite or flagged without values, and the params
+// are finite.
 struct hard_run hard_train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config);
-// The same, and no step may be flagged, and the errors of the last step's views are those that the twin renders from the params.
-struct hard_run hard_train_well(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config);
+// The same, and no step may be flagged, and the errors of the last step's views are those that the reference renders
+// from the params.
+struct hard_run hard_train_well(struct hard_finding *finding, const struct vw_scene *scene,
+                                const struct vw_config *config);
 // A tear_down for cases with runs: destroys the trainer that a failed case left.
 void hard_run_close(void);
 

@@ -1,4 +1,5 @@
-// Whole steps and renderings of a bench held against the twin, whatever the params and the rays are: for hard cases.
+// Whole steps and renderings of a bench held against the reference, whatever the params and the rays are: for hard
+// cases.
 #ifndef TESTS_SUPPORT_HARD_STEP_H
 #define TESTS_SUPPORT_HARD_STEP_H
 
@@ -27,18 +28,20 @@ void hard_gradients_free(struct hard_gradients *gradients);
 // Puts bench->pixels, changed by the test, where the device reads them.
 void hard_write_pixels(struct step_bench *bench);
 
-// Runs step `number` from the params on the device and holds losses, gradients and the updated params and moments against the twin's. All
-// must be finite and the step not flagged.
+// Runs step `number` from the params on the device and holds losses, gradients and the updated params and moments
+// against the reference's. All must be finite and the step not flagged.
 void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number);
 // Its halves. Gradients that are taken are cleared on the device, so that a whole step can follow.
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number);
-void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number, const struct hard_gradients *gradients);
-// What step `number` made of `before` with these gradients. A step that is not finite must have changed nothing; where an update would
-// leave the floats, the params must be as they were; in both cases the row must be flagged.
+void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
+                          const struct hard_gradients *gradients);
+// What step `number` made of `before` with these gradients. A step that is not finite must have changed nothing; where
+// an update would leave the floats, the params must be as they were; in both cases the row must be flagged.
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
-                       const struct hard_gradients *gradients, const struct hard_state *before, const struct hard_state *after);
+                       const struct hard_gradients *gradients, const struct hard_state *before,
+                       const struct hard_state *after);
 
-// Renders bench->pixels as validation does and holds colours and transmittance against the twin's.
+// Renders bench->pixels as validation does and holds colours and transmittance against the reference's.
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench);
 
 #endif

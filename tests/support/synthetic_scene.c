@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "viewworth/hash.h"
-#include "viewworth/memory.h"
+#include "base/hash.h"
+#include "base/memory.h"
 
 static uint8_t to_byte(double value) { return (uint8_t)lrint(255.0 * fmin(fmax(value, 0.0), 1.0)); }
 
@@ -24,7 +24,8 @@ static void paint(struct vw_image *image, const double rotation[3][4], const str
     }
 }
 
-static void set_view(struct vw_view *view, uint32_t index, uint32_t count, const struct synthetic_scene_params *params) {
+static void set_view(struct vw_view *view, uint32_t index, uint32_t count,
+                     const struct synthetic_scene_params *params) {
     double angle = 6.283185307179586 * index / count, height = 0.4 * sin(2.0 * angle),
            scale = params->world_scale != 0.0 ? params->world_scale : 1.0;
     // Looking at the origin from distance 3: z (back) points to the camera, x to the right, y up.
@@ -48,8 +49,10 @@ static void set_view(struct vw_view *view, uint32_t index, uint32_t count, const
                                       .centre_x_px = 0.5 * params->width_px,
                                       .centre_y_px = 0.5 * params->height_px,
                                       .k1 = params->k1};
-    view->image = (struct vw_image){
-        .width_px = params->width_px, .height_px = params->height_px, .format = VW_PIXEL_UINT8, .has_alpha = params->alpha};
+    view->image = (struct vw_image){.width_px = params->width_px,
+                                    .height_px = params->height_px,
+                                    .format = VW_PIXEL_UINT8,
+                                    .has_alpha = params->alpha};
     view->image.pixels = vw_allocate((size_t)params->width_px * params->height_px, 4);
     paint(&view->image, view->camera_to_world, &view->camera, params->alpha);
     vw_sha256(view->image.pixels, 4 * (size_t)params->width_px * params->height_px, view->sha256);

@@ -6,8 +6,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 static void stop(const char *what, const char *path) {
     fprintf(stderr, "temporary folder: cannot %s %s: %s\n", what, path, vw_error_message());
@@ -51,6 +51,7 @@ const char *real_scene_path(const char *name) {
     const char *scenes = getenv("VIEWWORTH_SCENES");
     const char *path = temporary_path(scenes ? scenes : VW_SOURCE_FOLDER "/../shared/scenes", name);
     if (vw_folder_exists(path)) return path;
-    fprintf(stderr, "SKIPPED: the scene %s is not there (%s); set VIEWWORTH_SCENES to the folder that holds it\n", name, path);
+    fprintf(stderr, "SKIPPED: the scene %s is not there (%s); set VIEWWORTH_SCENES to the folder that holds it\n", name,
+            path);
     return NULL;
 }

@@ -14,7 +14,8 @@ const char *temporary_path(const char *folder, const char *name);
 // Writes a text to folder/name, creating folders on the way, and returns the path as temporary_path() does.
 const char *temporary_file(const char *folder, const char *name, const char *text);
 
-// The folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL, said aloud, when absent.
+// The folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL, said
+// aloud, when absent.
 const char *real_scene_path(const char *name);
 
 #endif

@@ -11,7 +11,8 @@
 #include <cmocka.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/file.h"
+#include "image/image.h"
+#include "base/file.h"
 
 void tiny_photo_write(const char *path, uint32_t index) {
     float pixels[TINY_HEIGHT_PX * TINY_WIDTH_PX * 3];
@@ -22,15 +23,19 @@ void tiny_photo_write(const char *path, uint32_t index) {
     if (vw_image_save(path, TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels)) fail_msg("%s", vw_error_message());
 }
 
-// A camera on a ring (with some height) that looks at the centre. Its axes: z away from the centre, x level, y = z cross x.
+// A camera on a ring (with some height) that looks at the centre. Its axes: z away from the centre, x level, y = z
+// cross x.
 static void write_frame(FILE *json, const struct tiny_scene *tiny, uint32_t index) {
-    double turn = 2 * M_PI * index / 8 + 0.1, tilt = 0.3 + 0.2 * (index % 3), scale = tiny->scale_world ? tiny->scale_world : 1;
+    double turn = 2 * M_PI * index / 8 + 0.1, tilt = 0.3 + 0.2 * (index % 3),
+           scale = tiny->scale_world ? tiny->scale_world : 1;
     double z[3] = {cos(turn) * cos(tilt), sin(turn) * cos(tilt), sin(tilt)}, x[3] = {-sin(turn), cos(turn), 0};
-    fprintf(json, "%s\n    {%s \"file_path\": \"%s%02u%s", index > tiny->first ? "," : "", tiny->frame_keys ? tiny->frame_keys : "",
-            tiny->name_prefix ? tiny->name_prefix : "images/", index, tiny->name_suffix ? tiny->name_suffix : ".png");
+    fprintf(json, "%s\n    {%s \"file_path\": \"%s%02u%s", index > tiny->first ? "," : "",
+            tiny->frame_keys ? tiny->frame_keys : "", tiny->name_prefix ? tiny->name_prefix : "images/", index,
+            tiny->name_suffix ? tiny->name_suffix : ".png");
     fprintf(json, "\", \"transform_matrix\": [");
     for (int i = 0; i < 3; i++)
-        fprintf(json, "[%.17g, %.17g, %.17g, %.17g], ", x[i], z[(i + 1) % 3] * x[(i + 2) % 3] - z[(i + 2) % 3] * x[(i + 1) % 3], z[i],
+        fprintf(json, "[%.17g, %.17g, %.17g, %.17g], ", x[i],
+                z[(i + 1) % 3] * x[(i + 2) % 3] - z[(i + 2) % 3] * x[(i + 1) % 3], z[i],
                 4 * z[i] * scale + tiny->offset_world[i]);
     fprintf(json, "[0, 0, 0, 1]]}");
 }

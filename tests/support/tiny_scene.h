@@ -27,7 +27,8 @@ void tiny_photo_write(const char *path, uint32_t index);
 
 // Opens a scene or fails the test with its message.
 struct vw_scene *tiny_scene_open(const struct vw_scene_params *params);
-// Fails the test unless opening is refused with this status and a message of one line that holds every text (NULL ends them).
+// Fails the test unless opening is refused with this status and a message of one line that holds every text (NULL ends
+// them).
 void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
 
 #endif

@@ -9,7 +9,9 @@
 
 #include <cmocka.h>
 
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 struct vw_config test_config(void) {
     struct vw_config config = vw_config_default;
@@ -24,16 +26,19 @@ struct vw_config test_config(void) {
 }
 
 struct vw_scene *test_scene(void) {
-    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
+    return synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
 }
 
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch) {
     struct vw_trainer *trainer = NULL;
-    assert_ok(vw_trainer_create(
-        &(struct vw_trainer_params){
-            .gpu = test_gpu(), .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch},
-        &trainer));
+    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
+                                                            .scene = scene,
+                                                            .config = config,
+                                                            .validate = validate,
+                                                            .steps_per_batch = steps_per_batch},
+                                &trainer));
     return trainer;
 }
 
@@ -44,7 +49,8 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
         *kept = records[i];
         if (kept->views) memcpy(run->views[run->count], kept->views, sizeof run->views[0]);
         assert_true(run->probe_count + kept->probe_count <= TEST_STEPS_MAX);
-        if (kept->probe_count) memcpy(run->probes + run->probe_count, kept->probes, kept->probe_count * sizeof *kept->probes);
+        if (kept->probe_count)
+            memcpy(run->probes + run->probe_count, kept->probes, kept->probe_count * sizeof *kept->probes);
         run->probe_count += kept->probe_count;
         kept->views = NULL;
         kept->probes = NULL;
@@ -65,7 +71,8 @@ void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
     vw_trainer_get_stats(trainer, &run->stats);
 }
 
-struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch) {
+struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                          uint32_t steps_per_batch) {
     struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, config, validate, steps_per_batch);
     test_run_finish(trainer, run);
@@ -87,7 +94,8 @@ static void assert_same_probes(const struct test_run *a, const struct test_run *
         if (x->step != y->step || x->index != y->index || x->kind != y->kind || x->view != y->view ||
             !test_same_bits(x->val_psnr, y->val_psnr) || !test_same_bits(x->val_psnr_pooled, y->val_psnr_pooled) ||
             !test_same_bits(x->val_l1, y->val_l1))
-            fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step, x->val_psnr, y->val_psnr);
+            fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step,
+                     x->val_psnr, y->val_psnr);
     }
 }
 
@@ -95,11 +103,11 @@ void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
     assert_int_equal(a->count, b->count);
     for (uint32_t i = 0; i < a->count; i++) {
         const struct vw_step_record *x = &a->records[i], *y = &b->records[i];
-        if (x->step != y->step || x->epoch != y->epoch || x->view != y->view || !test_same_bits(x->train_loss, y->train_loss) ||
-            !test_same_bits(x->val_psnr, y->val_psnr) || !test_same_bits(x->val_l1, y->val_l1) ||
-            memcmp(a->views[i], b->views[i], sizeof a->views[i]))
-            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i, (unsigned long long)x->step,
-                     x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
+        if (x->step != y->step || x->epoch != y->epoch || x->view != y->view ||
+            !test_same_bits(x->train_loss, y->train_loss) || !test_same_bits(x->val_psnr, y->val_psnr) ||
+            !test_same_bits(x->val_l1, y->val_l1) || memcmp(a->views[i], b->views[i], sizeof a->views[i]))
+            fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i,
+                     (unsigned long long)x->step, x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
     }
     assert_same_probes(a, b);
     assert_int_equal(a->param_words, b->param_words);

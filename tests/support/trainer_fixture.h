@@ -1,18 +1,19 @@
-// Whole trainings on a small scene, kept row by row. Every function stops the test, with the reason, when it cannot do its work. For
-// programs that use test_gpu().
+// Whole trainings on a small scene, kept row by row. Every function stops the test, with the reason, when it cannot do
+// its work. For programs that use test_gpu().
 #ifndef TESTS_SUPPORT_TRAINER_FIXTURE_H
 #define TESTS_SUPPORT_TRAINER_FIXTURE_H
 
 #include "support/gpu_fixture.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer.h"
+#include "train/trainer_private.h"
 
 enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
 
-#define assert_ok(call)                                                                                                                    \
-    do {                                                                                                                                   \
-        enum vw_status status_ = (call);                                                                                                   \
-        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                               \
+#define assert_ok(call)                                                                                                \
+    do {                                                                                                               \
+        enum vw_status status_ = (call);                                                                               \
+        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                           \
     } while (0)
 
 // 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
@@ -34,7 +35,8 @@ struct test_run {
 };
 
 // A whole run, to be ended with test_run_free().
-struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate, uint32_t steps_per_batch);
+struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
+                          uint32_t steps_per_batch);
 void test_run_free(struct test_run *run);
 // Adds records as the trainer lends them.
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);

@@ -1,5 +1,5 @@
-// Photos with an exposure and a code of their own, in whole trainings: what is learned, what stays, and that validation remains a function
-// of the params.
+// Photos with an exposure and a code of their own, in whole trainings: what is learned, what stays, and that validation
+// remains a function of the params.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,9 @@
 
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
 
@@ -32,7 +34,9 @@ static void what_is_off_takes_no_room(void **state) {
     assert_memory_equal(&trainer->step.appearance, &nothing, sizeof nothing);
     assert_null(trainer->view_fit.pass);
     assert_null(trainer->view_fit.fits);
-    assert_int_equal(trainer->model.appearance.size_bytes + trainer->model.code_weights.size_bytes + trainer->model.codes.size_bytes, 0);
+    assert_int_equal(trainer->model.appearance.size_bytes + trainer->model.code_weights.size_bytes +
+                         trainer->model.codes.size_bytes,
+                     0);
     assert_int_equal(trainer->model.param_bytes, trainer->model.grid.size_bytes + trainer->model.weights.size_bytes);
     uint64_t bare = trainer->model.param_count;
     vw_trainer_destroy(&trainer);
@@ -49,8 +53,8 @@ static void what_is_off_takes_no_room(void **state) {
 // The pixels of both halves, and that --val-rays counts those that are scored.
 static void halves_share_no_column(void **state) {
     (void)state;
-    struct vw_scene *scene =
-        synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
+    struct vw_scene *scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
     struct vw_config config = config_with("appearance");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.pixels);
@@ -84,13 +88,14 @@ static void validation_is_a_function_of_the_params(void **state) {
         uint32_t exact = 0;
         for (uint32_t k = 0; k < run->probe_count; k++) {
             const struct vw_probe *probe = &run->probes[k];
-            if (probe->kind == VW_PROBE_REDRAW) continue;
+            if (probe->kind == VW_PROBE_RESAMPLED) continue;
             assert_true(test_same_bits(probe->val_psnr, run->records[probe->step - 1].val_psnr));
             assert_true(test_same_bits(probe->val_l1, run->records[probe->step - 1].val_l1));
             exact++;
         }
         assert_true(exact > 0);
-        for (uint32_t k = 0; k < bare->count; k++) assert_true(test_same_bits(bare->records[k].val_psnr, run->records[k].val_psnr));
+        for (uint32_t k = 0; k < bare->count; k++)
+            assert_true(test_same_bits(bare->records[k].val_psnr, run->records[k].val_psnr));
         assert_memory_equal(bare->params, run->params, 4 * bare->param_words);
         test_run_free(bare);
         test_run_free(run);
@@ -104,8 +109,9 @@ static void darken(struct vw_view *view, double gain) {
         if (i % 4 != 3) pixels[i] = (uint8_t)lrint(gain * pixels[i]);
 }
 
-// One train photo and one validation photo taken with half the light: of the train photos that one gets darker, photos that are not trained
-// on keep gain and bias of 0, and fitted, the validation photo's errors are those of a photo that is half as bright.
+// One train photo and one validation photo taken with half the light: of the train photos that one gets darker, photos
+// that are not trained on keep gain and bias of 0, and fitted, the validation photo's errors are those of a photo that
+// is half as bright.
 static void gains_are_found(void **state) {
     (void)state;
     enum { DARK = 2, DARK_VAL = 1 };
@@ -130,7 +136,8 @@ static void gains_are_found(void **state) {
     }
     for (uint32_t view = 0; view < 5; view++) {
         double ratio = grey[1][view] / grey[0][view], dark_ratio = grey[1][DARK] / grey[0][DARK];
-        if (view != DARK && ratio < dark_ratio + 0.1) fail_msg("photo %u: %g times its grey, the dark one %g", view, ratio, dark_ratio);
+        if (view != DARK && ratio < dark_ratio + 0.1)
+            fail_msg("photo %u: %g times its grey, the dark one %g", view, ratio, dark_ratio);
     }
     double bright = before->views[before->count - 1][DARK_VAL].l1, dark = run->views[run->count - 1][DARK_VAL].l1;
     if (dark > 0.75 * bright) fail_msg("an L1 of %g where the bright photo has %g", dark, bright);

@@ -1,5 +1,5 @@
-// Decision 11: a run that goes on from a checkpoint, once or after every batch, leaves the rows and params of one that never stopped; files
-// that do not fit are refused and change nothing.
+// Decision 11: a run that goes on from a checkpoint, once or after every batch, leaves the rows and params of one that
+// never stopped; files that do not fit are refused and change nothing.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,18 +11,20 @@
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
-static struct vw_config configs[] = {{.beta1 = 0.0},
-                                     {.beta1 = 0.9},
-                                     {.noise_floor = true},
-                                     {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
-                                     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
-                                     {.noise_floor = true, .effects = "appearance,appearance_code"},
-                                     {.beta1 = 0.9, .same_state = 2},
-                                     {.noise_floor = true, .same_state = 3, .first_order = true, .effects = "appearance,sky"},
-                                     {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
+static struct vw_config configs[] = {
+    {.beta1 = 0.0},
+    {.beta1 = 0.9},
+    {.noise_floor = true},
+    {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
+    {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
+    {.noise_floor = true, .effects = "appearance,appearance_code"},
+    {.beta1 = 0.9, .same_state = 2},
+    {.noise_floor = true, .same_state = 3, .first_order = true, .effects = "appearance,sky"},
+    {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
 
 static struct vw_config config_of(size_t index) {
     struct vw_config config = test_config();
@@ -103,7 +105,8 @@ static void a_finished_run_can_be_extended(void **state) {
     struct vw_config config = test_config(), longer = config;
     longer.epochs = 2 * config.epochs;
     struct test_run *whole = test_run(scene, &longer, true, 0), *parts = vw_allocate(1, sizeof *parts);
-    struct vw_trainer *first = test_trainer_create(scene, &config, true, 0), *second = test_trainer_create(scene, &longer, true, 0);
+    struct vw_trainer *first = test_trainer_create(scene, &config, true, 0),
+                      *second = test_trainer_create(scene, &longer, true, 0);
     uint64_t step = 0;
     test_run_finish(first, parts);
     free(parts->params);
@@ -129,7 +132,7 @@ static void assert_refused(struct vw_trainer *trainer, const char *path, uint64_
 static void what_does_not_fit_is_refused(void **state) {
     (void)state;
     char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "checkpoint"), *spoiled = temporary_path(folder, "spoiled");
+    const char *path = temporary_path(folder, "checkpoint"), *corrupted = temporary_path(folder, "corrupted");
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(), other = config;
     other.seed = 1;
@@ -153,13 +156,13 @@ static void what_does_not_fit_is_refused(void **state) {
     size_t size_bytes = 0;
     assert_ok(vw_file_read(path, 1 << 30, &bytes, &size_bytes));
     for (size_t cut = 0; cut < size_bytes; cut += 1 + size_bytes / 60) { // cut short
-        assert_ok(vw_file_write(spoiled, bytes, cut));
-        assert_refused(trainer, spoiled, UINT64_MAX, cut < 64 ? "remove the file" : "damaged");
+        assert_ok(vw_file_write(corrupted, bytes, cut));
+        assert_refused(trainer, corrupted, UINT64_MAX, cut < 64 ? "remove the file" : "damaged");
     }
     for (size_t at = 30; at < size_bytes; at += 1 + size_bytes / 60) { // one bit flipped
         ((uint8_t *)bytes)[at] ^= 1;
-        assert_ok(vw_file_write(spoiled, bytes, size_bytes));
-        assert_refused(trainer, spoiled, UINT64_MAX, "damaged");
+        assert_ok(vw_file_write(corrupted, bytes, size_bytes));
+        assert_refused(trainer, corrupted, UINT64_MAX, "damaged");
         ((uint8_t *)bytes)[at] ^= 1;
     }
     struct test_run *after = vw_allocate(1, sizeof *after);

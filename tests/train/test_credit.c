@@ -1,5 +1,6 @@
-// That errors are what they are said to be, and credited to the right photo. The box is out of every camera's sight, so that whatever the
-// field is, it renders black: the error of a photo is its own brightness, which differs from photo to photo.
+// That errors are what they are said to be, and credited to the right photo. The box is out of every camera's sight, so
+// that whatever the field is, it renders black: the error of a photo is its own brightness, which differs from photo to
+// photo.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,8 +14,10 @@
 #include "support/assert_near.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "train/trainer.h"
+#include "image/image.h"
+#include "base/random.h"
 
 static const double FLOAT_TOLERANCE = 1e-6; // brightness and its error are floats
 
@@ -38,7 +41,8 @@ static void a_step_counts_for_the_photo_it_trained_on(void **state) {
     struct vw_config config = test_config();
     struct test_run *run = test_run(scene, &config, true, 0);
     assert_true(run->count > 1);
-    for (uint32_t i = 1; i < run->count; i++) assert_near(run->records[i].train_loss, brightness(run->records[i].view), FLOAT_TOLERANCE);
+    for (uint32_t i = 1; i < run->count; i++)
+        assert_near(run->records[i].train_loss, brightness(run->records[i].view), FLOAT_TOLERANCE);
     test_run_free(run);
     vw_scene_close(&scene);
 }
@@ -77,7 +81,8 @@ static void the_background_is_behind_what_is_transparent(void **state) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_image *image = &scene->views[v].image;
         image->has_alpha = true;
-        for (uint32_t i = 0; i < 4 * image->width_px * image->height_px; i++) ((uint8_t *)image->pixels)[i] = rgba[i % 4];
+        for (uint32_t i = 0; i < 4 * image->width_px * image->height_px; i++)
+            ((uint8_t *)image->pixels)[i] = rgba[i % 4];
     }
     scene->has_alpha = true;
     memcpy(scene->background, background, sizeof background);
@@ -99,7 +104,8 @@ static void every_epoch_has_an_order_of_its_own(void **state) {
     for (uint32_t epoch = 0; epoch < EPOCHS; epoch++) {
         vw_random_order(1, epoch, PHOTOS, orders[epoch]);
         for (uint32_t earlier = 0; earlier < epoch; earlier++)
-            if (!memcmp(orders[earlier], orders[epoch], sizeof orders[epoch])) fail_msg("epochs %u and %u", earlier, epoch);
+            if (!memcmp(orders[earlier], orders[epoch], sizeof orders[epoch]))
+                fail_msg("epochs %u and %u", earlier, epoch);
     }
 }
 
@@ -110,7 +116,8 @@ static void pixels_are_taken_at_their_centres(void **state) {
     vw_image_pixel(&scene->views[1].image, 7, 3, rgba);
     struct vw_pixel pixel = pixels_at(scene, 1, 7, 3);
     assert_true(pixel.x_px == 7.5f && pixel.y_px == 3.5f && pixel.view == 1 && pixel.weight == 1.0f);
-    assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] && pixel.rgba.w == rgba[3]);
+    assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] &&
+                pixel.rgba.w == rgba[3]);
     vw_scene_close(&scene);
 }
 

@@ -12,8 +12,10 @@
 #include "support/detection_cases.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "train/trainer.h"
+#include "detect/decide.h"
+#include "base/memory.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
 
@@ -35,16 +37,17 @@ static void test_recipes(void **state) {
     detection_check(1, 1);
 }
 
-// A third of the courtyard's photos are spoiled, three of them by exposure: defects are no image formation.
-static void test_spoiled_photos(void **state) {
+// A third of the courtyard's photos are corrupted, three of them by exposure: defects are no image formation.
+static void test_corrupted_photos(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = open_recipe("courtyard.json");
-    for (int points = 1; points >= 0; points--) { // without, the probing run tells
+    for (int points = 1; points >= 0; points--) { // without, the pilot run tells
         if (!points) scene->point_count = scene->track_count = 0;
         assert_ok(vw_effects_decide(test_gpu(), scene, "auto", verdicts, &count));
-        for (uint32_t i = 0; i < count; i++) assert_int_equal(verdicts[i].called_for, !strcmp(verdicts[i].name, "occupancy"));
+        for (uint32_t i = 0; i < count; i++)
+            assert_int_equal(verdicts[i].called_for, !strcmp(verdicts[i].name, "occupancy"));
     }
     vw_scene_close(&scene);
 }
@@ -61,8 +64,9 @@ static void test_repeats(void **state) {
     vw_scene_close(&scene);
 }
 
-// Without a device, and where --effects leaves nothing open, there is no probing run; what only it could tell is unknown, and off.
-static void test_no_probing_run(void **state) {
+// Without a device, and where --effects leaves nothing open, there is no pilot run; what only it could tell is unknown,
+// and off.
+static void test_no_pilot_run(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
@@ -90,10 +94,13 @@ static void test_auto_is_none(void **state) {
         uint32_t count;
         strcpy(config.effects, choices[i]);
         assert_ok(vw_effects_decide(test_gpu(), scene, choices[i], verdicts, &count));
-        assert_ok(vw_trainer_create(
-            &(struct vw_trainer_params){
-                .gpu = test_gpu(), .scene = scene, .config = &config, .effects = verdicts, .effect_count = count, .validate = true},
-            &trainer));
+        assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
+                                                                .scene = scene,
+                                                                .config = &config,
+                                                                .effects = verdicts,
+                                                                .effect_count = count,
+                                                                .validate = true},
+                                    &trainer));
         runs[i] = vw_allocate(1, sizeof **runs);
         test_run_finish(trainer, runs[i]);
         assert_ok(vw_trainer_run_id(trainer, ids[i]));
@@ -138,19 +145,23 @@ static void test_masks_off(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real photos, where they are ------------------------------------------------------------------------------------------------
+// ---- Real photos, where they are
+// ------------------------------------------------------------------------------------------------
 
 struct real_scene {
     const char *name, *choice, *called_for; // effects, each between spaces
     const char *why;
 };
 static const struct real_scene real_scenes[] = {
-    {"fox", "auto", " distortion ", "a phone's lens bends; a room bounds every ray; one phone in one light: gains within 3 %"},
+    {"fox", "auto", " distortion ",
+     "a phone's lens bends; a room bounds every ray; one phone in one light: gains within 3 %"},
     {"sacre_coeur", "auto", " distortion sky appearance appearance_code ",
-     "eleven tourists' cameras, days and weathers, under open sky; one facade at one depth, without content far behind it"},
+     "eleven tourists' cameras, days and weathers, under open sky; one facade at one depth, without content far behind "
+     "it"},
     {"statue_of_liberty", "auto", " distortion masks appearance appearance_code ",
      "masks leave the statue alone, which is bounded and has no sky; light and cameras differ most"},
-    {"statue_of_liberty", "-masks", " distortion masks sky appearance appearance_code ", "without its masks a third of it is sky"},
+    {"statue_of_liberty", "-masks", " distortion masks sky appearance appearance_code ",
+     "without its masks a third of it is sky"},
     {"chair_synthetic", "auto", " background occupancy ",
      "a rendered chair in a transparent void: one exposure, no lens, little in the box"},
 };
@@ -164,8 +175,9 @@ static uint32_t check_real(const struct real_scene *real, const char *path) {
     for (uint32_t i = 0; i < count; i++) {
         char *word = vw_format_text(" %s ", verdicts[i].name);
         bool expected = strstr(real->called_for, word) != NULL;
-        print_message("    %-16s %-4s %.4f (%g)%s\n", verdicts[i].name, verdicts[i].called_for ? "yes" : "no", verdicts[i].evidence,
-                      verdicts[i].threshold, verdicts[i].called_for == expected ? "" : " MISTAKE");
+        print_message("    %-16s %-4s %.4f (%g)%s\n", verdicts[i].name, verdicts[i].called_for ? "yes" : "no",
+                      verdicts[i].evidence, verdicts[i].threshold,
+                      verdicts[i].called_for == expected ? "" : " MISTAKE");
         mistakes += verdicts[i].called_for != expected;
         free(word);
     }
@@ -187,8 +199,8 @@ static void test_real_scenes(void **state) {
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_recipes),        cmocka_unit_test(test_spoiled_photos), cmocka_unit_test(test_repeats),
-        cmocka_unit_test(test_no_probing_run), cmocka_unit_test(test_auto_is_none),   cmocka_unit_test(test_masks_off),
+        cmocka_unit_test(test_recipes),      cmocka_unit_test(test_corrupted_photos), cmocka_unit_test(test_repeats),
+        cmocka_unit_test(test_no_pilot_run), cmocka_unit_test(test_auto_is_none),     cmocka_unit_test(test_masks_off),
         cmocka_unit_test(test_real_scenes),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);

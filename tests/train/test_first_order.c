@@ -1,5 +1,5 @@
-// `value --first-order`: the slope of validation along a step is the twin's gradient times the step, and what the step does is that slope
-// as learning rates shrink; the run itself is left alone.
+// `value --first-order`: the slope of validation along a step is the reference's gradient times the step, and what the
+// step does is that slope as learning rates shrink; the run itself is left alone.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,7 +12,9 @@
 
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 static struct vw_config probing_config(void) {
     struct vw_config config = test_config();
@@ -21,19 +23,20 @@ static struct vw_config probing_config(void) {
     return config;
 }
 
-// ---- The run ----------------------------------------------------------------------------------------------------------------
+// ---- The run
+// ----------------------------------------------------------------------------------------------------------------
 
 static void probes_leave_the_run_alone(void **state) {
     (void)state;
     static const char *const effects[] = {"none", "sky,appearance,appearance_code", "occupancy"};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        struct vw_config probing = probing_config(), plain;
-        strcpy(probing.effects, effects[i]);
-        probing.beta1 = i == 0 ? 0.9 : 0.0;
-        plain = probing;
+        struct vw_config pilot = probing_config(), plain;
+        strcpy(pilot.effects, effects[i]);
+        pilot.beta1 = i == 0 ? 0.9 : 0.0;
+        plain = pilot;
         plain.first_order = false;
-        struct test_run *probed = test_run(scene, &probing, true, 0), *bare = test_run(scene, &plain, true, 0);
+        struct test_run *probed = test_run(scene, &pilot, true, 0), *bare = test_run(scene, &plain, true, 0);
         assert_int_equal(bare->probe_count, 0);
         assert_int_equal(probed->probe_count, 2 * 5); // the steps behind burn-in
         for (uint32_t k = 0; k < probed->probe_count; k++) {
@@ -49,17 +52,20 @@ static void probes_leave_the_run_alone(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Against the twin -------------------------------------------------------------------------------------------------------
+// ---- Against the reference
+// -------------------------------------------------------------------------------------------------------
 
 // The derivative of a loss, summed over the rays of a validation view, along the step.
-static double dot_step(const struct reference_step *twin, const struct reference_params *before, const struct reference_params *after) {
+static double dot_step(const struct reference_step *reference, const struct reference_params *before,
+                       const struct reference_params *after) {
     double dot = 0.0;
-    const double *gradient = (const double *)&twin->d_weights, *from = (const double *)&before->weights,
+    const double *gradient = (const double *)&reference->d_weights, *from = (const double *)&before->weights,
                  *to = (const double *)&after->weights;
-    for (size_t i = 0; i < sizeof twin->d_weights / sizeof *gradient; i++) dot += gradient[i] * (to[i] - from[i]);
-    for (size_t i = 0; i < 2 * (size_t)twin->model->pair_count; i++) dot += twin->d_grid[i] * (after->grid[i] - before->grid[i]);
-    for (size_t i = 0; i < 3 * VW_SKY_COLUMNS && twin->model->sky.size_bytes; i++)
-        dot += twin->d_sky[i / 3][i % 3] * (after->sky[i / 3][i % 3] - before->sky[i / 3][i % 3]);
+    for (size_t i = 0; i < sizeof reference->d_weights / sizeof *gradient; i++) dot += gradient[i] * (to[i] - from[i]);
+    for (size_t i = 0; i < 2 * (size_t)reference->model->pair_count; i++)
+        dot += reference->d_grid[i] * (after->grid[i] - before->grid[i]);
+    for (size_t i = 0; i < 3 * VW_SKY_COLUMNS && reference->model->sky.size_bytes; i++)
+        dot += reference->d_sky[i / 3][i % 3] * (after->sky[i / 3][i % 3] - before->sky[i / 3][i % 3]);
     return dot;
 }
 
@@ -71,15 +77,16 @@ struct summed_loss {
     double value, slope;
 };
 
-static struct summed_loss loss_of_view(const struct vw_trainer *trainer, const struct vw_ray *rays, uint32_t count, uint32_t loss,
-                                       const struct reference_params *before, const struct reference_params *after) {
+static struct summed_loss loss_of_view(const struct vw_trainer *trainer, const struct vw_ray *rays, uint32_t count,
+                                       uint32_t loss, const struct reference_params *before,
+                                       const struct reference_params *after) {
     struct model model = trainer->model;
     model.specialization.loss = loss;
-    struct reference_step *twin = reference_step_create(&model, rays, count);
-    reference_step_forward(twin, before, false, 0);
-    reference_step_backward(twin, before);
-    struct summed_loss result = {twin->loss, dot_step(twin, before, after)};
-    reference_step_destroy(twin);
+    struct reference_step *reference = reference_step_create(&model, rays, count);
+    reference_step_forward(reference, before, false, 0);
+    reference_step_backward(reference, before);
+    struct summed_loss result = {reference->loss, dot_step(reference, before, after)};
+    reference_step_destroy(reference);
     return result;
 }
 
@@ -90,11 +97,12 @@ static void *read_all(struct vw_buffer *buffer) {
 }
 
 // Of the step that the trainer took last.
-static struct slopes twin_slopes(struct vw_trainer *trainer) {
+static struct slopes reference_slopes(struct vw_trainer *trainer) {
     float *from = read_all(trainer->first_order->before), *to = read_all(trainer->first_order->after);
     struct vw_ray *rays = read_all(trainer->validation.rays);
     struct vw_ray_range *ranges = read_all(trainer->val_ranges);
-    struct reference_params *before = reference_params_create(&trainer->model, from), *after = reference_params_create(&trainer->model, to);
+    struct reference_params *before = reference_params_create(&trainer->model, from),
+                            *after = reference_params_create(&trainer->model, to);
     struct slopes slopes = {0};
     struct summed_loss squared = {0};
     const double decibels = -10.0 / log(10.0);
@@ -140,20 +148,20 @@ struct misfit {
 
 static double squared(double x) { return x * x; }
 
-static struct misfit misfit_to_twin(const struct vw_config *config) {
+static struct misfit misfit_to_reference(const struct vw_config *config) {
     struct vw_scene *scene = test_scene();
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 1);
     struct vw_probe probe = {0};
     struct slopes off = {0}, scale = {0};
     while (probe.step < vw_trainer_total_steps(trainer)) {
         if (!take_step(trainer, &probe)) continue;
-        struct slopes twin = twin_slopes(trainer);
-        off.psnr += squared(probe.val_psnr - twin.psnr);
-        off.pooled += squared(probe.val_psnr_pooled - twin.pooled);
-        off.l1 += squared(probe.val_l1 - twin.l1);
-        scale.psnr += squared(twin.psnr);
-        scale.pooled += squared(twin.pooled);
-        scale.l1 += squared(twin.l1);
+        struct slopes reference = reference_slopes(trainer);
+        off.psnr += squared(probe.val_psnr - reference.psnr);
+        off.pooled += squared(probe.val_psnr_pooled - reference.pooled);
+        off.l1 += squared(probe.val_l1 - reference.l1);
+        scale.psnr += squared(reference.psnr);
+        scale.pooled += squared(reference.pooled);
+        scale.l1 += squared(reference.l1);
     }
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
@@ -163,7 +171,8 @@ static struct misfit misfit_to_twin(const struct vw_config *config) {
 
 static void a_probe_is_the_gradient_times_the_step(void **state) {
     (void)state;
-    // About twice what was seen. L1 has kinks wherever a validation pixel is met exactly, and a larger step passes more of them.
+    // About twice what was seen. L1 has kinks wherever a validation pixel is met exactly, and a larger step passes more
+    // of them.
     const struct {
         const char *effects;
         double learning_rate, beta1, psnr_tolerance, l1_tolerance;
@@ -177,21 +186,25 @@ static void a_probe_is_the_gradient_times_the_step(void **state) {
         config.learning_rate = cases[i].learning_rate;
         config.beta1 = cases[i].beta1;
         strcpy(config.effects, cases[i].effects);
-        struct misfit misfit = misfit_to_twin(&config);
-        if (!(misfit.psnr <= cases[i].psnr_tolerance && misfit.pooled <= cases[i].psnr_tolerance && misfit.l1 <= cases[i].l1_tolerance))
-            fail_msg("%s, --lr %g, --beta1 %g: off by %g, %g and %g of the slopes of PSNR, of its pooled form and of L1", cases[i].effects,
-                     cases[i].learning_rate, cases[i].beta1, misfit.psnr, misfit.pooled, misfit.l1);
+        struct misfit misfit = misfit_to_reference(&config);
+        if (!(misfit.psnr <= cases[i].psnr_tolerance && misfit.pooled <= cases[i].psnr_tolerance &&
+              misfit.l1 <= cases[i].l1_tolerance))
+            fail_msg(
+                "%s, --lr %g, --beta1 %g: off by %g, %g and %g of the slopes of PSNR, of its pooled form and of L1",
+                cases[i].effects, cases[i].learning_rate, cases[i].beta1, misfit.psnr, misfit.pooled, misfit.l1);
     }
 }
 
-// ---- Small steps ------------------------------------------------------------------------------------------------------------
+// ---- Small steps
+// ------------------------------------------------------------------------------------------------------------
 
 struct ratio {
     double psnr, l1; // what all steps predict, by what they did
 };
 
 // Of three epochs that begin with a trained field.
-static struct ratio predicted_by_actual(const struct vw_scene *scene, const struct test_run *trained, double learning_rate) {
+static struct ratio predicted_by_actual(const struct vw_scene *scene, const struct test_run *trained,
+                                        double learning_rate) {
     struct vw_config config = probing_config();
     config.learning_rate = learning_rate;
     config.burn_in_epochs = 0;
@@ -212,9 +225,9 @@ static struct ratio predicted_by_actual(const struct vw_scene *scene, const stru
     return ratio;
 }
 
-// The steps' deltas add up to last minus first; the slopes add up to nearly that where steps are short: what they leave out is of the
-// second order, so that its share falls as the steps do. (In a new field it does not: its values before the ReLUs are so near 0 that any
-// step flips some.)
+// The steps' deltas add up to last minus first; the slopes add up to nearly that where steps are short: what they leave
+// out is of the second order, so that its share falls as the steps do. (In a new field it does not: its values before
+// the ReLUs are so near 0 that any step flips some.)
 static void predictions_come_true_as_steps_shrink(void **state) {
     (void)state;
     const double rates[] = {1e-3, 1e-4, 1e-5};
@@ -231,7 +244,8 @@ static void predictions_come_true_as_steps_shrink(void **state) {
     for (int i = 1; i < 3; i++)
         if (!(psnr[i] < psnr[i - 1] / 4.0))
             fail_msg("--lr %g: the slopes of PSNR leave out %g, of ten times that %g", rates[i], psnr[i], psnr[i - 1]);
-    if (!(l1[0] < 0.1 && l1[2] < 0.003)) fail_msg("the slopes of L1 leave out %g, %g, %g", l1[0], l1[1], l1[2]); // of either sign: kinks
+    if (!(l1[0] < 0.1 && l1[2] < 0.003))
+        fail_msg("the slopes of L1 leave out %g, %g, %g", l1[0], l1[1], l1[2]); // of either sign: kinks
     assert_true(psnr[0] < 0.1 && psnr[2] < 0.001);
     test_run_free(trained);
     vw_scene_close(&scene);
@@ -248,7 +262,8 @@ static void a_step_that_is_skipped_predicts_nothing(void **state) {
     test_run_finish(trainer, run);
     assert_int_equal(run->probe_count, 2 * 5);
     for (uint32_t i = 0; i < run->probe_count; i++)
-        assert_true(isnan(run->probes[i].val_psnr) && isnan(run->probes[i].val_psnr_pooled) && isnan(run->probes[i].val_l1));
+        assert_true(isnan(run->probes[i].val_psnr) && isnan(run->probes[i].val_psnr_pooled) &&
+                    isnan(run->probes[i].val_l1));
     vw_trainer_destroy(&trainer);
     test_run_free(run);
     vw_scene_close(&scene);

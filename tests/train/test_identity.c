@@ -1,4 +1,5 @@
-// A run's id covers everything that may change a bit of it, so that no other run's rows can be taken for its own (decision 11).
+// A run's id covers everything that may change a bit of it, so that no other run's rows can be taken for its own
+// (decision 11).
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,7 +10,8 @@
 #include <cmocka.h>
 
 #include "support/trainer_fixture.h"
-#include "viewworth/memory.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 // What one part of a run's identity changes: of the device, for a moment only.
 struct parts {
@@ -55,11 +57,11 @@ static void change_subset(struct parts *parts) {
 
 static void every_part_of_a_run_names_it(void **state) {
     (void)state;
-    static void (*const changes[])(struct parts *) = {change_scene,         change_subset,  change_seed,           change_rays,
-                                                      change_learning_rate, change_burn_in, change_validation,     change_effects,
-                                                      change_background,    change_device,  change_driver,         change_to_unbounded,
-                                                      change_box,           change_vary,    change_vary_to_pixels, change_base_seed,
-                                                      change_table_precision};
+    static void (*const changes[])(struct parts *) = {
+        change_scene,     change_subset,         change_seed,    change_rays,       change_learning_rate,
+        change_burn_in,   change_validation,     change_effects, change_background, change_device,
+        change_driver,    change_to_unbounded,   change_box,     change_vary,       change_vary_to_pixels,
+        change_base_seed, change_table_precision};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {
@@ -69,7 +71,8 @@ static void every_part_of_a_run_names_it(void **state) {
         *device = kept;
         vw_scene_close(&parts.scene);
         for (size_t k = 0; k < i; k++)
-            if (!memcmp(ids[k], ids[i], sizeof ids[i])) fail_msg("change %zu gives the same id as change %zu (0: none)", i, k);
+            if (!memcmp(ids[k], ids[i], sizeof ids[i]))
+                fail_msg("change %zu gives the same id as change %zu (0: none)", i, k);
     }
 }
 

@@ -9,14 +9,18 @@
 
 #include <cmocka.h>
 
+#include "train/trainer.h"
+#include "image/image.h"
 #include "support/trainer_fixture.h"
 
 static void assert_near(double value, double expected, double tolerance, const char *what) {
-    if (!(fabs(value - expected) <= tolerance * fabs(expected))) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+    if (!(fabs(value - expected) <= tolerance * fabs(expected)))
+        fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
 // Trains to the end, and lends what validation found last.
-static struct vw_trainer *train(const struct vw_scene *scene, const char *effects, struct vw_view_error last[TEST_VALS]) {
+static struct vw_trainer *train(const struct vw_scene *scene, const char *effects,
+                                struct vw_view_error last[TEST_VALS]) {
     struct vw_config config = test_config();
     const struct vw_step_record *records;
     uint32_t count;
@@ -37,7 +41,8 @@ static void the_pixels_of_validation_give_its_errors(void **state) {
         struct vw_scene *scene = test_scene();
         struct vw_view_error last[TEST_VALS], measured[TEST_VALS];
         struct vw_trainer *trainer = train(scene, effects[i], last);
-        assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS, measured));
+        assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS,
+                                           measured));
         for (uint32_t v = 0; v < TEST_VALS; v++) {
             assert_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
             assert_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "train/trainer.h"
 #include "support/trainer_fixture.h"
 
 static struct vw_config probing_config(void) {
@@ -21,9 +22,9 @@ static struct vw_config probing_config(void) {
 static void probes_leave_the_run_alone(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
-    struct vw_config probing = probing_config(), plain = probing;
+    struct vw_config pilot = probing_config(), plain = pilot;
     plain.noise_floor = false;
-    struct test_run *probed = test_run(scene, &probing, true, 0), *bare = test_run(scene, &plain, true, 0);
+    struct test_run *probed = test_run(scene, &pilot, true, 0), *bare = test_run(scene, &plain, true, 0);
     assert_int_equal(bare->probe_count, 0);
     probed->probe_count = 0;
     test_run_assert_same(bare, probed);
@@ -45,7 +46,7 @@ static void repeats_and_still_steps_are_exactly_nothing(void **state) {
     uint32_t exact = 0;
     for (uint32_t i = 0; i < run->probe_count; i++) {
         const struct vw_probe *probe = &run->probes[i];
-        if (probe->kind == VW_PROBE_REDRAW) continue;
+        if (probe->kind == VW_PROBE_RESAMPLED) continue;
         assert_true(test_same_bits(probe->val_psnr, before(run, probe)->val_psnr));
         assert_true(test_same_bits(probe->val_psnr_pooled, before(run, probe)->val_psnr_pooled));
         assert_true(test_same_bits(probe->val_l1, before(run, probe)->val_l1));
@@ -64,7 +65,7 @@ static void redraws_differ_as_steps_do(void **state) {
     uint32_t redraws = 0;
     for (uint32_t i = 0; i < run->probe_count; i++) {
         const struct vw_probe *probe = &run->probes[i];
-        if (probe->kind != VW_PROBE_REDRAW) continue;
+        if (probe->kind != VW_PROBE_RESAMPLED) continue;
         const struct vw_step_record *own = &run->records[probe->step];
         assert_true(isfinite(probe->val_psnr));
         assert_false(test_same_bits(probe->val_psnr, own->val_psnr));               // other pixels
@@ -73,22 +74,24 @@ static void redraws_differ_as_steps_do(void **state) {
         assert_true(own->epoch >= config.burn_in_epochs);
         redraws++;
     }
-    assert_int_equal(redraws, PROBE_REDRAWS * 5);
+    assert_int_equal(redraws, PROBE_RESAMPLES * 5);
     test_run_free(run);
     vw_scene_close(&scene);
 }
 
-// A redraw that happens to be the step's own pixels gives the step's own bits: here every pixel of every photo is the same one.
+// A redraw that happens to be the step's own pixels gives the step's own bits: here every pixel of every photo is the
+// same one.
 static void the_same_pixels_give_the_step_itself(void **state) {
     (void)state;
-    struct vw_scene *scene =
-        synthetic_scene(&(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 1, .height_px = 1});
+    struct vw_scene *scene = synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 1, .height_px = 1});
     struct vw_config config = probing_config();
     struct test_run *run = test_run(scene, &config, true, 0);
     assert_true(run->probe_count > 0);
     for (uint32_t i = 0; i < run->probe_count; i++) {
         const struct vw_probe *probe = &run->probes[i];
-        const struct vw_step_record *same = probe->kind == VW_PROBE_REDRAW ? &run->records[probe->step] : before(run, probe);
+        const struct vw_step_record *same =
+            probe->kind == VW_PROBE_RESAMPLED ? &run->records[probe->step] : before(run, probe);
         assert_true(test_same_bits(probe->val_psnr, same->val_psnr) && test_same_bits(probe->val_l1, same->val_l1));
     }
     test_run_free(run);

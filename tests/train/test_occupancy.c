@@ -1,5 +1,5 @@
-// The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into batches or parts, validation sees
-// everything, off it leaves nothing behind, and it finds space to skip.
+// The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into batches or parts,
+// validation sees everything, off it leaves nothing behind, and it finds space to skip.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,8 +12,10 @@
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "train/occupied_share.h"
-#include "viewworth/memory.h"
+#include "train/effects/occupied_share.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 // Past the warm-up, with refreshes on both sides of it.
 static struct vw_config skipping_config(void) {
@@ -31,7 +33,8 @@ static struct vw_scene *dark_scene(void) {
     struct vw_scene *scene = test_scene();
     for (uint32_t i = 0; i < scene->view_count; i++) {
         struct vw_image *image = &scene->views[i].image;
-        for (uint32_t p = 0; p < image->width_px * (image->height_px / 2); p++) memset((uint8_t *)image->pixels + 4 * (size_t)p, 0, 3);
+        for (uint32_t p = 0; p < image->width_px * (image->height_px / 2); p++)
+            memset((uint8_t *)image->pixels + 4 * (size_t)p, 0, 3);
     }
     return scene;
 }
@@ -50,7 +53,8 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
     const struct vw_step_record *records;
     uint32_t count;
     uint64_t step = 0;
-    struct vw_trainer *first = test_trainer_create(scene, config, true, 7), *second = test_trainer_create(scene, config, true, 0);
+    struct vw_trainer *first = test_trainer_create(scene, config, true, 7),
+                      *second = test_trainer_create(scene, config, true, 0);
     while (!run->count || run->records[run->count - 1].step < 270) {
         assert_ok(vw_trainer_advance(first, &records, &count));
         test_run_keep(run, records, count);
@@ -60,7 +64,8 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
         test_run_keep(run, records, count);
     }
     print_message("%u samples of %u are kept\n", last_kept(first), first->model.specialization.chunk_samples);
-    assert_true(last_kept(first) > 0 && last_kept(first) < first->model.specialization.chunk_samples); // there is something to get wrong
+    assert_true(last_kept(first) > 0 &&
+                last_kept(first) < first->model.specialization.chunk_samples); // there is something to get wrong
     assert_ok(vw_trainer_save_checkpoint(first, path));
     assert_ok(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, run);
@@ -87,12 +92,13 @@ static void a_run_has_the_same_bits_however_it_is_cut(void **state) {
 static void probes_leave_the_run_alone(void **state) {
     (void)state;
     struct vw_scene *scene = dark_scene();
-    struct vw_config plain = skipping_config(), probing = plain;
-    probing.noise_floor = true;
-    struct test_run *bare = test_run(scene, &plain, true, 0), *probed = test_run(scene, &probing, true, 0);
+    struct vw_config plain = skipping_config(), pilot = plain;
+    pilot.noise_floor = true;
+    struct test_run *bare = test_run(scene, &plain, true, 0), *probed = test_run(scene, &pilot, true, 0);
     for (uint32_t i = 0; i < probed->probe_count; i++) // a step of no length moves nothing, whatever it skips
-        if (probed->probes[i].kind != VW_PROBE_REDRAW)
-            assert_true(test_same_bits(probed->probes[i].val_psnr, probed->records[probed->probes[i].step - 1].val_psnr));
+        if (probed->probes[i].kind != VW_PROBE_RESAMPLED)
+            assert_true(
+                test_same_bits(probed->probes[i].val_psnr, probed->records[probed->probes[i].step - 1].val_psnr));
     assert_true(probed->probe_count > 0);
     probed->probe_count = 0;
     test_run_assert_same(bare, probed);
@@ -107,13 +113,15 @@ static void validation_skips_nothing(void **state) {
     struct vw_scene *scene = dark_scene();
     struct vw_config with = skipping_config(), without = with;
     snprintf(without.effects, sizeof without.effects, "none");
-    struct vw_trainer *on = test_trainer_create(scene, &with, true, 1), *off = test_trainer_create(scene, &without, true, 1);
+    struct vw_trainer *on = test_trainer_create(scene, &with, true, 1),
+                      *off = test_trainer_create(scene, &without, true, 1);
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(on, run);
     float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
     assert_ok(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
     assert_ok(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
-    uint32_t view = on->val_views[0], values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
+    uint32_t view = on->val_views[0],
+             values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
     assert_ok(vw_trainer_render(on, view, &rendered_on));
     assert_ok(vw_trainer_render(off, view, &rendered_off));
     assert_memory_equal(rendered_on, rendered_off, sizeof *rendered_on * values);

@@ -1,4 +1,5 @@
-// --profile: every pass that a run dispatches has a cost, dispatched as often as the cost says, and costs grow as the work does.
+// --profile: every pass that a run dispatches has a cost, dispatched as often as the cost says, and costs grow as the
+// work does.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,11 +11,15 @@
 
 #include <cmocka.h>
 
+#include "gpu/compute.h"
+#include "train/trainer.h"
 #include "support/trainer_fixture.h"
 
-static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, uint32_t count, const char *name, const char *role) {
+static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, uint32_t count, const char *name,
+                                            const char *role) {
     for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(costs[i].name, name) && (costs[i].role && role ? !strcmp(costs[i].role, role) : costs[i].role == role))
+        if (!strcmp(costs[i].name, name) &&
+            (costs[i].role && role ? !strcmp(costs[i].role, role) : costs[i].role == role))
             return &costs[i];
     return NULL;
 }
@@ -33,7 +38,8 @@ static void check_dispatches(const char *effects, uint32_t epochs, bool first_or
     const double validations = first_order ? 1.0 + 2.0 * (epochs - 1) / epochs : 1.0; // per step; burn-in is one epoch
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
-    const struct vw_trainer_params params = {.gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
+    const struct vw_trainer_params params = {
+        .gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
     assert_ok(vw_trainer_create(&params, &trainer));
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, costs, &cost_count);
@@ -42,7 +48,8 @@ static void check_dispatches(const char *effects, uint32_t epochs, bool first_or
         if (!strcmp(timers[i].name, "generate_rays") && timers[i].role) continue; // once, before the first step
         const struct vw_pass_cost *cost = find_cost(costs, cost_count, timers[i].name, timers[i].role);
         if (!cost) fail_msg("%s has no cost; add it to src/train/pass_costs.c", timers[i].name);
-        bool validates = timers[i].role || !strcmp(timers[i].name, "reduce_views") || !strcmp(timers[i].name, "fit_views"); // also before
+        bool validates = timers[i].role || !strcmp(timers[i].name, "reduce_views") ||
+                         !strcmp(timers[i].name, "fit_views"); // also before
         double before = validates ? cost->dispatches / validations : 0.0;
         assert_int_equal(timers[i].dispatches, (uint64_t)round(cost->dispatches * (run->count - 1) + before));
         assert_true(cost->bytes > 0 && isfinite(cost->multiply_adds));
@@ -78,14 +85,16 @@ static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
     return cost;
 }
 
-// The multiply-adds of the small field, counted by hand: 4 levels x 2 features into 16 hidden units, 16 outputs, 24 inputs of the colour
-// network, 16 hidden units, 4 outputs with the padding: 128 + 256 + 384 + 64 = 832 a sample, and 2 for each of 32 gathered pairs.
+// The multiply-adds of the small field, counted by hand: 4 levels x 2 features into 16 hidden units, 16 outputs, 24
+// inputs of the colour network, 16 hidden units, 4 outputs with the padding: 128 + 256 + 384 + 64 = 832 a sample, and 2
+// for each of 32 gathered pairs.
 static void multiply_adds_are_those_of_the_networks(void **state) {
     (void)state;
     double samples = 64.0 * 16.0;
     assert_true(cost_of("forward_field", 64).multiply_adds == samples * (832 + 64));
     assert_true(cost_of("gradient_weights", 64).multiply_adds == samples * 832);
-    assert_true(cost_of("backward_field", 64).multiply_adds == samples * (832 - 16 * 8)); // the harmonics have no gradient
+    assert_true(cost_of("backward_field", 64).multiply_adds ==
+                samples * (832 - 16 * 8)); // the harmonics have no gradient
     assert_true(cost_of("forward_field", 128).multiply_adds == 2 * samples * (832 + 64));
     assert_true(cost_of("scatter_grid", 128).bytes == 2 * cost_of("scatter_grid", 64).bytes);
 }

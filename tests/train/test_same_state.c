@@ -11,7 +11,9 @@
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 enum { TRAINS = 5 }; // photos of test_scene()
 
@@ -34,12 +36,12 @@ static void probes_leave_the_run_alone(void **state) {
     (void)state;
     static const char *const effects[] = {"none", "appearance,appearance_code", "occupancy"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        struct vw_config probing = probing_config(), plain;
-        strcpy(probing.effects, effects[i]);
-        probing.beta1 = i == 0 ? 0.9 : 0.0;
-        plain = probing;
+        struct vw_config pilot = probing_config(), plain;
+        strcpy(pilot.effects, effects[i]);
+        pilot.beta1 = i == 0 ? 0.9 : 0.0;
+        plain = pilot;
         plain.same_state = 0;
-        struct test_run *probed = probed_run(&probing, 0), *bare = probed_run(&plain, 0);
+        struct test_run *probed = probed_run(&pilot, 0), *bare = probed_run(&plain, 0);
         assert_int_equal(bare->probe_count, 0);
         assert_int_equal(probed->probe_count, 2 * TRAINS * SAME_STATE_DRAWS);
         assert_int_equal(probed->stats.same_state_steps, probed->probe_count);
@@ -90,7 +92,8 @@ static void submissions_of_any_size_give_the_same_bits(void **state) {
     test_run_free(single);
 }
 
-// ---- Against a step that is taken by hand -----------------------------------------------------------------------------------
+// ---- Against a step that is taken by hand
+// -----------------------------------------------------------------------------------
 
 // Takes batches until a step with such probes is handed out, which ends its batch. Returns the step's number.
 static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run *run) {
@@ -108,7 +111,8 @@ static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run 
 static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number, uint32_t view, uint32_t draw) {
     struct vw_batch *batch = NULL;
     struct vw_probe measured;
-    pixels_draw(trainer->scene, view, trainer->config.seed, number, draw, trainer->config.rays, vw_buffer_map(trainer->pixels));
+    pixels_draw(trainer->scene, view, trainer->config.seed, number, draw, trainer->config.rays,
+                vw_buffer_map(trainer->pixels));
     assert_ok(vw_batch_create(trainer->gpu, &batch));
     vw_batch_begin(batch);
     step_record(&trainer->step, batch, number, 0, 0);
@@ -137,7 +141,7 @@ static void a_probe_is_the_step_from_the_checkpointed_state(void **state) {
         trainer = test_trainer_create(scene, &config, true, 1);
         assert_ok(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &loaded));
         assert_int_equal(loaded, last);
-        struct vw_probe by_hand = step_by_hand(trainer, last + 1, run->probes[i].view, 1 + PROBE_REDRAWS + i);
+        struct vw_probe by_hand = step_by_hand(trainer, last + 1, run->probes[i].view, 1 + PROBE_RESAMPLES + i);
         assert_true(test_same_bits(by_hand.val_psnr, run->probes[i].val_psnr));
         assert_true(test_same_bits(by_hand.val_psnr_pooled, run->probes[i].val_psnr_pooled));
         assert_true(test_same_bits(by_hand.val_l1, run->probes[i].val_l1));
@@ -172,7 +176,8 @@ static void a_run_goes_on_from_a_probed_state(void **state) {
     temporary_folder_remove(folder);
 }
 
-// ---- Which states -----------------------------------------------------------------------------------------------------------
+// ---- Which states
+// -----------------------------------------------------------------------------------------------------------
 
 static uint32_t states_due(const struct vw_trainer *trainer) {
     uint32_t due = 0;
@@ -217,7 +222,8 @@ static void the_epochs_belong_to_such_a_run(void **state) {
     longer.epochs++;
     for (uint32_t states = 0; states <= 2; states += 2) {
         config.same_state = longer.same_state = states;
-        char *one = vw_config_to_json(&config, true), *other = vw_config_to_json(&longer, true), *all = vw_config_to_json(&config, false);
+        char *one = vw_config_to_json(&config, true), *other = vw_config_to_json(&longer, true),
+             *all = vw_config_to_json(&config, false);
         assert_int_equal(strcmp(one, other) == 0, states == 0);
         assert_int_equal(strstr(one, "same_state") != NULL, states > 0); // runs without are what they were
         assert_null(strstr(one, "first_order"));

@@ -9,7 +9,9 @@
 #include <cmocka.h>
 
 #include "support/trainer_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 enum { BASE_SEED = 5, OTHER_SEED = 6 };
 
@@ -114,7 +116,8 @@ static void all_is_said_by_saying_nothing(void **state) {
     json = vw_config_to_json(&config, false);
     assert_ok(vw_config_from_json(json, &read));
     assert_int_equal(read.vary, VW_VARY_ALL);
-    for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++) assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
+    for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++)
+        assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
     free(json);
 }
 
@@ -131,7 +134,8 @@ static void a_form_is_kept_in_json(void **state) {
         free(json);
     }
     struct vw_config read;
-    char *json = vw_config_to_json(&(struct vw_config){.vary = VW_VARY_ORDER}, false), *form = strstr(json, "\"order\"");
+    char *json = vw_config_to_json(&(struct vw_config){.vary = VW_VARY_ORDER}, false),
+         *form = strstr(json, "\"order\"");
     assert_non_null(form);
     memcpy(form, "\"ordre\"", 7);
     assert_int_equal(vw_config_from_json(json, &read), VW_ERROR_INPUT);

@@ -1,4 +1,5 @@
-// The learned sky and the random form of the background in whole trainings: what they change, what they must not, and what a sky buys.
+// The learned sky and the random form of the background in whole trainings: what they change, what they must not, and
+// what a sky buys.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,11 +11,13 @@
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 static struct vw_scene *transparent_scene(void) {
-    return synthetic_scene(
-        &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .alpha = true});
+    return synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .alpha = true});
 }
 
 static struct vw_config config_with(const char *effects, enum vw_background_form form) {
@@ -27,10 +30,12 @@ static struct vw_config config_with(const char *effects, enum vw_background_form
 static void runs_repeat_bit_for_bit(void **state) {
     (void)state;
     struct vw_scene *scene = transparent_scene();
-    const struct vw_config configs[] = {config_with("sky", VW_BACKGROUND_FIXED), config_with("background", VW_BACKGROUND_RANDOM),
+    const struct vw_config configs[] = {config_with("sky", VW_BACKGROUND_FIXED),
+                                        config_with("background", VW_BACKGROUND_RANDOM),
                                         config_with("background,sky", VW_BACKGROUND_FIXED)};
     for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
-        struct test_run *first = test_run(scene, &configs[i], true, 1), *grouped = test_run(scene, &configs[i], true, 7);
+        struct test_run *first = test_run(scene, &configs[i], true, 1),
+                        *grouped = test_run(scene, &configs[i], true, 7);
         test_run_assert_same(first, grouped);
         test_run_free(first);
         test_run_free(grouped);
@@ -53,7 +58,8 @@ static void a_sky_leaves_nothing_to_the_form_of_the_background(void **state) {
 }
 
 // What a trainer renders of a view with these params.
-static float *render_field(const struct vw_scene *scene, const struct vw_config *config, const void *params, uint32_t view) {
+static float *render_field(const struct vw_scene *scene, const struct vw_config *config, const void *params,
+                           uint32_t view) {
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
     float *rgb = NULL;
     assert_ok(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
@@ -66,7 +72,8 @@ static float *render_field(const struct vw_scene *scene, const struct vw_config 
 static void validation_knows_no_form_of_the_background(void **state) {
     (void)state;
     struct vw_scene *scene = transparent_scene();
-    struct vw_config forms[] = {config_with("background", VW_BACKGROUND_FIXED), config_with("background", VW_BACKGROUND_RANDOM)};
+    struct vw_config forms[] = {config_with("background", VW_BACKGROUND_FIXED),
+                                config_with("background", VW_BACKGROUND_RANDOM)};
     struct test_run *runs[2];
     float *rendered[2];
     for (int i = 0; i < 2; i++) runs[i] = test_run(scene, &forms[i], true, 0);
@@ -86,7 +93,8 @@ static void a_sky_costs_27_params(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config without = config_with("none", VW_BACKGROUND_FIXED), with = config_with("sky", VW_BACKGROUND_FIXED);
-    struct vw_trainer *trainers[2] = {test_trainer_create(scene, &without, true, 0), test_trainer_create(scene, &with, true, 0)};
+    struct vw_trainer *trainers[2] = {test_trainer_create(scene, &without, true, 0),
+                                      test_trainer_create(scene, &with, true, 0)};
     const struct step_passes *steps[2] = {&trainers[0]->step, &trainers[1]->step};
     struct vw_trainer_stats stats[2];
     for (int i = 0; i < 2; i++) vw_trainer_get_stats(trainers[i], &stats[i]);
@@ -95,7 +103,8 @@ static void a_sky_costs_27_params(void **state) {
                                           {steps[0]->d_weights, steps[1]->d_weights},
                                           {steps[0]->weight_moments, steps[1]->weight_moments}};
     for (int i = 0; i < 3; i++) // the moments are two
-        assert_int_equal(vw_buffer_size_bytes(grown[i][1]) - vw_buffer_size_bytes(grown[i][0]), (i == 2 ? 2 : 1) * 16 * VW_SKY_COLUMNS);
+        assert_int_equal(vw_buffer_size_bytes(grown[i][1]) - vw_buffer_size_bytes(grown[i][0]),
+                         (i == 2 ? 2 : 1) * 16 * VW_SKY_COLUMNS);
     assert_int_equal(vw_buffer_size_bytes(steps[1]->d_sky), 16 * steps[1]->padded_rays);
     assert_true(!steps[0]->d_sky && !steps[0]->gradient_sky && trainers[0]->model.sky.size_bytes == 0);
     for (int i = 0; i < 2; i++) vw_trainer_destroy(&trainers[i]);
@@ -110,7 +119,8 @@ static void a_field_keeps_its_sky(void **state) {
     struct vw_scene *scene = test_scene();
     struct vw_config with = config_with("sky", VW_BACKGROUND_FIXED), without = config_with("none", VW_BACKGROUND_FIXED);
     struct test_run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = test_trainer_create(scene, &with, true, 0), *loaded = test_trainer_create(scene, &with, true, 0);
+    struct vw_trainer *trainer = test_trainer_create(scene, &with, true, 0),
+                      *loaded = test_trainer_create(scene, &with, true, 0);
     float *trained = NULL, *again = NULL;
     test_run_finish(trainer, run);
     assert_ok(vw_trainer_render(trainer, 5, &trained));
@@ -135,8 +145,9 @@ static void a_sky_is_worth_its_params(void **state) {
     (void)state;
     struct vw_scene *scene = NULL;
     double psnr[2];
-    assert_ok(
-        vw_scene_open(&(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/sky.json", .downscale = 2, .gpu = test_gpu()}, &scene));
+    assert_ok(vw_scene_open(
+        &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/sky.json", .downscale = 2, .gpu = test_gpu()},
+        &scene));
     for (int with = 0; with < 2; with++) {
         struct vw_config config = config_with(with ? "sky" : "none", VW_BACKGROUND_FIXED);
         config.epochs = 8;

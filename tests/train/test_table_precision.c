@@ -1,5 +1,5 @@
-// --table-precision: how floats become halves, where a run on halves begins, what it saves, and that neither precision takes the files of
-// the other. What its passes compute is in tests/kernels and tests/hard_cases.
+// --table-precision: how floats become halves, where a run on halves begins, what it saves, and that neither precision
+// takes the files of the other. What its passes compute is in tests/kernels and tests/hard_cases.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,7 +14,9 @@
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/half.h"
-#include "viewworth/memory.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "base/memory.h"
 
 static struct vw_config config_of(enum vw_table_precision precision) {
     struct vw_config config = test_config();
@@ -22,18 +24,21 @@ static struct vw_config config_of(enum vw_table_precision precision) {
     return config;
 }
 
-// ---- Rounding ------------------------------------------------------------------------------------------------------------
+// ---- Rounding
+// ------------------------------------------------------------------------------------------------------------
 
 static void assert_nearest(float value) {
     double expected = reference_half(value), found = reference_half_value(half_nearest(value));
-    if (found != expected || signbit(found) != signbit(expected)) fail_msg("%.9g becomes %.9g, not %.9g", value, found, expected);
+    if (found != expected || signbit(found) != signbit(expected))
+        fail_msg("%.9g becomes %.9g, not %.9g", value, found, expected);
 }
 
 // All halves, the middles between neighbours, and the floats beside both.
 static void every_float_becomes_the_nearest_half(void **state) {
     (void)state;
     for (uint32_t bits = 0; bits < 0x7C00; bits++) {
-        double value = reference_half_value((uint16_t)bits), next = bits < 0x7BFF ? reference_half_value((uint16_t)(bits + 1)) : 65536.0;
+        double value = reference_half_value((uint16_t)bits),
+               next = bits < 0x7BFF ? reference_half_value((uint16_t)(bits + 1)) : 65536.0;
         const float at[] = {(float)value, (float)(0.5 * (value + next))};
         assert_int_equal(half_nearest(at[0]), bits);
         for (int i = 0; i < 2; i++) {
@@ -49,7 +54,8 @@ static void every_float_becomes_the_nearest_half(void **state) {
     assert_int_equal(half_nearest(3e38f), 0x7C00);
 }
 
-// ---- Params --------------------------------------------------------------------------------------------------------------
+// ---- Params
+// --------------------------------------------------------------------------------------------------------------
 
 static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
     (void)state;
@@ -62,15 +68,18 @@ static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
     model_initialise(wide, 7, before);
     model_initialise(narrow, 7, after);
     const struct vw_specialization *ours = &narrow->specialization, *theirs = &wide->specialization;
-    assert_true(ours->dense_levels > 0 && ours->dense_levels < ours->levels); // dense levels of halves and of floats are padded differently
+    assert_true(ours->dense_levels > 0 &&
+                ours->dense_levels < ours->levels); // dense levels of halves and of floats are padded differently
     for (uint32_t level = 0; level < ours->levels; level++) {
-        uint64_t end = level + 1 < ours->levels ? theirs->first_pair[level + 1] : wide->pair_count, first = theirs->first_pair[level];
+        uint64_t end = level + 1 < ours->levels ? theirs->first_pair[level + 1] : wide->pair_count,
+                 first = theirs->first_pair[level];
         for (uint64_t i = 0; i < 2 * (end - first); i++)
             assert_true(reference_feature(narrow, after, 2 * (uint64_t)ours->first_pair[level] + i) ==
                         reference_half(reference_feature(wide, before, 2 * first + i)));
     }
     assert_int_equal(wide->weights.size_bytes, narrow->weights.size_bytes);
-    assert_memory_equal(before + wide->weights.offset_bytes, after + narrow->weights.offset_bytes, wide->weights.size_bytes);
+    assert_memory_equal(before + wide->weights.offset_bytes, after + narrow->weights.offset_bytes,
+                        wide->weights.size_bytes);
     free(before);
     free(after);
     vw_trainer_destroy(&floats);
@@ -80,7 +89,8 @@ static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
 
 struct taken {
     uint64_t param_bytes, param_count, device_bytes;
-    double update_bytes, field_bytes; // that update_grid and forward_field have to move, the latter in training and validation
+    double update_bytes,
+        field_bytes; // that update_grid and forward_field have to move, the latter in training and validation
     double gathered_pairs;
 };
 
@@ -109,7 +119,8 @@ static struct taken take(enum vw_table_precision precision) {
     return taken;
 }
 
-// 4 bytes of every pair: in the params block, on the device, and each time that a pass reads or writes one. 4 levels of 2^10 entries.
+// 4 bytes of every pair: in the params block, on the device, and each time that a pass reads or writes one. 4 levels of
+// 2^10 entries.
 static void halves_take_half_the_bytes(void **state) {
     (void)state;
     struct taken floats = take(VW_TABLE_FLOAT32), halves = take(VW_TABLE_FLOAT16);
@@ -121,7 +132,8 @@ static void halves_take_half_the_bytes(void **state) {
     assert_true(floats.field_bytes - halves.field_bytes == 4.0 * floats.gathered_pairs);
 }
 
-// ---- Runs ----------------------------------------------------------------------------------------------------------------
+// ---- Runs
+// ----------------------------------------------------------------------------------------------------------------
 
 // With the probes that put the state back, and without: whatever the batches, the same steps.
 static void a_run_on_halves_gives_the_same_bits_again(void **state) {
@@ -163,7 +175,8 @@ static void files_of_the_other_precision_are_refused(void **state) {
     const char *field = temporary_path(folder, "field"), *checkpoint = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
     for (int i = 0; i < 2; i++) {
-        struct vw_config ours = config_of((enum vw_table_precision)i), theirs = config_of((enum vw_table_precision)(1 - i));
+        struct vw_config ours = config_of((enum vw_table_precision)i),
+                         theirs = config_of((enum vw_table_precision)(1 - i));
         struct vw_trainer *trainer = test_trainer_create(scene, &theirs, true, 0);
         struct test_run *run = vw_allocate(1, sizeof *run), *whole = test_run(scene, &ours, true, 0),
                         *after = vw_allocate(1, sizeof *after);
@@ -186,7 +199,8 @@ static void files_of_the_other_precision_are_refused(void **state) {
     temporary_folder_remove(folder);
 }
 
-// ---- The configuration -----------------------------------------------------------------------------------------------------
+// ---- The configuration
+// -----------------------------------------------------------------------------------------------------
 
 static void the_json_names_halves_alone(void **state) {
     (void)state;

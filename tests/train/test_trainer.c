@@ -1,5 +1,5 @@
-// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the default device, with
-// validation.
+// The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the
+// default device, with validation.
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -14,8 +14,12 @@
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
+#include "train/trainer_private.h"
+#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "viewworth/memory.h"
+#include "detect/decide.h"
+#include "image/image.h"
+#include "base/memory.h"
 
 // Decision 2: the same bits again, and for any grouping of the steps into submissions.
 static void test_repeats(void **state) {
@@ -72,8 +76,8 @@ static void test_each_view_once_per_epoch(void **state) {
     vw_scene_close(&scene);
 }
 
-// Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the params alone: taken
-// again after rendering a view it gives the same bits.
+// Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
+// params alone: taken again after rendering a view it gives the same bits.
 static void test_validation_is_pure(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -111,7 +115,8 @@ static void test_validation_is_pure(void **state) {
     vw_scene_close(&scene);
 }
 
-// Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same sums.
+// Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same
+// sums.
 static void test_psnr_means_what_it_says(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -189,7 +194,12 @@ static void test_world_offset_and_scale(void **state) {
     const struct synthetic_scene_params worlds[] = {
         {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18},
         {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .world_offset = 1e6},
-        {.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18, .world_offset = -3e5, .world_scale = 1e6},
+        {.train_views = 5,
+         .val_views = TEST_VALS,
+         .width_px = 24,
+         .height_px = 18,
+         .world_offset = -3e5,
+         .world_scale = 1e6},
     };
     for (int i = 0; i < 3; i++) {
         struct vw_scene *scene = synthetic_scene(&worlds[i]);
@@ -222,13 +232,14 @@ static void test_nonfinite_step_is_flagged(void **state) {
 }
 
 // A whole run on a device of its own with its limits clamped.
-static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config, const struct vw_gpu_limits *clamp,
-                                    uint32_t wide) {
+static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config,
+                                    const struct vw_gpu_limits *clamp, uint32_t wide) {
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
-    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
+    assert_ok(vw_trainer_create(
+        &(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
     assert_int_equal(trainer->model.specialization.wide_gradient, wide);
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);
@@ -236,7 +247,8 @@ static struct test_run *run_clamped(const struct vw_scene *scene, const struct v
     return run;
 }
 
-// A device that cannot be told to keep NaN may round otherwise, since its driver may then rearrange sums: still the same training.
+// A device that cannot be told to keep NaN may round otherwise, since its driver may then rearrange sums: still the
+// same training.
 static void test_without_the_demand_to_keep_nan(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -246,15 +258,17 @@ static void test_without_the_demand_to_keep_nan(void **state) {
     clamp.keeps_nan = false;
     struct test_run *ordinary = test_run(scene, &config, true, 0), *run = run_clamped(scene, &config, &clamp, 0);
     assert_int_equal(run->count, ordinary->count);
-    for (uint32_t i = 0; i < run->count; i++) // roundings of 2^-24, which 15 steps have not driven apart to where a reader would see it
+    for (uint32_t i = 0; i < run->count;
+         i++) // roundings of 2^-24, which 15 steps have not driven apart to where a reader would see it
         assert_near(run->records[i].val_psnr, ordinary->records[i].val_psnr, 1e-3);
     test_run_free(run);
     test_run_free(ordinary);
     vw_scene_close(&scene);
 }
 
-// A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers for texels, two 32-bit
-// atomics for a 64-bit one), for narrow and wide gradients. (What keeping NaN changes is test_without_the_demand_to_keep_nan's business.)
+// A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers
+// for texels, two 32-bit atomics for a 64-bit one), for narrow and wide gradients. (What keeping NaN changes is
+// test_without_the_demand_to_keep_nan's business.)
 static void test_floor_trains_the_same(void **state) {
     (void)state;
     struct vw_gpu_limits floor = vw_gpu_floor_limits;
@@ -271,8 +285,8 @@ static void test_floor_trains_the_same(void **state) {
     vw_scene_close(&scene);
 }
 
-// A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders black, as the
-// photos are.
+// A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders
+// black, as the photos are.
 static void test_perfect_match_is_floored(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -377,8 +391,12 @@ static void test_effects(void **state) {
         {0.1, true, "-background", true, false}, {0.0, true, "+distortion,-background", true, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
-            .train_views = 2, .val_views = 1, .width_px = 16, .height_px = 12, .k1 = cases[i].k1, .alpha = cases[i].alpha});
+        struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
+                                                                                  .val_views = 1,
+                                                                                  .width_px = 16,
+                                                                                  .height_px = 12,
+                                                                                  .k1 = cases[i].k1,
+                                                                                  .alpha = cases[i].alpha});
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         uint32_t count;
         assert_ok(vw_effects_decide(NULL, scene, cases[i].choice, verdicts, &count));
@@ -416,7 +434,8 @@ static void test_validation_pixels(void **state) {
         vw_trainer_destroy(&trainer);
     }
     struct vw_pixel pixels[100];
-    scene->views[5].image.unusable = vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
+    scene->views[5].image.unusable =
+        vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
     scene->views[5].image.unusable[3 * 24 + 7] = 1;
     assert_true(pixels_at(scene, 5, 7, 3).weight == 0.0f && pixels_at(scene, 5, 8, 3).weight == 1.0f);
     assert_int_equal(pixels_stratify(scene, 5, pixels_all_columns(scene, 5), 100, pixels), 100);

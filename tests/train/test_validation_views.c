@@ -1,4 +1,5 @@
-// Spoiled and far validation views, found by whole trainings on a recipe: one of five is spoiled in memory, in ways that real ones are.
+// Corrupted and far validation views, found by whole trainings on a recipe: one of five is corrupted in memory, in ways
+// that real ones are.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,32 +14,35 @@
 #include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "viewworth/matrix.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "value/matrix.h"
+#include "base/memory.h"
+#include "base/random.h"
 #include "viewworth/value.h"
-#include "viewworth/view_distance.h"
+#include "train/trainer.h"
+#include "scene/view_distance.h"
 
-enum { VAL_VIEWS = 5, SPOILED = 2 }; // the place among the validation views
-static const char recipe[] = "{\"viewworth_recipe\": 1, \"seed\": 5, \"image\": {\"width_px\": 32, \"height_px\": 24},"
-                             " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1}, \"background\": [0, 0, 0],"
-                             " \"sun\": {\"direction\": [0.4, -0.6, 0.9], \"intensity\": 0.7, \"ambient\": 0.4},"
-                             " \"shapes\": [{\"kind\": \"box\", \"centre\": [0, 0, -0.55], \"half_extent\": [0.95, 0.95, 0.05],"
-                             "  \"texture\": {\"kind\": \"checker\", \"colour\": [0.85, 0.8, 0.7], \"second_colour\": [0.35, 0.45, 0.4],"
-                             "  \"cell\": 0.38}},"
-                             " {\"kind\": \"sphere\", \"centre\": [0.35, 0.2, -0.1], \"radius\": 0.4,"
-                             "  \"texture\": {\"kind\": \"stripes\", \"colour\": [0.9, 0.35, 0.25], \"second_colour\": [0.95, 0.85, 0.4],"
-                             "  \"cell\": 0.2}}],"
-                             " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, -0.2], \"radius\": 2.6, \"elevation_deg\": [25, 45],"
-                             "  \"turns\": 2, \"count\": 40, \"field_of_view_deg\": 50}],"
-                             " \"defects\": [{\"kind\": \"exposure\", \"strength\": 0.4, \"share\": 0.1},"
-                             "  {\"kind\": \"wrong_pose\", \"strength\": 10, \"share\": 0.1},"
-                             "  {\"kind\": \"occluder\", \"strength\": 0.4, \"share\": 0.1}]}";
+enum { VAL_VIEWS = 5, CORRUPTED = 2 }; // the place among the validation views
+static const char recipe[] =
+    "{\"viewworth_recipe\": 1, \"seed\": 5, \"image\": {\"width_px\": 32, \"height_px\": 24},"
+    " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1}, \"background\": [0, 0, 0],"
+    " \"sun\": {\"direction\": [0.4, -0.6, 0.9], \"intensity\": 0.7, \"ambient\": 0.4},"
+    " \"shapes\": [{\"kind\": \"box\", \"centre\": [0, 0, -0.55], \"half_extent\": [0.95, 0.95, 0.05],"
+    "  \"texture\": {\"kind\": \"checker\", \"colour\": [0.85, 0.8, 0.7], \"second_colour\": [0.35, 0.45, 0.4],"
+    "  \"cell\": 0.38}},"
+    " {\"kind\": \"sphere\", \"centre\": [0.35, 0.2, -0.1], \"radius\": 0.4,"
+    "  \"texture\": {\"kind\": \"stripes\", \"colour\": [0.9, 0.35, 0.25], \"second_colour\": [0.95, 0.85, 0.4],"
+    "  \"cell\": 0.2}}],"
+    " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, -0.2], \"radius\": 2.6, \"elevation_deg\": [25, 45],"
+    "  \"turns\": 2, \"count\": 40, \"field_of_view_deg\": 50}],"
+    " \"defects\": [{\"kind\": \"exposure\", \"strength\": 0.4, \"share\": 0.1},"
+    "  {\"kind\": \"wrong_pose\", \"strength\": 10, \"share\": 0.1},"
+    "  {\"kind\": \"occluder\", \"strength\": 0.4, \"share\": 0.1}]}";
 
 static struct vw_scene *open_scene(void) {
     char *folder = temporary_folder_create();
     struct vw_scene *scene = NULL;
-    assert_ok(vw_scene_open(&(struct vw_scene_params){.path = temporary_file(folder, "recipe.json", recipe), .gpu = test_gpu()}, &scene));
+    assert_ok(vw_scene_open(
+        &(struct vw_scene_params){.path = temporary_file(folder, "recipe.json", recipe), .gpu = test_gpu()}, &scene));
     temporary_folder_remove(folder);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], VAL_VIEWS);
     return scene;
@@ -51,7 +55,8 @@ static struct vw_view *validation_view(struct vw_scene *scene, uint32_t place) {
     return NULL;
 }
 
-// ---- Ways to spoil a view ---------------------------------------------------------------------------------------------
+// ---- Ways to corrupt a view
+// ---------------------------------------------------------------------------------------------
 
 static void leave(struct vw_view *view) { (void)view; }
 
@@ -80,10 +85,11 @@ static void turn_over(struct vw_view *view) {
     }
 }
 
-// ---- Trainings --------------------------------------------------------------------------------------------------------
+// ---- Trainings
+// --------------------------------------------------------------------------------------------------------
 
-// Records a training on the scene, and judges its validation views.
-static void judge(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_VIEWS]) {
+// Records a training on the scene, and evaluates its validation views.
+static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_VIEWS]) {
     struct vw_config config = test_config();
     config.epochs = 12;
     config.rays = 200;
@@ -96,7 +102,8 @@ static void judge(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_V
     memset(hex, 'a', 64);
     hex[64] = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
-        images[v] = (struct vw_ledger_image){.image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
+        images[v] = (struct vw_ledger_image){
+            .image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
     const struct vw_ledger_run run = {hex,  hex,  "recipe", 0,    "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z",
                                       "{}", "[]", NULL,     NULL, NULL};
     assert_ok(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));
@@ -111,8 +118,11 @@ static void judge(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_V
         if (count > 0) assert_ok(vw_ledger_append(ledger, records, count, views));
     } while (count > 0);
     assert_ok(vw_ledger_get_steps(ledger, &steps, &step_count));
-    const struct vw_value_input input = {
-        .records = steps, .record_count = step_count, .burn_in_epochs = 1, .images = images, .image_count = scene->view_count};
+    const struct vw_value_input input = {.records = steps,
+                                         .record_count = step_count,
+                                         .burn_in_epochs = 1,
+                                         .images = images,
+                                         .image_count = scene->view_count};
     struct vw_matrix matrix;
     assert_ok(vw_value_matrix(ledger, &input, &matrix));
     double *standard_errors = vw_allocate(matrix.photo_count, sizeof *standard_errors);
@@ -126,12 +136,12 @@ static void judge(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_V
     vw_trainer_destroy(&trainer);
 }
 
-static void spoiled_views_are_found(void **state) {
+static void corrupted_views_are_found(void **state) {
     (void)state;
     static const struct {
         const char *what;
-        void (*spoil)(struct vw_view *view);
-        bool spoiled; // so that its scores mislead
+        void (*corrupt)(struct vw_view *view);
+        bool corrupted; // so that its scores mislead
     } cases[] = {
         {"none", leave, false},
         {"noise of 0.15", add_noise, false},
@@ -142,20 +152,21 @@ static void spoiled_views_are_found(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_scene *scene = open_scene();
         struct vw_view_evidence evidence[VAL_VIEWS];
-        cases[i].spoil(validation_view(scene, SPOILED));
-        judge(scene, evidence);
+        cases[i].corrupt(validation_view(scene, CORRUPTED));
+        evaluate(scene, evidence);
         print_message("%-16s", cases[i].what);
         for (uint32_t v = 0; v < VAL_VIEWS; v++)
-            print_message("  %5.1f dB %+.2f %+.2f%s%s", evidence[v].end_psnr, evidence[v].agreement, evidence[v].without,
-                          evidence[v].disagrees ? " disagrees" : "", evidence[v].stays_low ? " low" : "");
+            print_message("  %5.1f dB %+.2f %+.2f%s%s", evidence[v].end_psnr, evidence[v].agreement,
+                          evidence[v].without, evidence[v].disagrees ? " disagrees" : "",
+                          evidence[v].stays_low ? " low" : "");
         print_message("\n");
         for (uint32_t v = 0; v < VAL_VIEWS; v++)
-            assert_int_equal(evidence[v].disagrees || evidence[v].stays_low, v == SPOILED && cases[i].spoiled);
+            assert_int_equal(evidence[v].disagrees || evidence[v].stays_low, v == CORRUPTED && cases[i].corrupted);
         vw_scene_close(&scene);
     }
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(spoiled_views_are_found)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(corrupted_views_are_found)};
     return cmocka_run_group_tests(tests, NULL, test_gpu_close);
 }

@@ -13,7 +13,9 @@ static inline void feed(crypto_generichash_state *state, char tag, uint64_t word
     if (text) crypto_generichash_update(state, (const unsigned char *)text, strlen(text));
 }
 
-static inline void feed_text(crypto_generichash_state *state, const char *text) { feed(state, 't', strlen(text), text); }
+static inline void feed_text(crypto_generichash_state *state, const char *text) {
+    feed(state, 't', strlen(text), text);
+}
 
 static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value) {
     sqlite3_stmt *statement = sql_query(raw, sql, value);
@@ -33,12 +35,14 @@ static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, cons
 }
 
 // Ends a hash into `hex` and tells whether `sql` finds the same.
-static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value, char hex[65]) {
+static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value,
+                           char hex[65]) {
     unsigned char hash[32];
     crypto_generichash_final(state, hash, sizeof hash);
     sodium_bin2hex(hex, 65, hash, sizeof hash);
     sqlite3_stmt *statement = sql_query(raw, sql, value);
-    bool same = sqlite3_step(statement) == SQLITE_ROW && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0;
+    bool same =
+        sqlite3_step(statement) == SQLITE_ROW && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0;
     sqlite3_finalize(statement);
     return same;
 }
@@ -64,20 +68,25 @@ static inline bool chain_holds(const char *path) {
     crypto_generichash_state state;
     char head[65];
     crypto_generichash_init(&state, NULL, 0, 32);
-    feed_rows(&state, raw, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);
-    feed_rows(&state, raw, "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY image_id", 0);
+    feed_rows(&state, raw,
+              "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);
+    feed_rows(&state, raw,
+              "SELECT image_id, scene_hash, name, split, provider, sha256, truth FROM image ORDER BY image_id", 0);
     bool holds = hash_is(&state, raw, "SELECT row_hash FROM run", 0, head);
     int64_t count = count_steps(raw);
     for (int64_t step = 0; step < count; step++) {
         crypto_generichash_init(&state, NULL, 0, 32);
         feed_text(&state, head);
         feed_rows(&state, raw,
-                  "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, clamped, floored"
+                  "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1, nonfinite, "
+                  "clamped, floored"
                   " FROM step WHERE step = ?",
                   step);
-        feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id", step);
+        feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id",
+                  step);
         feed_rows(&state, raw,
-                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe WHERE step = ? ORDER BY probe",
+                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe WHERE step "
+                  "= ? ORDER BY probe",
                   step);
         holds = hash_is(&state, raw, "SELECT row_hash FROM step WHERE step = ?", step, head) && holds;
     }
@@ -85,13 +94,15 @@ static inline bool chain_holds(const char *path) {
     if (is_running(raw)) feed_rows(&state, raw, "SELECT row_hash FROM run", 0);
     else feed_text(&state, head);
     feed_rows(&state, raw,
-              "SELECT scene_path, config_json, scene_options_json, effects_json, choice_json, started_utc, finished_utc, status FROM run",
+              "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, finished_utc, "
+              "status FROM run",
               0);
     feed_rows(&state, raw,
-              "SELECT run_id, image_id, method, value, unit, stderr, visits, sampling_error, low, high, rank_low, rank_high FROM score"
+              "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high, "
+              "rank_ci_low, rank_ci_high FROM score"
               " ORDER BY image_id, method",
               0);
-    holds = hash_is(&state, raw, SQL_SEAL, 0, head) && holds;
+    holds = hash_is(&state, raw, SQL_FINAL_HASH, 0, head) && holds;
     sqlite3_close(raw);
     return holds;
 }

@@ -15,15 +15,15 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "viewworth/file.h"
+#include "base/file.h"
 #include "viewworth/ledger.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "base/random.h"
 
-#define ASSERT_OK(call)                                                                                                                    \
-    do {                                                                                                                                   \
-        enum vw_status status_of_call = (call);                                                                                            \
-        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                                    \
+#define ASSERT_OK(call)                                                                                                \
+    do {                                                                                                               \
+        enum vw_status status_of_call = (call);                                                                        \
+        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
     } while (0)
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
@@ -72,11 +72,11 @@ static inline struct vw_ledger_run test_run(const char *config_json) {
         .started_utc = "2026-11-21T03:04:05Z",
         .scene_options_json = "{\"downscale\":2}",
         .effects_json = "[{\"name\":\"distortion\",\"on\":false}]",
-        .choice_json = "{\"accuracy\":\"draft\"}",
+        .plan_json = "{\"accuracy\":\"draft\"}",
     };
 }
 
-// Views 0 and 4 validate, 7 is for testing, the others train; 2 and 5 are spoiled.
+// Views 0 and 4 validate, 7 is for testing, the others train; 2 and 5 are corrupted.
 enum { TEST_IMAGE_COUNT = 8, TEST_TRAIN_COUNT = 5, TEST_VALIDATION_COUNT = 2 };
 static const uint32_t test_train_views[TEST_TRAIN_COUNT] = {1, 2, 3, 5, 6};
 static const uint32_t test_validation_views[TEST_VALIDATION_COUNT] = {0, 4};
@@ -87,8 +87,9 @@ static const struct vw_ledger_image test_images[TEST_IMAGE_COUNT] = {
     {6, "images/6.png", "train", "alice", HEX_A, "clean"}, {7, "images/7.png", "test", NULL, HEX_A, NULL},
 };
 
-// A trainer whose photos are worth what `worth_db` says: each visit of train photo i moves val_psnr by worth_db[i] plus noise
-// of +-noise_db, L1 by a hundredth of it the other way, and the pooled PSNR by twice it. Gives 1 + epochs * TEST_TRAIN_COUNT records.
+// A trainer whose photos are worth what `worth_db` says: each visit of train photo i moves val_psnr by worth_db[i] plus
+// noise of +-noise_db, L1 by a hundredth of it the other way, and the pooled PSNR by twice it. Gives 1 + epochs *
+// TEST_TRAIN_COUNT records.
 struct test_trainer {
     double worth_db[TEST_TRAIN_COUNT];
     double noise_db;
@@ -100,7 +101,8 @@ struct test_trainer {
 static const struct test_trainer test_four_epochs = {
     .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = 0.05, .first_epoch_factor = 3, .epochs = 4};
 
-static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_step_record *records, struct vw_view_error *errors) {
+static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_step_record *records,
+                                  struct vw_view_error *errors) {
     uint32_t count = 1 + trainer->epochs * TEST_TRAIN_COUNT;
     double psnr = 12.0, pooled = 11.0, l1 = 0.3;
     for (uint32_t step = 0; step < count; step++) {
@@ -133,26 +135,28 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
     return count;
 }
 
-// Probes every third step: repeat and still give the measures before it, the others those after it, moved a little; one is of another photo
-// than the step's. Two values of the redraws are not finite.
+// Probes every third step: repeat and still give the measures before it, the others those after it, moved a little; one
+// is of another photo than the step's. Two values of the redraws are not finite.
 enum { TEST_PROBES_PER_STEP = 6 };
 static inline void test_probe(struct vw_step_record *records, uint32_t count, struct vw_probe *probes) {
     for (uint32_t step = 3; step < count; step += 3) {
         struct vw_probe *own = &probes[TEST_PROBES_PER_STEP * step];
-        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEAT, VW_PROBE_STILL,      VW_PROBE_REDRAW,
-                                                                VW_PROBE_REDRAW, VW_PROBE_SAME_STATE, VW_PROBE_FIRST_ORDER};
+        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEATED,   VW_PROBE_ZERO_LEARNING_RATE,
+                                                                VW_PROBE_RESAMPLED,  VW_PROBE_RESAMPLED,
+                                                                VW_PROBE_SAME_STATE, VW_PROBE_FIRST_ORDER};
         for (uint32_t i = 0; i < TEST_PROBES_PER_STEP; i++) {
-            bool moves = kinds[i] >= VW_PROBE_REDRAW;
+            bool moves = kinds[i] >= VW_PROBE_RESAMPLED;
             const struct vw_step_record *like = &records[moves ? step : step - 1];
             double moved = moves ? 0.01 * i : 0;
-            own[i] = (struct vw_probe){.step = step,
-                                       .index = i,
-                                       .kind = kinds[i],
-                                       .val_psnr = like->val_psnr + moved,
-                                       .val_psnr_pooled = like->val_psnr_pooled + moved,
-                                       .val_l1 = like->val_l1 - moved,
-                                       .view = kinds[i] == VW_PROBE_SAME_STATE ? test_train_views[step % TEST_TRAIN_COUNT]
-                                                                               : (uint32_t)VW_RECORD_UNTRAINED};
+            own[i] =
+                (struct vw_probe){.step = step,
+                                  .index = i,
+                                  .kind = kinds[i],
+                                  .val_psnr = like->val_psnr + moved,
+                                  .val_psnr_pooled = like->val_psnr_pooled + moved,
+                                  .val_l1 = like->val_l1 - moved,
+                                  .view = kinds[i] == VW_PROBE_SAME_STATE ? test_train_views[step % TEST_TRAIN_COUNT]
+                                                                          : (uint32_t)VW_RECORD_UNTRAINED};
         }
         own[2].val_psnr_pooled = NAN;
         own[3].val_l1 = INFINITY;
@@ -181,7 +185,7 @@ static inline struct test_recording *test_record(const struct test_trainer *trai
 }
 
 // Steps that carry no value: 7 and 8 are not finite, 12 was not validated.
-static inline void test_spoil(struct test_recording *recording) {
+static inline void test_corruption(struct test_recording *recording) {
     recording->records[7].nonfinite = true;
     recording->errors[2 * 8].mse = INFINITY;
     struct vw_step_record *unvalidated = &recording->records[12];
@@ -209,10 +213,10 @@ static inline void test_ledger_finish(struct vw_ledger *ledger, const char *stat
     ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
 }
 
-// Appends a spoiled run in batches of `batch` steps.
+// Appends a corrupted run in batches of `batch` steps.
 static inline void test_ledger_append(struct vw_ledger *ledger, const struct test_trainer *trainer, uint32_t batch) {
     struct test_recording *recording = test_record(trainer);
-    test_spoil(recording);
+    test_corruption(recording);
     for (uint32_t first = 0; first < recording->count; first += batch) {
         uint32_t some = recording->count - first < batch ? recording->count - first : batch;
         ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some, test_validation_views));
@@ -221,7 +225,8 @@ static inline void test_ledger_append(struct vw_ledger *ledger, const struct tes
 }
 
 // Records a finished run as folder/name; its path is to be freed.
-static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer, uint32_t batch) {
+static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer,
+                                       uint32_t batch) {
     char *path = vw_path_join(folder, name);
     struct vw_ledger *ledger = test_ledger_create(path);
     test_ledger_append(ledger, trainer, batch);
@@ -231,8 +236,8 @@ static inline char *test_ledger_record(const char *folder, const char *name, con
     return path;
 }
 
-static inline const struct vw_ledger_score *test_find_score(const struct vw_ledger_score *scores, uint32_t count, const char *method,
-                                                            uint32_t image_id) {
+static inline const struct vw_ledger_score *test_find_score(const struct vw_ledger_score *scores, uint32_t count,
+                                                            const char *method, uint32_t image_id) {
     for (uint32_t i = 0; i < count; i++)
         if (scores[i].image_id == image_id && strcmp(scores[i].method, method) == 0) return &scores[i];
     fail_msg("no score %s of image %u", method, image_id);

@@ -37,11 +37,12 @@ static inline void assert_answer(const char *path, const char *sql, const char *
     free(answer);
 }
 
-// All hashes of the chain, and the seal.
-#define SQL_CHAIN                                                                                                                          \
-    "SELECT group_concat(row_hash) FROM (SELECT row_hash FROM run UNION ALL SELECT row_hash FROM (SELECT row_hash FROM step ORDER BY "     \
+// All hashes of the chain, and the final hash.
+#define SQL_CHAIN                                                                                                      \
+    "SELECT group_concat(row_hash) FROM (SELECT row_hash FROM run UNION ALL SELECT row_hash FROM (SELECT row_hash "    \
+    "FROM step ORDER BY "                                                                                              \
     "step))"
-#define SQL_SEAL "SELECT seal_hash FROM run"
+#define SQL_FINAL_HASH "SELECT final_hash FROM run"
 
 // Runs statements without regard to constraints and gives how many rows they changed.
 static inline int sql_run(const char *path, const char *sql) {

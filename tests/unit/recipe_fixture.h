@@ -6,22 +6,23 @@
 #include <string.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/scene.h"
 
 #define RECIPE_GREY "{\"kind\": \"plain\", \"colour\": [0.5, 0.5, 0.5]}"
-#define RECIPE_SPHERE "{\"kind\": \"sphere\", \"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5, \"texture\": " RECIPE_GREY "}"
+#define RECIPE_SPHERE                                                                                                  \
+    "{\"kind\": \"sphere\", \"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5, \"texture\": " RECIPE_GREY "}"
 
 // 24 views of 32x24 around a grey sphere in front of black: 18 train, 3 val, 3 test.
-static const char *const recipe_text =
-    "{\"viewworth_recipe\": 1, \"seed\": 3,\n"
-    " \"image\": {\"width_px\": 32, \"height_px\": 24, \"samples_per_pixel\": 1},\n"
-    " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1},\n"
-    " \"background\": [0, 0, 0],\n"
-    " \"shapes\": [" RECIPE_SPHERE "],\n"
-    " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 3, \"elevation_deg\": [20, 50], \"count\": 24,\n"
-    "              \"field_of_view_deg\": 50}],\n"
-    " \"defects\": []}\n";
+static const char *const recipe_text = "{\"viewworth_recipe\": 1, \"seed\": 3,\n"
+                                       " \"image\": {\"width_px\": 32, \"height_px\": 24, \"samples_per_pixel\": 1},\n"
+                                       " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1},\n"
+                                       " \"background\": [0, 0, 0],\n"
+                                       " \"shapes\": [" RECIPE_SPHERE "],\n"
+                                       " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 3, "
+                                       "\"elevation_deg\": [20, 50], \"count\": 24,\n"
+                                       "              \"field_of_view_deg\": 50}],\n"
+                                       " \"defects\": []}\n";
 
 // A copy of `text` with the first `from` replaced by `to`, to be freed.
 static char *replaced(const char *text, const char *from, const char *to) {
@@ -41,7 +42,8 @@ static enum vw_status open_text(const char *text, struct vw_scene_params params,
 }
 
 // Opens recipe_text with up to two replacements (NULL: none), and fails the test when that fails.
-static struct vw_scene *open_changed(struct vw_scene_params params, const char *from, const char *to, const char *from2, const char *to2) {
+static struct vw_scene *open_changed(struct vw_scene_params params, const char *from, const char *to, const char *from2,
+                                     const char *to2) {
     struct vw_scene *scene = NULL;
     char *text = from ? replaced(recipe_text, from, to) : vw_copy_text(recipe_text);
     char *text2 = from2 ? replaced(text, from2, to2) : vw_copy_text(text);

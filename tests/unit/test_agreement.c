@@ -1,15 +1,15 @@
 // How far scores of several runs agree: numbers worked out by hand, and the edges where a measure says nothing.
 #include "unit/ledger_fixture.h"
 
-#include "value/agreement.h"
+#include "value/evaluation/agreement.h"
 
 static void assert_real(double value, double expected, const char *what) { // a few roundings of numbers near 1
     if (!(fabs(value - expected) <= 4e-16)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static struct vw_agreement compare(const double *a, const double *b, const bool *unspoiled, uint32_t count) {
+static struct vw_agreement compare(const double *a, const double *b, const bool *clean, uint32_t count) {
     struct vw_agreement agreement;
-    ASSERT_OK(vw_agreement_of_pair(a, b, unspoiled, count, &agreement));
+    ASSERT_OK(vw_agreement_of_pair(a, b, clean, count, &agreement));
     return agreement;
 }
 
@@ -19,10 +19,11 @@ static void numbers_worked_out_by_hand(void **state) {
     const double a[] = {-2, -1, 0, 1, 2}, b[] = {-1.5, -2.5, 0.5, -0.5, 1.5};
     struct vw_agreement agreement = compare(a, b, NULL, 5);
     assert_int_equal(agreement.photos, 5);
-    assert_int_equal(agreement.unspoiled, 0);
+    assert_int_equal(agreement.clean, 0);
     assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
     assert_real(agreement.values[VW_AGREEMENT_SPEARMAN], 0.8, "rho");
-    assert_true(isnan(agreement.values[VW_AGREEMENT_UNSPOILED_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_UNSPOILED_SPEARMAN]));
+    assert_true(isnan(agreement.values[VW_AGREEMENT_CLEAN_PEARSON]) &&
+                isnan(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN]));
     // Positive: {3, 4} and {2, 4}. Alike: 0, 1 and 4. By chance: (2 * 2 + 3 * 3) / 25 = 13 / 25; (15 - 13) / (25 - 13).
     assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1.0 / 3, "Jaccard's index");
     assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
@@ -31,20 +32,21 @@ static void numbers_worked_out_by_hand(void **state) {
 
 static void ties_share_their_rank(void **state) {
     (void)state;
-    // Ranks 1.5 1.5 3 4 and 1 2.5 2.5 4: deviations -1 -1 0.5 1.5 and -1.5 0 0 1.5, products 1.5 0 0 2.25, squares 4.5 and 4.5.
+    // Ranks 1.5 1.5 3 4 and 1 2.5 2.5 4: deviations -1 -1 0.5 1.5 and -1.5 0 0 1.5, products 1.5 0 0 2.25, squares 4.5
+    // and 4.5.
     const double a[] = {1, 1, 2, 9}, b[] = {-7, 0, 0, 100};
     assert_real(compare(a, b, NULL, 4).values[VW_AGREEMENT_SPEARMAN], 3.75 / 4.5, "rho of ties");
 }
 
-static void the_unspoiled_are_compared_alone(void **state) {
+static void the_clean_are_compared_alone(void **state) {
     (void)state;
     const double a[] = {1, 2, 3, -50, -60}, b[] = {3, 1, 2, -60, -50};
-    const bool unspoiled[] = {true, true, true, false, false};
-    struct vw_agreement agreement = compare(a, b, unspoiled, 5);
-    assert_int_equal(agreement.unspoiled, 3);
-    assert_true(agreement.values[VW_AGREEMENT_PEARSON] > 0.95); // which the two spoiled photos make
-    assert_real(agreement.values[VW_AGREEMENT_UNSPOILED_PEARSON], -0.5, "r within the unspoiled");
-    assert_real(agreement.values[VW_AGREEMENT_UNSPOILED_SPEARMAN], -0.5, "rho within the unspoiled");
+    const bool clean[] = {true, true, true, false, false};
+    struct vw_agreement agreement = compare(a, b, clean, 5);
+    assert_int_equal(agreement.clean, 3);
+    assert_true(agreement.values[VW_AGREEMENT_PEARSON] > 0.95); // which the two corrupted photos make
+    assert_real(agreement.values[VW_AGREEMENT_CLEAN_PEARSON], -0.5, "r within the clean");
+    assert_real(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, "rho within the clean");
 }
 
 static void missing_scores_are_left_out(void **state) {
@@ -78,7 +80,8 @@ static void where_nothing_can_be_said(void **state) {
 
 static void pairs_are_summarised(void **state) {
     (void)state;
-    double values[] = {1, 2, 3, /**/ 3, 2, 1, /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
+    double values[] = {1,      2, 3, /**/ 3,   2,   1,
+                       /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
     struct vw_score_table table = {.method = "some", .unit = "dB", .values = values};
     struct vw_score_tables tables = {.run_count = 4, .photo_count = 3, .tables = &table, .count = 1};
     struct vw_agreement *pairs = NULL;
@@ -91,12 +94,13 @@ static void pairs_are_summarised(void **state) {
     assert_real(summary.lowest, -1, "the lowest");
     assert_real(summary.highest, 0.5, "the highest");
     assert_real(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, "the pair of the first and third run");
-    summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_UNSPOILED_PEARSON);
+    summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
     assert_true(summary.pairs == 0 && isnan(summary.mean) && isnan(summary.lowest) && isnan(summary.highest));
     free(pairs);
 }
 
-// ---- From ledgers -----------------------------------------------------------------------------------------------------
+// ---- From ledgers
+// -----------------------------------------------------------------------------------------------------
 
 static struct vw_value_input input_of(const struct test_recording *training, const struct vw_ledger_image *images) {
     return (struct vw_value_input){.records = training->records,
@@ -130,7 +134,7 @@ static void first_epochs_are_scored_as_a_run_of_their_own(void **state) {
     }
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) {
         assert_int_equal(first.photos[i], test_train_views[i]);
-        assert_int_equal(first.unspoiled[i], i != 1 && i != 3);
+        assert_int_equal(first.clean[i], i != 1 && i != 3);
     }
     const struct vw_score_table *table = vw_score_tables_find(&first, "dv_psnr");
     assert_non_null(table);
@@ -166,7 +170,8 @@ static void probes_of_later_epochs_are_left_out(void **state) {
 static void a_run_without_scores_takes_no_part(void **state) {
     (void)state;
     struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);
-    struct vw_value_input runs[] = {input_of(burned, test_images), input_of(full, test_images), input_of(other, test_images)};
+    struct vw_value_input runs[] = {input_of(burned, test_images), input_of(full, test_images),
+                                    input_of(other, test_images)};
     struct vw_score_tables tables;
     ASSERT_OK(vw_score_tables_make(runs, 3, 4, &tables));
     const struct vw_score_table *table = vw_score_tables_find(&tables, "dv_loss");
@@ -177,7 +182,7 @@ static void a_run_without_scores_takes_no_part(void **state) {
     assert_true(isnan(table->values[0]) && isfinite(table->values[TEST_TRAIN_COUNT]));
     assert_int_equal(pairs[0].photos, 0);
     assert_int_equal(pairs[2].photos, TEST_TRAIN_COUNT);
-    assert_int_equal(pairs[2].unspoiled, 3);
+    assert_int_equal(pairs[2].clean, 3);
     assert_int_equal(vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).pairs, 1);
     free(pairs);
     vw_score_tables_free(&tables);
@@ -192,12 +197,12 @@ static void truth_is_not_made_up(void **state) {
     struct vw_ledger_image images[TEST_IMAGE_COUNT];
     for (int i = 0; i < TEST_IMAGE_COUNT; i++) {
         images[i] = test_images[i];
-        images[i].truth = NULL;
+        images[i].ground_truth = NULL;
     }
     struct vw_value_input run = input_of(training, images);
     struct vw_score_tables tables;
     ASSERT_OK(vw_score_tables_make(&run, 1, 4, &tables));
-    assert_null(tables.unspoiled);
+    assert_null(tables.clean);
     vw_score_tables_free(&tables);
     free(training);
 }
@@ -220,7 +225,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(numbers_worked_out_by_hand),
         cmocka_unit_test(ties_share_their_rank),
-        cmocka_unit_test(the_unspoiled_are_compared_alone),
+        cmocka_unit_test(the_clean_are_compared_alone),
         cmocka_unit_test(missing_scores_are_left_out),
         cmocka_unit_test(where_nothing_can_be_said),
         cmocka_unit_test(pairs_are_summarised),

@@ -7,8 +7,8 @@
 #include <sys/stat.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/file.h"
-#include "viewworth/hash.h"
+#include "base/file.h"
+#include "base/hash.h"
 #include "viewworth/log.h"
 
 static void assert_hex(const uint8_t hash[32], const char *expected) {

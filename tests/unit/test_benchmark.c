@@ -1,5 +1,5 @@
-// The judges of methods on games whose values are known: additive ones, in which a photo adds what it is worth, with noise of a known
-// size for every training.
+// The evaluates of methods on games whose values are known: additive ones, in which a photo adds what it is worth, with
+// noise of a known size for every training.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,56 +11,64 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "value/contest.h"
-#include "viewworth/random.h"
+#include "value/evaluation/evaluation.h"
+#include "base/random.h"
 #include "viewworth/status.h"
 
-#define ASSERT_OK(call)                                                                                                                    \
-    do {                                                                                                                                   \
-        enum vw_status status_of_call = (call);                                                                                            \
-        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                                    \
+#define ASSERT_OK(call)                                                                                                \
+    do {                                                                                                               \
+        enum vw_status status_of_call = (call);                                                                        \
+        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
     } while (0)
 
 enum { PHOTOS = 12, SEEDS = 2, FIRST_SEED = 40 };
 
 // Photo i is image 3 i + 1, as validation views lie between.
 static const double worths[PHOTOS] = {0.9, 0.4, -1.3, 0.7, 0.3, -1.0, 0.8, 0.5, -0.7, 0.6, 0.2, -0.5};
-static const char *const truths[PHOTOS] = {"clean", "clean", "blur",  "clean", "clean", "blur",
-                                           "clean", "clean", "noise", "clean", "clean", "noise"};
+static const char *const ground_truths[PHOTOS] = {"clean", "clean", "blur",  "clean", "clean", "blur",
+                                                  "clean", "clean", "noise", "clean", "clean", "noise"};
 static uint32_t photos[PHOTOS];
 static double scores_of[4][SEEDS * PHOTOS]; // worths, opposite, flat, a few wrong
-static const struct vw_contestant contestants[] = {
+static const struct vw_scorer scorers[] = {
     {"dv_psnr", scores_of[3]}, {"worths", scores_of[0]}, {"opposite", scores_of[1]}, {"flat", scores_of[2]}};
-static const struct vw_contest contest = {
-    .photos = photos, .truths = truths, .photo_count = PHOTOS, .contestants = contestants, .contestant_count = 4, .seed_count = SEEDS};
+static const struct vw_evaluation evaluation = {.photos = photos,
+                                                .ground_truths = ground_truths,
+                                                .photo_count = PHOTOS,
+                                                .scorers = scorers,
+                                                .scorer_count = 4,
+                                                .seed_count = SEEDS};
 
 struct game {
-    double noise_db;      // standard deviation of a training's outcome
-    uint32_t trials, odd; // that were asked for; with other than ascending, different photos
+    double noise_db;           // standard deviation of a training's outcome
+    uint32_t retrainings, odd; // that were asked for; with other than ascending, different photos
     bool fails, lacks_tests;
 };
 
-static double noise_of(const struct vw_trial *trial) {
+static double noise_of(const struct vw_retrain_params *retraining) {
     uint32_t words[4], key = 0;
-    for (uint32_t i = 0; i < trial->view_count; i++) key = key * 31 + trial->views[i];
-    vw_random_words(trial->seed, VW_RANDOM_JITTER, 7, key, 0, words);
+    for (uint32_t i = 0; i < retraining->view_count; i++) key = key * 31 + retraining->views[i];
+    vw_random_words(retraining->seed, VW_RANDOM_JITTER, 7, key, 0, words);
     double sum = -2; // of four uniform numbers: variance 1/3
     for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
     return sum * sqrt(3);
 }
 
-static enum vw_status play(void *context, const struct vw_trial *trial, struct vw_outcome *outcome) {
+static enum vw_status play(void *context, const struct vw_retrain_params *retraining,
+                           struct vw_retrain_result *outcome) {
     struct game *game = context;
     double psnr_db = 20;
-    game->trials++;
+    game->retrainings++;
     if (game->fails) return vw_fail(VW_ERROR_DEVICE, "the game is over");
-    for (uint32_t i = 0; i < trial->view_count; i++) {
-        game->odd += (i && trial->views[i] <= trial->views[i - 1]) || trial->views[i] % 3 != 1;
-        psnr_db += worths[trial->views[i] / 3];
+    for (uint32_t i = 0; i < retraining->view_count; i++) {
+        game->odd += (i && retraining->views[i] <= retraining->views[i - 1]) || retraining->views[i] % 3 != 1;
+        psnr_db += worths[retraining->views[i] / 3];
     }
-    psnr_db += game->noise_db * noise_of(trial);
-    *outcome = (struct vw_outcome){
-        .val_psnr = psnr_db, .test_psnr = game->lacks_tests ? NAN : psnr_db + 1, .val_l1 = NAN, .test_l1 = NAN, .seconds = 1};
+    psnr_db += game->noise_db * noise_of(retraining);
+    *outcome = (struct vw_retrain_result){.val_psnr = psnr_db,
+                                          .test_psnr = game->lacks_tests ? NAN : psnr_db + 1,
+                                          .val_l1 = NAN,
+                                          .test_l1 = NAN,
+                                          .seconds = 1};
     return VW_OK;
 }
 
@@ -81,19 +89,21 @@ static void assert_near(double value, double expected, double tolerance, const c
     if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static const struct vw_judgement *find(const struct vw_judgements *judgements, const char *group, const char *name, const char *method) {
-    const struct vw_judgement *row = vw_judgements_find(judgements, group, name, method);
+static const struct vw_metric *find(const struct vw_metrics *metrics, const char *group, const char *name,
+                                    const char *method) {
+    const struct vw_metric *row = vw_metrics_find(metrics, group, name, method);
     if (!row) fail_msg("no row %s/%s of %s", group, name, method);
     return row;
 }
 
 static void play_subsets(struct game *game, uint32_t count, struct vw_subsets *subsets) {
     ASSERT_OK(vw_subsets_draw(PHOTOS, count, subsets));
-    ASSERT_OK(vw_subsets_try(subsets, photos, FIRST_SEED, play, game));
+    ASSERT_OK(vw_subsets_retrain(subsets, photos, FIRST_SEED, play, game));
     assert_int_equal(game->odd, 0);
 }
 
-// ---- Subsets --------------------------------------------------------------------------------------------------------------
+// ---- Subsets
+// --------------------------------------------------------------------------------------------------------------
 
 static void halves_are_different_and_balanced(void **state) {
     (void)state;
@@ -129,76 +139,81 @@ static void a_failing_training_ends_it(void **state) {
     struct game game = {.fails = true};
     struct vw_subsets subsets;
     ASSERT_OK(vw_subsets_draw(PHOTOS, 20, &subsets));
-    assert_int_equal(vw_subsets_try(&subsets, photos, FIRST_SEED, play, &game), VW_ERROR_DEVICE);
-    assert_int_equal(game.trials, 1);
+    assert_int_equal(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &game), VW_ERROR_DEVICE);
+    assert_int_equal(game.retrainings, 1);
     vw_subsets_free(&subsets);
 }
 
-// ---- Detection ------------------------------------------------------------------------------------------------------------
+// ---- Detection
+// ------------------------------------------------------------------------------------------------------------
 
-// Eight clean photos, two of either kind. By hand, for the scores of "dv_psnr": clean -0.9 (photo 0), 0.4, 0.7, -0.3 (photo 4), 0.8, 0.5,
-// 0.6, 0.2; blur -1.3 and -1.0 lie below all; noise +0.7 (photo 8), above all but 0.8 and level with 0.7, and -0.5, above -0.9 alone.
+// Eight clean photos, two of either kind. By hand, for the scores of "dv_psnr": clean -0.9 (photo 0), 0.4, 0.7, -0.3
+// (photo 4), 0.8, 0.5, 0.6, 0.2; blur -1.3 and -1.0 lie below all; noise +0.7 (photo 8), above all but 0.8 and level
+// with 0.7, and -0.5, above -0.9 alone.
 static void auc_by_hand(void **state) {
     (void)state;
-    struct vw_judgements judgements = {0};
-    ASSERT_OK(vw_judge_detection(&contest, &judgements));
-    assert_near(find(&judgements, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
-    assert_near(find(&judgements, "auc", "noise", "dv_psnr")->value, (1.5 + 7) / 16, 1e-15, "AUC of noise");
-    assert_near(find(&judgements, "auc", "spoiled", "dv_psnr")->value, (16 + 1.5 + 7) / 32, 1e-15, "AUC of all");
-    assert_near(find(&judgements, "auc", "spoiled", "worths")->value, 1, 0, "AUC of the worths");
-    assert_near(find(&judgements, "auc", "spoiled", "opposite")->value, 0, 0, "AUC of their opposites");
-    assert_near(find(&judgements, "auc", "spoiled", "flat")->value, 0.5, 0, "AUC of equal scores");
-    assert_int_equal(find(&judgements, "auc", "noise", "flat")->count, 16);
-    assert_int_equal(judgements.count, 12);
-    free(judgements.rows);
+    struct vw_metrics metrics = {0};
+    ASSERT_OK(vw_evaluate_detection(&evaluation, &metrics));
+    assert_near(find(&metrics, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
+    assert_near(find(&metrics, "auc", "noise", "dv_psnr")->value, (1.5 + 7) / 16, 1e-15, "AUC of noise");
+    assert_near(find(&metrics, "auc", "corrupted", "dv_psnr")->value, (16 + 1.5 + 7) / 32, 1e-15, "AUC of all");
+    assert_near(find(&metrics, "auc", "corrupted", "worths")->value, 1, 0, "AUC of the worths");
+    assert_near(find(&metrics, "auc", "corrupted", "opposite")->value, 0, 0, "AUC of their opposites");
+    assert_near(find(&metrics, "auc", "corrupted", "flat")->value, 0.5, 0, "AUC of equal scores");
+    assert_int_equal(find(&metrics, "auc", "noise", "flat")->count, 16);
+    assert_int_equal(metrics.count, 12);
+    free(metrics.rows);
 }
 
 static void seeds_agree_over_all_and_within_clean(void **state) {
     (void)state;
-    struct vw_judgements judgements = {0};
-    for (uint32_t i = 0; i < PHOTOS; i++) scores_of[0][PHOTOS + i] = (vw_photo_is_clean(&contest, i) ? -1 : 1) * worths[i];
-    ASSERT_OK(vw_judge_seeds(&contest, &judgements));
-    assert_near(find(&judgements, "seed_pearson", "all", "dv_psnr")->value, 1, 1e-12, "r of equal scores");
-    assert_near(find(&judgements, "seed_pearson", "clean", "worths")->value, -1, 1e-12, "r within clean");
-    assert_near(find(&judgements, "seed_spearman", "clean", "worths")->value, -1, 1e-12, "rho within clean");
-    assert_int_equal(find(&judgements, "seed_spearman", "clean", "worths")->count, 8);
-    assert_true(isnan(find(&judgements, "seed_pearson", "all", "flat")->value));
-    free(judgements.rows);
+    struct vw_metrics metrics = {0};
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        scores_of[0][PHOTOS + i] = (vw_photo_is_clean(&evaluation, i) ? -1 : 1) * worths[i];
+    ASSERT_OK(vw_evaluate_seeds(&evaluation, &metrics));
+    assert_near(find(&metrics, "seed_pearson", "all", "dv_psnr")->value, 1, 1e-12, "r of equal scores");
+    assert_near(find(&metrics, "seed_pearson", "clean", "worths")->value, -1, 1e-12, "r within clean");
+    assert_near(find(&metrics, "seed_spearman", "clean", "worths")->value, -1, 1e-12, "rho within clean");
+    assert_int_equal(find(&metrics, "seed_spearman", "clean", "worths")->count, 8);
+    assert_true(isnan(find(&metrics, "seed_pearson", "all", "flat")->value));
+    free(metrics.rows);
 }
 
-// ---- Foretelling ----------------------------------------------------------------------------------------------------------
+// ---- Predicting
+// ----------------------------------------------------------------------------------------------------------
 
-static void true_worths_foretell_an_additive_game(void **state) {
+static void true_worths_predict_an_additive_game(void **state) {
     (void)state;
     struct game game = {0};
     struct vw_subsets subsets;
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     play_subsets(&game, 200, &subsets);
-    assert_int_equal(game.trials, 400);
-    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
+    assert_int_equal(game.retrainings, 400);
+    ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
     // Sums that are equal in theory may differ in their last bits, in either order: not quite 1.
-    assert_near(find(&judgements, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS of the worths");
-    assert_near(find(&judgements, "lds", "test_psnr", "worths")->value, 1, 1e-3, "LDS of the worths on test photos");
-    assert_near(find(&judgements, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
-    assert_near(find(&judgements, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
-    assert_true(isnan(find(&judgements, "lds", "val_psnr", "flat")->value));
+    assert_near(find(&metrics, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS of the worths");
+    assert_near(find(&metrics, "lds", "test_psnr", "worths")->value, 1, 1e-3, "LDS of the worths on test photos");
+    assert_near(find(&metrics, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
+    assert_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
+    assert_true(isnan(find(&metrics, "lds", "val_psnr", "flat")->value));
     // The correlation of two rankings of 12: standard deviation 1 / sqrt(11) = 0.30, and 2 of them on either side.
-    const struct vw_judgement *chance = find(&judgements, "lds", "val_psnr", "chance");
+    const struct vw_metric *chance = find(&metrics, "lds", "val_psnr", "chance");
     assert_near(chance->value, 0, 3 * 0.30 / sqrt(1000), "the mean of chance");
-    assert_true(chance->low < -0.45 && chance->low > -0.7 && chance->high > 0.45 && chance->high < 0.7);
-    double reference = find(&judgements, "lds", "val_psnr", "dv_psnr")->value;
-    const struct vw_judgement *gain = find(&judgements, "lds_gain", "val_psnr", "worths");
+    assert_true(chance->ci_low < -0.45 && chance->ci_low > -0.7 && chance->ci_high > 0.45 && chance->ci_high < 0.7);
+    double reference = find(&metrics, "lds", "val_psnr", "dv_psnr")->value;
+    const struct vw_metric *gain = find(&metrics, "lds_gain", "val_psnr", "worths");
     assert_true(reference > 0.3 && reference < 0.95);
-    assert_near(gain->value, find(&judgements, "lds", "val_psnr", "worths")->value - reference, 1e-12, "the gain");
-    assert_true(gain->low > 0 && gain->low < gain->value && gain->value < gain->high);
-    const struct vw_judgement *none = find(&judgements, "lds_gain", "val_psnr", "dv_psnr");
-    assert_true(none->value == 0 && none->low == 0 && none->high == 0); // paired: the same resamples
+    assert_near(gain->value, find(&metrics, "lds", "val_psnr", "worths")->value - reference, 1e-12, "the gain");
+    assert_true(gain->ci_low > 0 && gain->ci_low < gain->value && gain->value < gain->ci_high);
+    const struct vw_metric *none = find(&metrics, "lds_gain", "val_psnr", "dv_psnr");
+    assert_true(none->value == 0 && none->ci_low == 0 && none->ci_high == 0); // paired: the same resamples
     vw_subsets_free(&subsets);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
-// Variance of the sum of a random half: n/4 N/(N-1) var(worths) of 12; noise of the same size makes two trainings agree by 1/2, and their
-// mean with the truth by sqrt(2/3). Spearman's correlation of normal variables is 6/pi asin(r/2): 0.483 for 1/2, and 0.802 for sqrt(2/3).
+// Variance of the sum of a random half: n/4 N/(N-1) var(worths) of 12; noise of the same size makes two trainings agree
+// by 1/2, and their mean with the truth by sqrt(2/3). Spearman's correlation of normal variables is 6/pi asin(r/2):
+// 0.483 for 1/2, and 0.802 for sqrt(2/3).
 static void noise_lowers_the_ceiling_as_theory_says(void **state) {
     (void)state;
     double mean = 0, variance = 0;
@@ -206,15 +221,18 @@ static void noise_lowers_the_ceiling_as_theory_says(void **state) {
     for (uint32_t i = 0; i < PHOTOS; i++) variance += pow(worths[i] - mean, 2) / PHOTOS;
     struct game game = {.noise_db = sqrt(variance * PHOTOS * PHOTOS / 4 / (PHOTOS - 1))};
     struct vw_subsets subsets;
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     play_subsets(&game, 800, &subsets);
-    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
-    // Standard error of a correlation of 0.5 over 800: 0.75 / sqrt(800) = 0.027, three of which are allowed here and below.
-    assert_near(find(&judgements, "agreement", "val_psnr", "outcomes")->value, 0.483, 0.08, "the agreement of two trainings");
-    assert_near(find(&judgements, "lds", "val_psnr", "noise ceiling")->value, sqrt(2 * 0.483 / 1.483), 0.05, "the ceiling");
-    assert_near(find(&judgements, "lds", "val_psnr", "worths")->value, 0.802, 0.05, "LDS of the worths");
+    ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
+    // Standard error of a correlation of 0.5 over 800: 0.75 / sqrt(800) = 0.027, three of which are allowed here and
+    // below.
+    assert_near(find(&metrics, "agreement", "val_psnr", "outcomes")->value, 0.483, 0.08,
+                "the agreement of two trainings");
+    assert_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, sqrt(2 * 0.483 / 1.483), 0.05,
+                "the ceiling");
+    assert_near(find(&metrics, "lds", "val_psnr", "worths")->value, 0.802, 0.05, "LDS of the worths");
     vw_subsets_free(&subsets);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
 // The interval of 100 subsets holds what 800 others say, in nearly all of 20 games.
@@ -222,163 +240,167 @@ static void intervals_cover(void **state) {
     (void)state;
     struct game game = {.noise_db = 1.5};
     struct vw_subsets many;
-    struct vw_judgements truth = {0};
+    struct vw_metrics ground_truth = {0};
     play_subsets(&game, 900, &many);
-    ASSERT_OK(vw_judge_subsets(&contest, &many, &truth));
-    double expected = find(&truth, "lds", "val_psnr", "dv_psnr")->value;
+    ASSERT_OK(vw_evaluate_subsets(&evaluation, &many, &ground_truth));
+    double expected = find(&ground_truth, "lds", "val_psnr", "dv_psnr")->value;
     uint32_t covered = 0, games = 9;
     for (uint32_t i = 0; i < games; i++) { // disjoint hundreds
         struct vw_subsets part = many;
-        struct vw_judgements judgements = {0};
+        struct vw_metrics metrics = {0};
         part.count = 100;
         part.places += (size_t)i * 100 * part.size;
         part.outcomes += (size_t)i * 100 * VW_SUBSET_SEEDS;
-        ASSERT_OK(vw_judge_subsets(&contest, &part, &judgements));
-        const struct vw_judgement *row = find(&judgements, "lds", "val_psnr", "dv_psnr");
-        covered += row->low <= expected && expected <= row->high;
-        assert_true(row->high - row->low > 0.1 && row->high - row->low < 0.6); // about 4 (1 - r^2) / sqrt(100)
-        free(judgements.rows);
+        ASSERT_OK(vw_evaluate_subsets(&evaluation, &part, &metrics));
+        const struct vw_metric *row = find(&metrics, "lds", "val_psnr", "dv_psnr");
+        covered += row->ci_low <= expected && expected <= row->ci_high;
+        assert_true(row->ci_high - row->ci_low > 0.1 &&
+                    row->ci_high - row->ci_low < 0.6); // about 4 (1 - r^2) / sqrt(100)
+        free(metrics.rows);
     }
     // Of nine intervals of 95 %, three or more miss with probability 0.008.
     if (covered + 2 < games) fail_msg("only %u of %u intervals hold %g", covered, games, expected);
     vw_subsets_free(&many);
-    free(truth.rows);
+    free(ground_truth.rows);
 }
 
 static void trainings_without_value_are_left_out(void **state) {
     (void)state;
     struct game game = {.lacks_tests = true};
     struct vw_subsets subsets;
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     play_subsets(&game, 40, &subsets);
     subsets.outcomes[VW_SUBSET_SEEDS * 7 + 1].val_psnr = NAN;
-    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
-    assert_int_equal(find(&judgements, "lds", "val_psnr", "worths")->count, 39);
-    assert_null(vw_judgements_find(&judgements, "lds", "test_psnr", "worths"));
+    ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
+    assert_int_equal(find(&metrics, "lds", "val_psnr", "worths")->count, 39);
+    assert_null(vw_metrics_find(&metrics, "lds", "test_psnr", "worths"));
     vw_subsets_free(&subsets);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
 // As where a training of leave-one-out did not end in a finite value.
-static void a_photo_without_score_leaves_a_method_without_judgement(void **state) {
+static void a_photo_without_score_leaves_a_method_without_metric(void **state) {
     (void)state;
     struct game game = {0};
     struct vw_subsets subsets;
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     play_subsets(&game, 40, &subsets);
     scores_of[1][3] = NAN;
-    ASSERT_OK(vw_judge_detection(&contest, &judgements));
-    ASSERT_OK(vw_judge_seeds(&contest, &judgements));
-    ASSERT_OK(vw_judge_subsets(&contest, &subsets, &judgements));
-    ASSERT_OK(vw_judge_leave_one_out(&contest, scores_of[0], &judgements));
-    assert_true(isnan(find(&judgements, "auc", "blur", "opposite")->value));
-    assert_int_equal(find(&judgements, "seed_pearson", "all", "opposite")->count, PHOTOS - 1); // over the others
-    const struct vw_judgement *lds = find(&judgements, "lds", "val_psnr", "opposite");
-    assert_true(isnan(lds->value) && isnan(lds->low) && isnan(lds->high));
-    assert_true(isnan(find(&judgements, "leave_one_out", "spearman", "opposite")->value));
-    assert_true(isfinite(find(&judgements, "lds", "val_psnr", "worths")->value));
+    ASSERT_OK(vw_evaluate_detection(&evaluation, &metrics));
+    ASSERT_OK(vw_evaluate_seeds(&evaluation, &metrics));
+    ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
+    ASSERT_OK(vw_evaluate_leave_one_out(&evaluation, scores_of[0], &metrics));
+    assert_true(isnan(find(&metrics, "auc", "blur", "opposite")->value));
+    assert_int_equal(find(&metrics, "seed_pearson", "all", "opposite")->count, PHOTOS - 1); // over the others
+    const struct vw_metric *lds = find(&metrics, "lds", "val_psnr", "opposite");
+    assert_true(isnan(lds->value) && isnan(lds->ci_low) && isnan(lds->ci_high));
+    assert_true(isnan(find(&metrics, "leave_one_out", "spearman", "opposite")->value));
+    assert_true(isfinite(find(&metrics, "lds", "val_psnr", "worths")->value));
     vw_subsets_free(&subsets);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
-// Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6. With and without a photo, the others' mean differs by
-// 1 / 11 of what the photo itself is worth: a factor of 12 / 11.
+// Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6. With and without a photo, the others'
+// mean differs by 1 / 11 of what the photo itself is worth: a factor of 12 / 11.
 static void harm_is_what_a_kind_is_worth_less(void **state) {
     (void)state;
     struct game game = {.noise_db = 0.05};
     struct vw_subsets subsets;
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     play_subsets(&game, 900, &subsets);
-    ASSERT_OK(vw_judge_harm(&contest, &subsets, &judgements));
-    const struct vw_judgement *blur = find(&judgements, "harm", "blur", "trials"), *noise = find(&judgements, "harm", "noise", "trials");
+    ASSERT_OK(vw_evaluate_harm(&evaluation, &subsets, &metrics));
+    const struct vw_metric *blur = find(&metrics, "harm", "blur", "retrainings"),
+                           *noise = find(&metrics, "harm", "noise", "retrainings");
     assert_near(blur->value, 1.70 * 12 / 11, 0.1, "harm of blur"); // nearly all 924 halves: little is left to chance
     assert_near(noise->value, 1.15 * 12 / 11, 0.1, "harm of noise");
-    assert_true(blur->low < blur->value && blur->value < blur->high && blur->low > 0 && blur->count == 2);
-    ASSERT_OK(vw_judge_harmful(&contest, &judgements));
-    assert_int_equal(find(&judgements, "auc", "harmful", "worths")->count, 32);
+    assert_true(blur->ci_low < blur->value && blur->value < blur->ci_high && blur->ci_low > 0 && blur->count == 2);
+    ASSERT_OK(vw_evaluate_harmful(&evaluation, &metrics));
+    assert_int_equal(find(&metrics, "auc", "harmful", "worths")->count, 32);
     vw_subsets_free(&subsets);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
 static void only_kinds_that_do_harm_count_as_harmful(void **state) {
     (void)state;
-    struct vw_judgements judgements = {0};
-    const struct vw_judgement sure = {.method = "trials", .value = 1, .low = 0.5, .high = 1.5},
-                              unsure = {.method = "trials", .value = 0.2, .low = -0.1, .high = 0.5};
-    ASSERT_OK(vw_judgements_add(&judgements, "harm", "noise", sure));
-    ASSERT_OK(vw_judgements_add(&judgements, "harm", "blur", unsure));
-    ASSERT_OK(vw_judge_harmful(&contest, &judgements));
-    const struct vw_judgement *row = find(&judgements, "auc", "harmful", "dv_psnr");
+    struct vw_metrics metrics = {0};
+    const struct vw_metric sure = {.method = "retrainings", .value = 1, .ci_low = 0.5, .ci_high = 1.5},
+                           unsure = {.method = "retrainings", .value = 0.2, .ci_low = -0.1, .ci_high = 0.5};
+    ASSERT_OK(vw_metrics_add(&metrics, "harm", "noise", sure));
+    ASSERT_OK(vw_metrics_add(&metrics, "harm", "blur", unsure));
+    ASSERT_OK(vw_evaluate_harmful(&evaluation, &metrics));
+    const struct vw_metric *row = find(&metrics, "auc", "harmful", "dv_psnr");
     assert_near(row->value, (1.5 + 7) / 16, 1e-15, "AUC of the harmful kind");
     assert_int_equal(row->count, 16);
-    free(judgements.rows);
+    free(metrics.rows);
 }
 
-// ---- Curves ---------------------------------------------------------------------------------------------------------------
+// ---- Curves
+// ---------------------------------------------------------------------------------------------------------------
 
 static void curves_of_true_worths_are_best(void **state) {
     (void)state;
     struct game game = {0};
-    struct vw_judgements judgements = {0};
-    ASSERT_OK(vw_judge_random_curve(&contest, FIRST_SEED, play, &game, &judgements));
-    for (uint32_t i = 0; i < contest.contestant_count; i++)
-        ASSERT_OK(vw_judge_curve(&contest, &contestants[i], FIRST_SEED, play, &game, &judgements));
+    struct vw_metrics metrics = {0};
+    ASSERT_OK(vw_evaluate_random_curve(&evaluation, FIRST_SEED, play, &game, &metrics));
+    for (uint32_t i = 0; i < evaluation.scorer_count; i++)
+        ASSERT_OK(vw_evaluate_curve(&evaluation, &scorers[i], FIRST_SEED, play, &game, &metrics));
     assert_int_equal(game.odd, 0);
-    // 20 % of 12 are 2: the worst, -1.3 and -1.0; the best, 0.9 and 0.8. 30 % are 4: all spoiled ones.
-    assert_near(find(&judgements, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
-    assert_near(find(&judgements, "removal_high", "20", "worths")->value, -1.7, 1e-12, "removing the two best");
-    assert_near(find(&judgements, "removal_low", "30", "worths")->value, 3.5, 1e-12, "removing the four worst");
-    assert_near(find(&judgements, "removal_low", "20", "opposite")->value, -1.7, 1e-12, "removing the wrong ones");
-    assert_near(find(&judgements, "addition_high", "10", "worths")->value, 0.9 - 0.9, 1e-12, "the best alone, for all of 0.9");
-    assert_near(find(&judgements, "addition_low", "10", "worths")->value, -1.3 - 0.9, 1e-12, "the worst alone");
-    assert_near(find(&judgements, "addition_high", "50", "worths")->value, find(&judgements, "removal_low", "50", "worths")->value, 1e-12,
-                "half is half");
+    // 20 % of 12 are 2: the worst, -1.3 and -1.0; the best, 0.9 and 0.8. 30 % are 4: all corrupted ones.
+    assert_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    assert_near(find(&metrics, "removal_high", "20", "worths")->value, -1.7, 1e-12, "removing the two best");
+    assert_near(find(&metrics, "removal_low", "30", "worths")->value, 3.5, 1e-12, "removing the four worst");
+    assert_near(find(&metrics, "removal_low", "20", "opposite")->value, -1.7, 1e-12, "removing the wrong ones");
+    assert_near(find(&metrics, "addition_high", "10", "worths")->value, 0.9 - 0.9, 1e-12,
+                "the best alone, for all of 0.9");
+    assert_near(find(&metrics, "addition_low", "10", "worths")->value, -1.3 - 0.9, 1e-12, "the worst alone");
+    assert_near(find(&metrics, "addition_high", "50", "worths")->value,
+                find(&metrics, "removal_low", "50", "worths")->value, 1e-12, "half is half");
     static const char *const shares[] = {"10", "20", "30", "50"};
     for (int i = 0; i < 4; i++) {
-        double best = find(&judgements, "removal_low", shares[i], "worths")->value;
+        double best = find(&metrics, "removal_low", shares[i], "worths")->value;
         static const char *const others[] = {"dv_psnr", "opposite", "flat", "random"};
-        for (int j = 0; j < 4; j++) assert_true(best >= find(&judgements, "removal_low", shares[i], others[j])->value);
+        for (int j = 0; j < 4; j++) assert_true(best >= find(&metrics, "removal_low", shares[i], others[j])->value);
     }
-    assert_int_equal(find(&judgements, "removal_low", "20", "worths")->count, 2);
-    assert_int_equal(find(&judgements, "removal_low", "20", "random")->count, 6);
-    assert_null(vw_judgements_find(&judgements, "removal_high", "20", "random"));
-    free(judgements.rows);
+    assert_int_equal(find(&metrics, "removal_low", "20", "worths")->count, 2);
+    assert_int_equal(find(&metrics, "removal_low", "20", "random")->count, 6);
+    assert_null(vw_metrics_find(&metrics, "removal_high", "20", "random"));
+    free(metrics.rows);
 }
 
 // A curve is of test photos where there are some; and asks for no more trainings than it says.
 static void curves_without_tests_are_of_validation(void **state) {
     (void)state;
     struct game game = {.lacks_tests = true};
-    struct vw_judgements judgements = {0};
-    ASSERT_OK(vw_judge_curve(&contest, &contestants[1], FIRST_SEED, play, &game, &judgements));
-    assert_near(find(&judgements, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
-    assert_true(game.trials <= vw_curve_trainings());
-    free(judgements.rows);
+    struct vw_metrics metrics = {0};
+    ASSERT_OK(vw_evaluate_curve(&evaluation, &scorers[1], FIRST_SEED, play, &game, &metrics));
+    assert_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    assert_true(game.retrainings <= vw_curve_trainings());
+    free(metrics.rows);
 }
 
 static void scores_without_order_have_no_curve(void **state) {
     (void)state;
     struct game game = {0};
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     scores_of[0][3] = NAN;
-    ASSERT_OK(vw_judge_curve(&contest, &contestants[1], FIRST_SEED, play, &game, &judgements));
-    assert_int_equal(judgements.count, 0);
-    assert_int_equal(game.trials, 0);
+    ASSERT_OK(vw_evaluate_curve(&evaluation, &scorers[1], FIRST_SEED, play, &game, &metrics));
+    assert_int_equal(metrics.count, 0);
+    assert_int_equal(game.retrainings, 0);
 }
 
 static void leave_one_out_finds_the_worths(void **state) {
     (void)state;
     struct game game = {0};
-    struct vw_judgements judgements = {0};
+    struct vw_metrics metrics = {0};
     double scores[SEEDS * PHOTOS];
-    ASSERT_OK(vw_leave_one_out(&contest, FIRST_SEED, play, &game, scores));
-    assert_int_equal(game.trials, SEEDS * (PHOTOS + 1));
+    ASSERT_OK(vw_leave_one_out(&evaluation, FIRST_SEED, play, &game, scores));
+    assert_int_equal(game.retrainings, SEEDS * (PHOTOS + 1));
     assert_int_equal(game.odd, 0);
     for (uint32_t i = 0; i < SEEDS * PHOTOS; i++) assert_near(scores[i], worths[i % PHOTOS], 1e-12, "a photo left out");
-    ASSERT_OK(vw_judge_leave_one_out(&contest, scores, &judgements));
-    assert_near(find(&judgements, "leave_one_out", "spearman", "worths")->value, 1, 1e-12, "rho of the worths");
-    assert_near(find(&judgements, "leave_one_out", "spearman", "opposite")->value, -1, 1e-12, "rho of their opposites");
-    free(judgements.rows);
+    ASSERT_OK(vw_evaluate_leave_one_out(&evaluation, scores, &metrics));
+    assert_near(find(&metrics, "leave_one_out", "spearman", "worths")->value, 1, 1e-12, "rho of the worths");
+    assert_near(find(&metrics, "leave_one_out", "spearman", "opposite")->value, -1, 1e-12, "rho of their opposites");
+    free(metrics.rows);
 }
 
 int main(void) {
@@ -388,11 +410,11 @@ int main(void) {
         cmocka_unit_test_setup(a_failing_training_ends_it, set_up),
         cmocka_unit_test_setup(auc_by_hand, set_up),
         cmocka_unit_test_setup(seeds_agree_over_all_and_within_clean, set_up),
-        cmocka_unit_test_setup(true_worths_foretell_an_additive_game, set_up),
+        cmocka_unit_test_setup(true_worths_predict_an_additive_game, set_up),
         cmocka_unit_test_setup(noise_lowers_the_ceiling_as_theory_says, set_up),
         cmocka_unit_test_setup(intervals_cover, set_up),
         cmocka_unit_test_setup(trainings_without_value_are_left_out, set_up),
-        cmocka_unit_test_setup(a_photo_without_score_leaves_a_method_without_judgement, set_up),
+        cmocka_unit_test_setup(a_photo_without_score_leaves_a_method_without_metric, set_up),
         cmocka_unit_test_setup(harm_is_what_a_kind_is_worth_less, set_up),
         cmocka_unit_test_setup(only_kinds_that_do_harm_count_as_harmful, set_up),
         cmocka_unit_test_setup(curves_of_true_worths_are_best, set_up),

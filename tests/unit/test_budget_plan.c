@@ -9,15 +9,16 @@
 
 #include <cmocka.h>
 
-#include "viewworth/budget.h"
-#include "viewworth/memory.h"
+#include "run/plan/budget.h"
+#include "base/memory.h"
 
 static void times_are_read(void **state) {
     (void)state;
     static const struct {
         const char *text;
         double seconds;
-    } cases[] = {{"90s", 90}, {"10min", 600}, {"1.5h", 5400}, {"10s", 10}, {"10.0s", 10}, {"1000h", 3600e3}, {"0.25min", 15}, {"10.s", 10}};
+    } cases[] = {{"90s", 90},   {"10min", 600},    {"1.5h", 5400},  {"10s", 10},
+                 {"10.0s", 10}, {"1000h", 3600e3}, {"0.25min", 15}, {"10.s", 10}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         double seconds = -1;
         assert_int_equal(vw_budget_parse(cases[i].text, &seconds), VW_OK);
@@ -42,7 +43,8 @@ static void other_texts_are_refused(void **state) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         double seconds = -1;
-        if (vw_budget_parse(cases[i].text, &seconds) != VW_ERROR_USAGE) fail_msg("\"%s\" was taken for %g s", cases[i].text, seconds);
+        if (vw_budget_parse(cases[i].text, &seconds) != VW_ERROR_USAGE)
+            fail_msg("\"%s\" was taken for %g s", cases[i].text, seconds);
         if (!strstr(vw_error_message(), cases[i].word)) fail_msg("\"%s\": %s", cases[i].text, vw_error_message());
         assert_true(seconds == -1);
     }
@@ -53,18 +55,19 @@ static void other_texts_are_refused(void **state) {
     assert_int_equal(vw_budget_parse(digits, &seconds), VW_ERROR_USAGE);
 }
 
-static const struct vw_budget_rung ladder[] = {{0.01, 10}, {0.02, 14}, {0.04, 20}, {0.4, 27}};
+static const struct vw_budget_candidate ladder[] = {{0.01, 10}, {0.02, 14}, {0.04, 20}, {0.4, 27}};
 static const double NO = 1e9;
 
-static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, uint32_t rung, uint32_t epochs) {
+static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, uint32_t candidate, uint32_t epochs) {
     struct vw_budget_plan plan = {99, 99};
     const struct vw_budget_task task = {left_s, photos, 1, epochs_most};
     assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &task, &plan), VW_OK);
-    if (plan.rung != rung || plan.epochs != epochs)
-        fail_msg("%g s for %u photos: rung %u with %u epochs, not %u with %u", left_s, photos, plan.rung, plan.epochs, rung, epochs);
+    if (plan.candidate != candidate || plan.epochs != epochs)
+        fail_msg("%g s for %u photos: candidate %u with %u epochs, not %u with %u", left_s, photos, plan.candidate,
+                 plan.epochs, candidate, epochs);
 }
 
-// With 100 photos an epoch takes 1, 2, 4 and 40 s; rungs want 10, 14, 20 and 27 of those.
+// With 100 photos an epoch takes 1, 2, 4 and 40 s; candidates want 10, 14, 20 and 27 of those.
 static void the_dearest_that_fits_is_chosen(void **state) {
     (void)state;
     assert_plan(2.5, 100, 1000, 0, 2);      // burn-in and one
@@ -77,7 +80,8 @@ static void the_dearest_that_fits_is_chosen(void **state) {
     assert_plan(1e9, 100, 1000, 3, 1000);   // no more than are asked for
     assert_plan(1e300, 100, UINT32_MAX, 3, UINT32_MAX);
     assert_plan(2.5, 1, 1000, 2, 62);
-    assert_plan(80.1, 100, 9, 0, 9); // where --epochs is below what rungs want, it is for the caller to lower what they want
+    assert_plan(80.1, 100, 9, 0,
+                9); // where --epochs is below what candidates want, it is for the caller to lower what they want
 }
 
 static void where_none_fits_it_is_the_cheapest_or_none(void **state) {
@@ -90,31 +94,32 @@ static void where_none_fits_it_is_the_cheapest_or_none(void **state) {
         assert_non_null(strstr(vw_error_message(), "allow more time"));
     }
     struct vw_budget_plan plan;
-    // Burn-in can be longer than what a rung wants.
+    // Burn-in can be longer than what a candidate wants.
     const struct vw_budget_task late = {100, 100, 39, 1000};
     assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &late, &plan), VW_OK);
-    assert_true(plan.rung == 1 && plan.epochs == 50);
+    assert_true(plan.candidate == 1 && plan.epochs == 50);
     // What was not measured is never chosen.
-    const struct vw_budget_rung unknown[] = {{0.01, 15}, {(double)NAN, 20}, {0, 20}};
+    const struct vw_budget_candidate unknown[] = {{0.01, 15}, {(double)NAN, 20}, {0, 20}};
     const struct vw_budget_task task = {1000, 100, 1, 2000};
     assert_int_equal(vw_budget_plan(unknown, VW_ARRAY_COUNT(unknown), &task, &plan), VW_OK);
-    assert_true(plan.rung == 0 && plan.epochs == 1000);
+    assert_true(plan.candidate == 0 && plan.epochs == 1000);
 }
 
-static void stretches_shorten_towards_the_end(void **state) {
+static void segments_shorten_towards_the_end(void **state) {
     (void)state;
-    assert_int_equal(vw_budget_stretch(100, 1, 1000), 50);
-    assert_int_equal(vw_budget_stretch(3.9, 1, 1000), 1);
-    assert_int_equal(vw_budget_stretch(1.01, 1, 1000), 1);
-    assert_int_equal(vw_budget_stretch(0.99, 1, 1000), 0);
-    assert_int_equal(vw_budget_stretch(-1, 1, 1000), 0);
-    assert_int_equal(vw_budget_stretch(100, 1, 0), 0);
-    assert_int_equal(vw_budget_stretch(100, 1, 1), 1);
-    assert_int_equal(vw_budget_stretch(NO, 1e-300, UINT32_MAX), UINT32_MAX / 2);
+    assert_int_equal(vw_budget_segment(100, 1, 1000), 50);
+    assert_int_equal(vw_budget_segment(3.9, 1, 1000), 1);
+    assert_int_equal(vw_budget_segment(1.01, 1, 1000), 1);
+    assert_int_equal(vw_budget_segment(0.99, 1, 1000), 0);
+    assert_int_equal(vw_budget_segment(-1, 1, 1000), 0);
+    assert_int_equal(vw_budget_segment(100, 1, 0), 0);
+    assert_int_equal(vw_budget_segment(100, 1, 1), 1);
+    assert_int_equal(vw_budget_segment(NO, 1e-300, UINT32_MAX), UINT32_MAX / 2);
     // A run at an even pace ends within an epoch of its time, and not after it.
     for (double left_s = 1; left_s < 200; left_s += 0.37) {
         double passed_s = 0;
-        for (uint32_t epochs; (epochs = vw_budget_stretch(left_s - passed_s, 0.83, 1000)) > 0;) passed_s += 0.83 * epochs;
+        for (uint32_t epochs; (epochs = vw_budget_segment(left_s - passed_s, 0.83, 1000)) > 0;)
+            passed_s += 0.83 * epochs;
         assert_true(passed_s <= left_s + 1e-9 && passed_s > left_s - 0.83 - 1e-9); // of summing up
     }
 }
@@ -125,7 +130,7 @@ int main(void) {
         cmocka_unit_test(other_texts_are_refused),
         cmocka_unit_test(the_dearest_that_fits_is_chosen),
         cmocka_unit_test(where_none_fits_it_is_the_cheapest_or_none),
-        cmocka_unit_test(stretches_shorten_towards_the_end),
+        cmocka_unit_test(segments_shorten_towards_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-// The camera model: conventions, the two lenses and their inverses. test_colmap.c holds every lens against COLMAP's formulas.
+// The camera model: conventions, the two lenses and their inverses. test_colmap.c holds every lens against COLMAP's
+// formulas.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,7 +12,7 @@
 
 #include "scene/lens_mask.h"
 #include "support/assert_near.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/scene.h"
 
 static const struct vw_camera plain = {
@@ -63,8 +64,8 @@ static void check_round_trip(const struct vw_camera *camera) {
             double x_px, y_px, back_x_px, back_y_px, back[3];
             assert_true(vw_camera_project(camera, direction, &x_px, &y_px));
             if (!vw_camera_unproject(camera, x_px, y_px, back))
-                fail_msg("no inverse at (%g, %g) px for k1 %g k2 %g p1 %g p2 %g", x_px, y_px, camera->k1, camera->k2, camera->p1,
-                         camera->p2);
+                fail_msg("no inverse at (%g, %g) px for k1 %g k2 %g p1 %g p2 %g", x_px, y_px, camera->k1, camera->k2,
+                         camera->p1, camera->p2);
             assert_near(back[0], direction[0], 1e-7);
             assert_near(back[1], direction[1], 1e-7);
             assert_true(vw_camera_project(camera, back, &back_x_px, &back_y_px));
@@ -102,12 +103,14 @@ static void test_no_inverse(void **state) {
     assert_false(vw_camera_unproject(&camera, 320 + 500 * 1.0, 240, direction));
 }
 
-// ---- The rational polynomial and the fisheye ----------------------------------------------------------------------------
+// ---- The rational polynomial and the fisheye
+// ----------------------------------------------------------------------------
 
 static void check_there_and_back(const struct vw_camera *camera, const double direction[3]) {
     double x_px, y_px, back[3];
     assert_true(vw_camera_project(camera, direction, &x_px, &y_px));
-    if (!vw_camera_unproject(camera, x_px, y_px, back)) fail_msg("no inverse at (%g, %g) px for k1 %g", x_px, y_px, camera->k1);
+    if (!vw_camera_unproject(camera, x_px, y_px, back))
+        fail_msg("no inverse at (%g, %g) px for k1 %g", x_px, y_px, camera->k1);
     double size = hypot(1, hypot(direction[0], direction[1])); // an error in the angle grows with its square
     assert_near(back[0], direction[0], 1e-9 * size * size);
     assert_near(back[1], direction[1], 1e-9 * size * size);
@@ -127,7 +130,8 @@ static void test_rational_round_trip(void **state) {
         camera.k1 = k[0], camera.k2 = k[1], camera.k3 = k[2], camera.k4 = k[3], camera.k5 = k[4], camera.k6 = k[5];
         for (int tangential = 0; tangential < 2; tangential++, camera.p1 = 0.003, camera.p2 = -0.002)
             for (int row = -7; row <= 7; row++)
-                for (int column = -7; column <= 7; column++) check_there_and_back(&camera, (const double[]){column * 0.1, row * 0.1, -1});
+                for (int column = -7; column <= 7; column++)
+                    check_there_and_back(&camera, (const double[]){column * 0.1, row * 0.1, -1});
     }
 }
 
@@ -156,21 +160,25 @@ static void test_fisheye(void **state) {
     struct vw_camera camera = plain;
     camera.lens = VW_LENS_FISHEYE;
     double x_px, y_px, direction[3];
-    assert_true(vw_camera_project(&camera, (const double[]){1, 0, -1}, &x_px, &y_px)); // without coefficients: the angle itself
+    assert_true(
+        vw_camera_project(&camera, (const double[]){1, 0, -1}, &x_px, &y_px)); // without coefficients: the angle itself
     assert_near(x_px, 320 + 500 * M_PI / 4, 1e-10);
     assert_near(y_px, 240, 1e-10);
     assert_true(vw_camera_unproject(&camera, 320, 240, direction));
     assert_true(direction[0] == 0 && direction[1] == 0 && direction[2] == -1);
     assert_true(vw_camera_unproject(&camera, 320 + 500 * 1.549, 240, direction));
     assert_false(vw_camera_unproject(&camera, 320 + 500 * 1.551, 240, direction)); // close to a right angle
-    static const double lenses[][4] = {
-        {0, 0, 0, 0}, {-0.03, 0.02, -0.005, 0.001}, {0.2, 0.1, 0.05, 0.02}, {-0.1, -0.02, 0, 0}, {0.05, -0.2, 0.15, -0.03}};
+    static const double lenses[][4] = {{0, 0, 0, 0},
+                                       {-0.03, 0.02, -0.005, 0.001},
+                                       {0.2, 0.1, 0.05, 0.02},
+                                       {-0.1, -0.02, 0, 0},
+                                       {0.05, -0.2, 0.15, -0.03}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
         camera.k1 = lenses[i][0], camera.k2 = lenses[i][1], camera.k3 = lenses[i][2], camera.k4 = lenses[i][3];
         for (int degree = 1; degree < 75; degree++)
             for (int turn = 0; turn < 7; turn++)
-                check_there_and_back(&camera,
-                                     (const double[]){tan(degree * M_PI / 180) * cos(turn), tan(degree * M_PI / 180) * sin(turn), -1});
+                check_there_and_back(&camera, (const double[]){tan(degree * M_PI / 180) * cos(turn),
+                                                               tan(degree * M_PI / 180) * sin(turn), -1});
     }
     camera = plain;
     camera.lens = VW_LENS_FISHEYE;
@@ -195,11 +203,13 @@ static void test_reach(void **state) {
     }
 }
 
-// A fisheye whose circle of sight is narrower than the photo: its corners are hidden, on top of what the mask hides already.
+// A fisheye whose circle of sight is narrower than the photo: its corners are hidden, on top of what the mask hides
+// already.
 static void test_lens_mask(void **state) {
     (void)state;
     struct vw_view view = {
-        .camera = {.width_px = 40, .height_px = 20, .focal_x_px = 10, .focal_y_px = 10, .centre_x_px = 20, .centre_y_px = 10}};
+        .camera = {
+            .width_px = 40, .height_px = 20, .focal_x_px = 10, .focal_y_px = 10, .centre_x_px = 20, .centre_y_px = 10}};
     uint64_t hidden = 0;
     assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
     assert_true(hidden == 0 && !view.mask); // a pinhole sees everywhere

@@ -11,12 +11,12 @@
 
 #include <cmocka.h>
 
-#include "scene/colmap.h"
+#include "scene/formats/colmap.h"
 #include "support/assert_near.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -68,9 +68,11 @@ static void check_test_scene(const struct vw_scene *scene, const struct colmap_t
     const struct vw_camera *opencv = &scene->views[0].camera, *radial = &scene->views[1].camera;
     assert_true(opencv->lens == VW_LENS_POLYNOMIAL && opencv->focal_x_px == 9.5 && opencv->focal_y_px == 9.25);
     assert_true(opencv->centre_x_px == 4.125 && opencv->centre_y_px == 2.875);
-    assert_true(opencv->k1 == -0.125 && opencv->k2 == 0.0625 && opencv->p1 == 0.01 && opencv->p2 == -0.02 && opencv->k3 == 0);
+    assert_true(opencv->k1 == -0.125 && opencv->k2 == 0.0625 && opencv->p1 == 0.01 && opencv->p2 == -0.02 &&
+                opencv->k3 == 0);
     // Its camera is for photos twice as large.
-    assert_true(radial->focal_x_px == 10.25 && radial->focal_y_px == 10.25 && radial->centre_x_px == 4.125 && radial->centre_y_px == 2.875);
+    assert_true(radial->focal_x_px == 10.25 && radial->focal_y_px == 10.25 && radial->centre_x_px == 4.125 &&
+                radial->centre_y_px == 2.875);
     assert_true(radial->k1 == -0.03125 && radial->k2 == 0);
     assert_non_null(strstr(scene->notes[0], "1 photos: intrinsics scaled"));
 }
@@ -79,9 +81,11 @@ static void check_points(const struct vw_scene *scene) {
     assert_int_equal(scene->point_count, 2);
     assert_int_equal(scene->track_count, 4);
     const struct vw_point *first = &scene->points[0], *second = &scene->points[1];
-    assert_true(first->position_world[0] == 0.25 && first->position_world[1] == -0.5 && first->position_world[2] == 1.25);
+    assert_true(first->position_world[0] == 0.25 && first->position_world[1] == -0.5 &&
+                first->position_world[2] == 1.25);
     assert_true(first->rgb[0] == 10.0f / 255 && first->rgb[1] == 200.0f / 255 && first->rgb[2] == 1);
-    assert_true(first->first_track == 0 && first->track_count == 2 && second->first_track == 2 && second->track_count == 2);
+    assert_true(first->first_track == 0 && first->track_count == 2 && second->first_track == 2 &&
+                second->track_count == 2);
     static const struct vw_track expected[] = {{0, 3.25f, 4.75f}, {1, 5.25f, 1.125f}, {1, 1.5f, 5.5f}, {0, 7, 0.5f}};
     for (int t = 0; t < 4; t++) {
         assert_int_equal(scene->tracks[t].view, expected[t].view);
@@ -174,7 +178,8 @@ static void test_points_of_missing_photos(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Lenses: COLMAP's formulas written out, model by model, for a position u, v = X/Z, Y/Z ----------------------------------
+// ---- Lenses: COLMAP's formulas written out, model by model, for a position u, v = X/Z, Y/Z
+// ----------------------------------
 
 static void formula(const struct colmap_test_camera *camera, double u, double v, double *x_px, double *y_px) {
     const double *p = camera->params;
@@ -185,7 +190,8 @@ static void formula(const struct colmap_test_camera *camera, double u, double v,
     if (camera->model == 3) scale = 1 + p[3] * r2 + p[4] * r4;
     if (camera->model == 4) scale = 1 + p[4] * r2 + p[5] * r4;
     if (camera->model == 5)
-        scale = theta * (1 + p[4] * pow(theta, 2) + p[5] * pow(theta, 4) + p[6] * pow(theta, 6) + p[7] * pow(theta, 8)) / r;
+        scale =
+            theta * (1 + p[4] * pow(theta, 2) + p[5] * pow(theta, 4) + p[6] * pow(theta, 6) + p[7] * pow(theta, 8)) / r;
     if (camera->model == 6) scale = (1 + p[4] * r2 + p[5] * r4 + p[8] * r6) / (1 + p[9] * r2 + p[10] * r4 + p[11] * r6);
     if (camera->model == 4 || camera->model == 6) {
         du = 2 * p[6] * u * v + p[7] * (r2 + 2 * u * u);
@@ -223,14 +229,16 @@ static void check_lens(const struct colmap_test_camera *lens, const struct vw_ca
 static void test_every_lens(void **state) {
     for (int text = 0; text < 2; text++) {
         char *folder = temporary_folder_create();
-        struct colmap_test_model model = {.camera_count = VW_ARRAY_COUNT(lenses), .image_count = VW_ARRAY_COUNT(lenses)};
+        struct colmap_test_model model = {.camera_count = VW_ARRAY_COUNT(lenses),
+                                          .image_count = VW_ARRAY_COUNT(lenses)};
         static const char *const names[] = {"0.png", "1.png", "2.png", "3.png", "4.png", "5.png", "6.png"};
         for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
             char path[32];
             snprintf(path, sizeof path, "images/%zu.png", i);
             tiny_photo_write(temporary_path(folder, path), (uint32_t)i);
             model.cameras[i] = lenses[i];
-            model.images[i] = (struct colmap_test_image){.id = (uint32_t)i, .camera_id = lenses[i].id, .name = names[i], .rotation = {1}};
+            model.images[i] = (struct colmap_test_image){
+                .id = (uint32_t)i, .camera_id = lenses[i].id, .name = names[i], .rotation = {1}};
         }
         (text ? colmap_write_text : colmap_write_binary)(folder, "sparse/0", &model);
         struct vw_scene *scene = open_colmap(folder);
@@ -254,7 +262,8 @@ static void test_fisheye_corners(void **state) {
     assert_true(mask[3 * 8 + 4] == VW_MASK_KEEP && mask[3] == VW_MASK_KEEP);
     assert_null(scene->views[1].mask);
     bool noted = false;
-    for (uint32_t i = 0; i < scene->note_count; i++) noted |= strstr(scene->notes[i], "beyond what the model of their lens") != NULL;
+    for (uint32_t i = 0; i < scene->note_count; i++)
+        noted |= strstr(scene->notes[i], "beyond what the model of their lens") != NULL;
     assert_true(noted);
     vw_scene_close(&scene);
 }
@@ -273,7 +282,8 @@ static void test_far_from_the_origin(void **state) {
     struct vw_scene *far = open_colmap(*state);
     for (uint32_t v = 0; v < near->view_count; v++)
         for (int k = 0; k < 3; k++)
-            assert_near(far->views[v].camera_to_world[k][3] - (k == 1 ? -1e6 : 1e6), near->views[v].camera_to_world[k][3], 4e-9);
+            assert_near(far->views[v].camera_to_world[k][3] - (k == 1 ? -1e6 : 1e6),
+                        near->views[v].camera_to_world[k][3], 4e-9);
     assert_near(far->box.half_extent_world, near->box.half_extent_world, 1e-8);
     vw_scene_close(&near);
     vw_scene_close(&far);
@@ -282,8 +292,10 @@ static void test_far_from_the_origin(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
     const struct CMUnitTest tests[] = {
-        TEST(test_every_field),     TEST(test_text_is_the_same_scene),   TEST(test_binary_wins), TEST(test_text_habits),
-        TEST(test_folders),         TEST(test_points_of_missing_photos), TEST(test_every_lens),  TEST(test_far_from_the_origin),
+        TEST(test_every_field),     TEST(test_text_is_the_same_scene),
+        TEST(test_binary_wins),     TEST(test_text_habits),
+        TEST(test_folders),         TEST(test_points_of_missing_photos),
+        TEST(test_every_lens),      TEST(test_far_from_the_origin),
         TEST(test_fisheye_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-// The real scenes, read as COLMAP and as transforms.json: the same rays, and points that reproject with the errors their README.txt state.
+// The real scenes, read as COLMAP and as transforms.json: the same rays, and points that reproject with the errors
+// their README.txt state.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,11 +11,11 @@
 
 #include <cmocka.h>
 
-#include "scene/colmap.h"
+#include "scene/formats/colmap.h"
 #include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static const double SAME_RAY_PX = 1e-4; // the issue's bound
 
@@ -30,7 +31,8 @@ static const struct vw_view *find_view(const struct vw_scene *scene, const char 
 }
 
 // Where view `b` sees what view `a` sees at a pixel, at a depth of `depth_world`; infinitely far away when that is 0.
-static double ray_difference_px(const struct vw_view *a, const struct vw_view *b, double x_px, double y_px, double depth_world) {
+static double ray_difference_px(const struct vw_view *a, const struct vw_view *b, double x_px, double y_px,
+                                double depth_world) {
     double direction[3], offset[3], seen[3] = {0}, other_x_px, other_y_px;
     assert_true(vw_camera_unproject(&a->camera, x_px, y_px, direction));
     for (int i = 0; i < 3; i++) {
@@ -49,8 +51,9 @@ static bool same_place(const struct vw_view *a, const struct vw_view *b) {
     return sqrt(square) < 2e-7;
 }
 
-// Directions are compared for all views. What is seen at the nearest depth is compared where both formats put the camera at the same place:
-// the matrices of fox are rotations only to 1e-6, and its COLMAP model, made from them, has cameras up to 3e-6 world units away.
+// Directions are compared for all views. What is seen at the nearest depth is compared where both formats put the
+// camera at the same place: the matrices of fox are rotations only to 1e-6, and its COLMAP model, made from them, has
+// cameras up to 3e-6 world units away.
 static void check_same_rays(const char *name, uint32_t same_places) {
     const char *path = real_scene_path(name);
     if (!path) skip();
@@ -67,8 +70,8 @@ static void check_same_rays(const char *name, uint32_t same_places) {
             if (same_place(a, b)) worst_px = fmax(worst_px, ray_difference_px(a, b, x_px, y_px, b->near_world));
         }
     }
-    printf("%s: rays of the two formats differ by at most %.2g px; %u of %u cameras at the same place\n", name, worst_px, same,
-           transforms->view_count);
+    printf("%s: rays of the two formats differ by at most %.2g px; %u of %u cameras at the same place\n", name,
+           worst_px, same, transforms->view_count);
     assert_true(worst_px < SAME_RAY_PX);
     assert_true(same >= same_places);
     vw_scene_close(&colmap);
@@ -89,23 +92,24 @@ static double mean_error_px(const struct vw_scene *scene) {
             double seen[3] = {0}, x_px, y_px;
             for (int i = 0; i < 3; i++)
                 for (int j = 0; j < 3; j++)
-                    seen[i] += view->camera_to_world[j][i] * (scene->points[p].position_world[j] - view->camera_to_world[j][3]);
+                    seen[i] += view->camera_to_world[j][i] *
+                               (scene->points[p].position_world[j] - view->camera_to_world[j][3]);
             assert_true(vw_camera_project(&view->camera, seen, &x_px, &y_px));
             sum += hypot(x_px - track->x_px, y_px - track->y_px);
         }
     return sum / scene->track_count;
 }
 
-// fox: 0.746 px at twice this size, for 5841 points, of which the 4000 with the longest tracks are in the file: these may differ by some
-// percent. sacre_coeur: computed on the very files, so to the last digit stated. statue_of_liberty: stated with two digits. A camera
-// convention that is off by half a pixel anywhere would show in all three.
+// fox: 0.746 px at twice this size, for 5841 points, of which the 4000 with the longest tracks are in the file: these
+// may differ by some percent. sacre_coeur: computed on the very files, so to the last digit stated. statue_of_liberty:
+// stated with two digits. A camera convention that is off by half a pixel anywhere would show in all three.
 static void check_errors(const char *name, uint32_t points, double stated_px, double tolerance_px) {
     const char *path = real_scene_path(name);
     if (!path) skip();
     struct vw_scene *scene = open_as(path, "colmap");
     double error_px = mean_error_px(scene);
-    printf("%s: %u points, %u observations, mean reprojection error %.4f px (stated: %.3f)\n", name, scene->point_count, scene->track_count,
-           error_px, stated_px);
+    printf("%s: %u points, %u observations, mean reprojection error %.4f px (stated: %.3f)\n", name, scene->point_count,
+           scene->track_count, error_px, stated_px);
     assert_int_equal(scene->point_count, points);
     assert_near(error_px, stated_px, tolerance_px);
     vw_scene_close(&scene);
@@ -117,8 +121,9 @@ static void test_errors_statue(void **state) { (void)state, check_errors("statue
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rays_fox), cmocka_unit_test(test_same_rays_sacre_coeur), cmocka_unit_test(test_same_rays_statue),
-        cmocka_unit_test(test_errors_fox),    cmocka_unit_test(test_errors_sacre_coeur),    cmocka_unit_test(test_errors_statue),
+        cmocka_unit_test(test_same_rays_fox),      cmocka_unit_test(test_same_rays_sacre_coeur),
+        cmocka_unit_test(test_same_rays_statue),   cmocka_unit_test(test_errors_fox),
+        cmocka_unit_test(test_errors_sacre_coeur), cmocka_unit_test(test_errors_statue),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

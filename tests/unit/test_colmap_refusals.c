@@ -11,12 +11,12 @@
 
 #include <cmocka.h>
 
-#include "scene/colmap.h"
+#include "scene/formats/colmap.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -27,9 +27,9 @@ static int remove_folder(void **state) {
 
 static const char *const files[] = {"sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin"};
 
-#define assert_refused(folder, ...)                                                                                                        \
-    tiny_scene_refused(&(struct vw_scene_params){.path = folder, .format = "colmap", .headers_only = true}, VW_ERROR_INPUT, __VA_ARGS__,   \
-                       NULL)
+#define assert_refused(folder, ...)                                                                                    \
+    tiny_scene_refused(&(struct vw_scene_params){.path = folder, .format = "colmap", .headers_only = true},            \
+                       VW_ERROR_INPUT, __VA_ARGS__, NULL)
 
 static void *read_whole(const char *path, size_t *size_bytes) {
     void *data;
@@ -58,11 +58,13 @@ static void test_truncation_at_every_byte(void **state) {
         free(longer);
         free(data);
     }
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .format = "colmap"}); // the files are whole again
+    struct vw_scene *scene =
+        tiny_scene_open(&(struct vw_scene_params){.path = *state, .format = "colmap"}); // the files are whole again
     vw_scene_close(&scene);
 }
 
-// Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has anything to say.
+// Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has
+// anything to say.
 static void test_any_byte_changed(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
@@ -83,7 +85,8 @@ static void test_any_byte_changed(void **state) {
                 data[i] ^= flips[k];
                 struct vw_colmap_model read = {0};
                 if (vw_colmap_read(folder, *state, &read)) {
-                    assert_non_null(strstr(vw_error_message(), files[f]) ? vw_error_message() : strstr(vw_error_message(), "sparse/0/"));
+                    assert_non_null(strstr(vw_error_message(), files[f]) ? vw_error_message()
+                                                                         : strstr(vw_error_message(), "sparse/0/"));
                     assert_null(strchr(vw_error_message(), '\n'));
                 }
                 vw_colmap_clear(&read);
@@ -115,10 +118,10 @@ static void test_huge_counts(void **state) {
         const char *path = temporary_path(*state, files[counts[c].file]);
         for (size_t k = 0; k < VW_ARRAY_COUNT(lies); k++) {
             FILE *file = fopen(path, "r+b");
-            uint64_t truth;
+            uint64_t ground_truth;
             assert_int_equal(fseek(file, (long)counts[c].offset, SEEK_SET), 0);
-            assert_int_equal(fread(&truth, sizeof truth, 1, file), 1);
-            assert_true(truth == 2 || truth == 3);
+            assert_int_equal(fread(&ground_truth, sizeof ground_truth, 1, file), 1);
+            assert_true(ground_truth == 2 || ground_truth == 3);
             assert_int_equal(fseek(file, (long)counts[c].offset, SEEK_SET), 0);
             assert_int_equal(fwrite(&lies[k], sizeof lies[k], 1, file), 1);
             fclose(file);
@@ -130,7 +133,8 @@ static void test_huge_counts(void **state) {
 }
 
 // A model that is refused once a number is changed, whether it is written as binary or as text.
-static void check_refused(const char *folder, const struct colmap_test_model *model, const char *file, const char *field) {
+static void check_refused(const char *folder, const struct colmap_test_model *model, const char *file,
+                          const char *field) {
     colmap_write_text(folder, "sparse/1", model); // never read
     for (int text = 0; text < 2; text++) {
         char scene[4096], name[64];
@@ -315,7 +319,8 @@ static void test_text_lines(void **state) {
         assert_refused(*state, cases[i].says);
     }
     colmap_write_text(*state, "sparse/0", &model);
-    assert_int_equal(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24), VW_OK);
+    assert_int_equal(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24),
+                     VW_OK);
     assert_refused(*state, "cameras.txt: has zero bytes");
 }
 

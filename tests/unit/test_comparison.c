@@ -9,17 +9,17 @@
 #include <cmocka.h>
 
 #include "support/assert_near.h"
-#include "value/comparison.h"
+#include "value/evaluation/paired_comparison.h"
 
 #define ROUNDING 1e-12 // of a few sums of numbers near 20
 
 // Every measure its own field, and every field its own measure.
 static void measures_are_the_fields(void **state) {
     (void)state;
-    const struct vw_outcome outcome = {
+    const struct vw_retrain_result outcome = {
         .val_psnr = 1, .val_ssim = 2, .val_l1 = 3, .test_psnr = 4, .test_ssim = 5, .test_l1 = 6, .seconds = 7};
     static const char *const names[] = {"val_psnr", "val_ssim", "val_l1", "test_psnr", "test_ssim", "test_l1"};
-    for (int i = 0; i < VW_OUTCOME_MEASURES; i++) {
+    for (int i = 0; i < VW_AGGREGATE_MEASURES; i++) {
         enum vw_outcome_measure measure = (enum vw_outcome_measure)i;
         assert_string_equal(vw_outcome_measure_name(measure), names[i]);
         assert_near(vw_outcome_of(&outcome, measure), i + 1, 0);
@@ -30,64 +30,66 @@ static void measures_are_the_fields(void **state) {
 // 20, 22, 24: mean 22, variance 4, standard error sqrt(4 / 3).
 static void means_over_seeds(void **state) {
     (void)state;
-    const struct vw_outcome outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
-    struct vw_outcome_mean mean = vw_outcomes_mean(outcomes, 3, VW_OUTCOME_TEST_PSNR);
+    const struct vw_retrain_result outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
+    struct vw_outcome_mean mean = vw_outcomes_mean(outcomes, 3, VW_AGGREGATE_TEST_PSNR);
     assert_near(mean.mean, 22, ROUNDING);
     assert_near(mean.standard_error, sqrt(4.0 / 3), ROUNDING);
-    mean = vw_outcomes_mean(outcomes, 1, VW_OUTCOME_TEST_PSNR);
+    mean = vw_outcomes_mean(outcomes, 1, VW_AGGREGATE_TEST_PSNR);
     assert_near(mean.mean, 20, ROUNDING);
     assert_true(isnan(mean.standard_error));
-    mean = vw_outcomes_mean(outcomes, 0, VW_OUTCOME_TEST_PSNR);
+    mean = vw_outcomes_mean(outcomes, 0, VW_AGGREGATE_TEST_PSNR);
     assert_true(isnan(mean.mean) && isnan(mean.standard_error));
 }
 
-// Seeds that differ by decibels, and lists by 1, 2 and 3: pairing leaves a mean of 2 with the standard error 1 / sqrt(3), and with
-// t(2) = 4.3027 an interval of 2 -+ 2.484. Unpaired, the luck of the seeds would hide it.
+// Seeds that differ by decibels, and lists by 1, 2 and 3: pairing leaves a mean of 2 with the standard error 1 /
+// sqrt(3), and with t(2) = 4.3027 an interval of 2 -+ 2.484. Unpaired, the luck of the seeds would hide it.
 static void luck_of_the_seed_cancels(void **state) {
     (void)state;
-    const struct vw_outcome better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
-    const struct vw_outcome worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
-    struct vw_paired_difference paired = vw_outcomes_compare(better, worse, 3, VW_OUTCOME_VAL_PSNR);
+    const struct vw_retrain_result better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
+    const struct vw_retrain_result worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
+    struct vw_paired_difference paired = vw_outcomes_compare(better, worse, 3, VW_AGGREGATE_VAL_PSNR);
     assert_near(paired.difference, 2, ROUNDING);
     assert_near(paired.standard_error, sqrt(1.0 / 3), ROUNDING);
-    assert_near(paired.low, 2 - 4.302652729749 * sqrt(1.0 / 3), 1e-9);
-    assert_near(paired.high, 2 + 4.302652729749 * sqrt(1.0 / 3), 1e-9);
+    assert_near(paired.ci_low, 2 - 4.302652729749 * sqrt(1.0 / 3), 1e-9);
+    assert_near(paired.ci_high, 2 + 4.302652729749 * sqrt(1.0 / 3), 1e-9);
     assert_false(paired.beyond_noise); // three seeds do not tell 2 from 0 here
-    paired = vw_outcomes_compare(worse, better, 3, VW_OUTCOME_VAL_PSNR);
+    paired = vw_outcomes_compare(worse, better, 3, VW_AGGREGATE_VAL_PSNR);
     assert_near(paired.difference, -2, ROUNDING);
 }
 
 static void what_is_beyond_noise(void **state) {
     (void)state;
-    const struct vw_outcome zero[4] = {{0}};
-    const struct vw_outcome alike[] = {{.test_l1 = 1}, {.test_l1 = 1.25}, {.test_l1 = 0.75}, {.test_l1 = 1}};
-    const struct vw_outcome less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
-    const struct vw_outcome apart[] = {{.test_l1 = 4}, {.test_l1 = -2}, {.test_l1 = 3}, {.test_l1 = -1}};
-    const struct vw_outcome same[] = {{.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}};
-    assert_true(vw_outcomes_compare(alike, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
-    assert_true(vw_outcomes_compare(less, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
-    assert_false(vw_outcomes_compare(apart, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
-    assert_true(vw_outcomes_compare(same, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise); // an interval without width
-    assert_false(vw_outcomes_compare(zero, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    const struct vw_retrain_result zero[4] = {{0}};
+    const struct vw_retrain_result alike[] = {{.test_l1 = 1}, {.test_l1 = 1.25}, {.test_l1 = 0.75}, {.test_l1 = 1}};
+    const struct vw_retrain_result less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
+    const struct vw_retrain_result apart[] = {{.test_l1 = 4}, {.test_l1 = -2}, {.test_l1 = 3}, {.test_l1 = -1}};
+    const struct vw_retrain_result same[] = {{.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}};
+    assert_true(vw_outcomes_compare(alike, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
+    assert_true(vw_outcomes_compare(less, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
+    assert_false(vw_outcomes_compare(apart, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
+    assert_true(vw_outcomes_compare(same, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise); // an interval without width
+    assert_false(vw_outcomes_compare(zero, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
 }
 
 static void one_seed_has_no_interval(void **state) {
     (void)state;
-    const struct vw_outcome a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
-    struct vw_paired_difference paired = vw_outcomes_compare(&a, &b, 1, VW_OUTCOME_VAL_SSIM);
+    const struct vw_retrain_result a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
+    struct vw_paired_difference paired = vw_outcomes_compare(&a, &b, 1, VW_AGGREGATE_VAL_SSIM);
     assert_near(paired.difference, 0.25, 0);
-    assert_true(isnan(paired.standard_error) && isnan(paired.low) && isnan(paired.high));
+    assert_true(isnan(paired.standard_error) && isnan(paired.ci_low) && isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
 }
 
 // A split without photos has no values.
 static void no_value_makes_no_difference(void **state) {
     (void)state;
-    const struct vw_outcome a[] = {{.test_psnr = 20}, {.test_psnr = NAN}}, b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
-    struct vw_paired_difference paired = vw_outcomes_compare(a, b, 2, VW_OUTCOME_TEST_PSNR);
-    assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.low) && isnan(paired.high));
+    const struct vw_retrain_result a[] = {{.test_psnr = 20}, {.test_psnr = NAN}},
+                                   b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
+    struct vw_paired_difference paired = vw_outcomes_compare(a, b, 2, VW_AGGREGATE_TEST_PSNR);
+    assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.ci_low) &&
+                isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
-    assert_true(isnan(vw_outcomes_mean(a, 2, VW_OUTCOME_TEST_PSNR).mean));
+    assert_true(isnan(vw_outcomes_mean(a, 2, VW_AGGREGATE_TEST_PSNR).mean));
 }
 
 int main(void) {

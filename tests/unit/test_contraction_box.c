@@ -9,13 +9,13 @@
 #include <cmocka.h>
 
 #include "support/assert_near.h"
-#include "train/contraction.h"
-#include "viewworth/memory.h"
+#include "train/effects/contraction.h"
+#include "base/memory.h"
 
 enum { VIEWS = 24, NEAR_POINTS = 600, FAR_POINTS = 400, POINTS = NEAR_POINTS + FAR_POINTS };
 
-// A ring of cameras of radius 3 around a heap of points within 1 of the middle, and points at a horizon of radius 1000. The box of the
-// scene holds everything.
+// A ring of cameras of radius 3 around a heap of points within 1 of the middle, and points at a horizon of radius 1000.
+// The box of the scene holds everything.
 struct ring {
     struct vw_view views[VIEWS];
     struct vw_point points[POINTS];
@@ -23,14 +23,16 @@ struct ring {
 };
 
 static void make_ring(double offset_world, double scale, struct ring *ring) {
-    *ring = (struct ring){.scene = {.view_count = VIEWS, .point_count = POINTS, .box.half_extent_world = 1000.0 * scale}};
+    *ring =
+        (struct ring){.scene = {.view_count = VIEWS, .point_count = POINTS, .box.half_extent_world = 1000.0 * scale}};
     ring->scene.views = ring->views;
     ring->scene.points = ring->points;
     for (int axis = 0; axis < 3; axis++) ring->scene.box.centre_world[axis] = offset_world;
     for (int v = 0; v < VIEWS; v++) {
         double angle = 2.0 * M_PI * v / VIEWS;
         const double place[3] = {3.0 * cos(angle), 3.0 * sin(angle), 0.5};
-        for (int axis = 0; axis < 3; axis++) ring->views[v].camera_to_world[axis][3] = offset_world + scale * place[axis];
+        for (int axis = 0; axis < 3; axis++)
+            ring->views[v].camera_to_world[axis][3] = offset_world + scale * place[axis];
     }
     for (int p = 0; p < POINTS; p++) {
         double angle = 2.4 * p, radius = p < NEAR_POINTS ? sqrt((p + 0.5) / NEAR_POINTS) : 1000.0;

@@ -1,8 +1,8 @@
 // scores.csv: header, order, ranks, quoting, and reals that read back to the same double.
 #include "unit/ledger_fixture.h"
 
-#include "viewworth/file.h"
-#include "viewworth/report.h"
+#include "base/file.h"
+#include "report/report.h"
 
 static const struct vw_ledger_image images[] = {
     {0, "b,comma.png", "train", "alice", HEX_A, NULL},
@@ -23,21 +23,27 @@ static char *written(const char *folder, const struct vw_ledger_score *scores, u
 
 static void rows_are_ranked_within_their_method(void **state) {
     const struct vw_ledger_score scores[] = {
-        {0, "z_first", 0.5, "dB", 0.125, 3, 0.1, 0.25, 0.75, 2, 3}, {3, "z_first", 0.5, "dB", NAN, 1, 0.25, NAN, NAN, 0, 0},
-        {4, "z_first", -2, "dB", 1, 3, NAN, -4, NAN, 3, 4},         {9, "z_first", 7, "dB", 0, 3, 0, 7, 7, 1, 1},
-        {0, "a_second", -1, "m", 0.5, 2, 1e-300, -2, 1e-300, 1, 2}, {3, "a_second", 1e-300, "m", 0.5, 2, NAN, -1, 1, 1, 2},
+        {0, "z_first", 0.5, "dB", 0.125, 3, 0.1, 0.25, 0.75, 2, 3},
+        {3, "z_first", 0.5, "dB", NAN, 1, 0.25, NAN, NAN, 0, 0},
+        {4, "z_first", -2, "dB", 1, 3, NAN, -4, NAN, 3, 4},
+        {9, "z_first", 7, "dB", 0, 3, 0, 7, 7, 1, 1},
+        {0, "a_second", -1, "m", 0.5, 2, 1e-300, -2, 1e-300, 1, 2},
+        {3, "a_second", 1e-300, "m", 0.5, 2, NAN, -1, 1, 1, 2},
     };
     char *text = written(*state, scores, VW_ARRAY_COUNT(scores));
-    assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank,sampling_error,low,high,rank_low,rank_high\n"
-                              "d.png,bob,z_first,7,dB,0,3,1,0,7,7,1,1\n"
-                              "\"a\"\"quote\"\".png\",,z_first,0.5,dB,,1,2,0.25,,,,\n" // a tie: by name
-                              "\"b,comma.png\",alice,z_first,0.5,dB,0.125,3,3,0.1,0.25,0.75,2,3\n"
-                              "c.png,\"line\nbreak\",z_first,-2,dB,1,3,4,,-4,,3,4\n"
-                              "\"a\"\"quote\"\".png\",,a_second,1e-300,m,0.5,2,1,,-1,1,1,2\n"
-                              "\"b,comma.png\",alice,a_second,-1,m,0.5,2,2,1e-300,-2,1e-300,1,2\n");
+    assert_string_equal(
+        text,
+        "name,provider,method,value,unit,stderr,visits,rank,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_high\n"
+        "d.png,bob,z_first,7,dB,0,3,1,0,7,7,1,1\n"
+        "\"a\"\"quote\"\".png\",,z_first,0.5,dB,,1,2,0.25,,,,\n" // a tie: by name
+        "\"b,comma.png\",alice,z_first,0.5,dB,0.125,3,3,0.1,0.25,0.75,2,3\n"
+        "c.png,\"line\nbreak\",z_first,-2,dB,1,3,4,,-4,,3,4\n"
+        "\"a\"\"quote\"\".png\",,a_second,1e-300,m,0.5,2,1,,-1,1,1,2\n"
+        "\"b,comma.png\",alice,a_second,-1,m,0.5,2,2,1e-300,-2,1e-300,1,2\n");
     free(text);
     text = written(*state, NULL, 0);
-    assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank,sampling_error,low,high,rank_low,rank_high\n");
+    assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank,resampling_stderr,ci_low,ci_high,"
+                              "rank_ci_low,rank_ci_high\n");
     free(text);
 }
 
@@ -65,7 +71,8 @@ static void reals_read_back_and_are_short(void **state) {
 static void failures_name_the_file(void **state) {
     const struct vw_ledger_score score = {5, "m", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
     char *path = vw_path_join(*state, "missing/scores.csv");
-    assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)), VW_ERROR_INPUT); // no image 5
+    assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)),
+                     VW_ERROR_INPUT); // no image 5
     assert_non_null(strstr(vw_error_message(), "image 5"));
     assert_int_equal(vw_report_write_csv(path, &score, 0, images, VW_ARRAY_COUNT(images)), VW_ERROR_IO);
     assert_non_null(strstr(vw_error_message(), path));

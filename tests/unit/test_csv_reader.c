@@ -9,9 +9,9 @@
 #include <cmocka.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/csv.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/csv.h"
+#include "base/memory.h"
+#include "base/random.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -129,14 +129,16 @@ static void test_written_reads_back(void **state) {
             uint32_t words[4];
             vw_random_words(seed, VW_RANDOM_JITTER, round, i, 0, words);
             uint32_t length = words[0] % 7;
-            for (uint32_t c = 0; c < length; c++) fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
+            for (uint32_t c = 0; c < length; c++)
+                fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
         }
         const char *path = temporary_path(*state, "a.csv");
         assert_int_equal(vw_csv_write_file(path, print_fields, &fields), VW_OK);
         struct vw_csv csv;
         bool found = false;
         assert_int_equal(vw_csv_open(path, 1 << 20, &csv), VW_OK);
-        if (vw_csv_next(&csv, &found)) fail_msg("seed %llu, round %u: %s", (unsigned long long)seed, round, vw_error_message());
+        if (vw_csv_next(&csv, &found))
+            fail_msg("seed %llu, round %u: %s", (unsigned long long)seed, round, vw_error_message());
         assert_true(found && csv.field_count == fields.count);
         for (uint32_t i = 0; i < fields.count; i++) assert_string_equal(csv.fields[i], fields.texts[i]);
         assert_int_equal(vw_csv_next(&csv, &found), VW_OK);

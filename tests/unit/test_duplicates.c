@@ -1,19 +1,20 @@
-// Near-duplicates: copies that were brightened, made smaller or written anew are found, neighbours are not; what groups are worth; and how
-// far validation views are from what is trained on.
+// Near-duplicates: copies that were brightened, made smaller or written anew are found, neighbours are not; what groups
+// are worth; and how far validation views are from what is trained on.
 #include "unit/ledger_fixture.h"
 
 #include "support/assert_near.h"
 #include "support/synthetic_scene.h"
-#include "viewworth/duplicates.h"
-#include "viewworth/tables.h"
-#include "viewworth/view_distance.h"
+#include "value/duplicate_scores.h"
+#include "report/tables.h"
+#include "scene/duplicates.h"
+#include "scene/view_distance.h"
 
 enum { TRAIN = 32, VAL = 4, SIDE_PX = 64 };
 
 // 36 views on an orbit, 10 degrees apart; the last four validate.
 static struct vw_scene *make_scene(void) {
-    return synthetic_scene(
-        &(struct synthetic_scene_params){.train_views = TRAIN, .val_views = VAL, .width_px = SIDE_PX, .height_px = SIDE_PX});
+    return synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = TRAIN, .val_views = VAL, .width_px = SIDE_PX, .height_px = SIDE_PX});
 }
 
 // Makes view `to` the photo of view `from`: same pose, same pixels, other bytes.
@@ -104,7 +105,8 @@ static void copies_are_found(void **state) {
         copy->camera_to_world[2][3] += cases[i].shift_world;
         uint32_t count = 0;
         struct vw_duplicate *duplicates = find(scene, &count);
-        if (count != cases[i].expected) fail_msg("%s: %u photos in groups, not %u", cases[i].what, count, cases[i].expected);
+        if (count != cases[i].expected)
+            fail_msg("%s: %u photos in groups, not %u", cases[i].what, count, cases[i].expected);
         if (count == 2) {
             assert_true(duplicates[0].group == 0 && duplicates[1].group == 0);
             assert_true(duplicates[0].view == 3 && duplicates[1].view == 17);
@@ -129,7 +131,8 @@ static void equal_files_are_copies(void **state) {
     static const struct vw_duplicate expected[] = {{0, 4, 1}, {0, 20, 1}, {0, 34, 1}, {1, 8, 1}, {1, 9, 1}};
     assert_int_equal(count, 5);
     for (uint32_t i = 0; i < count; i++)
-        assert_true(duplicates[i].group == expected[i].group && duplicates[i].view == expected[i].view && duplicates[i].similarity == 1);
+        assert_true(duplicates[i].group == expected[i].group && duplicates[i].view == expected[i].view &&
+                    duplicates[i].similarity == 1);
 
     // What they are worth: view 34 validates and has no score.
     const struct vw_ledger_score scores[] = {
@@ -139,12 +142,14 @@ static void equal_files_are_copies(void **state) {
     };
     struct vw_ledger_image images[TRAIN + VAL];
     for (uint32_t i = 0; i < TRAIN + VAL; i++)
-        images[i] = (struct vw_ledger_image){i, scene->views[i].name, i < TRAIN ? "train" : "val", i % 8 ? "" : "bob", HEX_A, NULL};
+        images[i] = (struct vw_ledger_image){
+            i, scene->views[i].name, i < TRAIN ? "train" : "val", i % 8 ? "" : "bob", HEX_A, NULL};
     images[4].provider = "alice";
     images[20].provider = "eve, inc.";
     struct vw_duplicate_score *rows = NULL;
     uint32_t row_count = 0;
-    ASSERT_OK(vw_duplicates_score(duplicates, count, "dv_psnr", scores, VW_ARRAY_COUNT(scores), images, TRAIN + VAL, &rows, &row_count));
+    ASSERT_OK(vw_duplicates_score(duplicates, count, "dv_psnr", scores, VW_ARRAY_COUNT(scores), images, TRAIN + VAL,
+                                  &rows, &row_count));
     assert_int_equal(row_count, 3); // nothing is known of views 8 and 9
     for (uint32_t i = 0; i < row_count; i++) {
         assert_true(rows[i].group_value == -2.5);
@@ -169,11 +174,12 @@ static void equal_files_are_copies(void **state) {
     vw_scene_close(&scene);
 }
 
-// A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not into a single one.
+// A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
+// into a single one.
 static void groups_do_not_grow_along_a_film(void **state) {
     (void)state;
-    struct vw_scene *scene =
-        synthetic_scene(&(struct synthetic_scene_params){.train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
     uint32_t count = 0, longest = 0;
     struct vw_duplicate *duplicates = find(scene, &count);
     assert_true(count > 0);
@@ -186,7 +192,8 @@ static void groups_do_not_grow_along_a_film(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Validation views -------------------------------------------------------------------------------------------------
+// ---- Validation views
+// -------------------------------------------------------------------------------------------------
 
 static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *count) {
     struct vw_view_distance *distances = NULL;
@@ -202,7 +209,8 @@ static void far_validation_views_are_told(void **state) {
     assert_int_equal(count, VAL);
     for (uint32_t i = 0; i < count; i++) {
         assert_int_equal(distances[i].view, TRAIN + i);
-        assert_int_equal(distances[i].nearest, i < 2 ? TRAIN - 1 : 0); // the four last of the orbit: the training views end on either side
+        assert_int_equal(distances[i].nearest,
+                         i < 2 ? TRAIN - 1 : 0); // the four last of the orbit: the training views end on either side
         assert_true(distances[i].angle_deg > 5 && distances[i].angle_deg < 25);
         assert_false(distances[i].far); // one and two steps of the orbit
     }
@@ -212,7 +220,8 @@ static void far_validation_views_are_told(void **state) {
     scene->views[TRAIN + 2].camera_to_world[2][3] += 0.2;
     distances = measure(scene, &count);
     assert_true(distances[0].far && distances[1].far && !distances[2].far && !distances[3].far);
-    assert_true(distances[0].between_world > 2.5 && distances[0].angle_deg > 40); // of the training view that is nearest in both
+    assert_true(distances[0].between_world > 2.5 &&
+                distances[0].angle_deg > 40); // of the training view that is nearest in both
     free(distances);
 
     for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther

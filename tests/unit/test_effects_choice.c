@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "support/assert_near.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 #include "viewworth/train.h"
 
 // The names between spaces of all that is on when `called_for` (names between spaces) is called for.
@@ -28,7 +28,8 @@ static void assert_on(const char *called_for, const char *choice, const char *ex
         bool wanted = strstr(expected, word) != NULL;
         free(word);
         if (verdicts[i].on != wanted)
-            fail_msg("called for:%s; --effects %s: %s is %s", called_for, choice, verdicts[i].name, wanted ? "off" : "on");
+            fail_msg("called for:%s; --effects %s: %s is %s", called_for, choice, verdicts[i].name,
+                     wanted ? "off" : "on");
         assert_true(vw_effects_is_on(verdicts, count, verdicts[i].name) == wanted);
     }
     assert_false(vw_effects_is_on(verdicts, count, "no_such_effect"));
@@ -60,7 +61,8 @@ static void wrong_words_are_refused(void **state) {
     const char *const wrong[] = {"fog", "+sky,masks", "sky,-masks", "", "+", "sky,"};
     vw_effects_list(verdicts, &count);
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++)
-        if (vw_effects_choose(wrong[i], verdicts, count) != VW_ERROR_USAGE) fail_msg("--effects \"%s\" is taken", wrong[i]);
+        if (vw_effects_choose(wrong[i], verdicts, count) != VW_ERROR_USAGE)
+            fail_msg("--effects \"%s\" is taken", wrong[i]);
 }
 
 // Ledgers from before there was a choice of backgrounds say nothing of it.

@@ -1,4 +1,5 @@
-// A run with an effect off has nothing of it: no param, no byte on the device, no pass. Here without guard bands, which take bytes too.
+// A run with an effect off has nothing of it: no param, no byte on the device, no pass. Here without guard bands, which
+// take bytes too.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,12 +9,14 @@
 #include <cmocka.h>
 
 #include "support/synthetic_scene.h"
+#include "train/trainer_private.h"
+#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
-#define assert_ok(call)                                                                                                                    \
-    do {                                                                                                                                   \
-        if ((call) != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                                                \
+#define assert_ok(call)                                                                                                \
+    do {                                                                                                               \
+        if ((call) != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                            \
     } while (0)
 
 // What a run without effects consists of. Whatever else appears in one belongs to an effect that is off.
@@ -30,11 +33,12 @@ static uint64_t shared_bytes(const struct vw_trainer *trainer) {
     const struct field *f = &trainer->field;
     const struct step_passes *s = &trainer->step;
     const struct evaluator *v = &trainer->validation;
-    struct vw_buffer *const buffers[] = {f->params,           f->cameras,        f->rows,         f->relu,         f->step_state,
-                                         s->ray_buffer,       s->samples,        s->d_samples,    s->ray_loss,     s->weight_partials,
-                                         s->d_weights,        s->weight_moments, s->d_grid,       s->grid_moment1, s->grid_moment2,
-                                         s->grid_visits,      v->pixels,         v->rays,         v->samples,      v->colours,
-                                         trainer->val_ranges, trainer->pixels,   trainer->scalars};
+    struct vw_buffer *const buffers[] = {
+        f->params,           f->cameras,        f->rows,         f->relu,         f->step_state,
+        s->ray_buffer,       s->samples,        s->d_samples,    s->ray_loss,     s->weight_partials,
+        s->d_weights,        s->weight_moments, s->d_grid,       s->grid_moment1, s->grid_moment2,
+        s->grid_visits,      v->pixels,         v->rays,         v->samples,      v->colours,
+        trainer->val_ranges, trainer->pixels,   trainer->scalars};
     uint64_t sum = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) sum += vw_buffer_size_bytes(buffers[i]);
     return sum;
@@ -59,7 +63,8 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     config.log2_table = 10;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
-    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
+    assert_ok(vw_trainer_create(
+        &(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(trainer, &stats);
     do assert_ok(vw_trainer_advance(trainer, &records, &count));
@@ -82,7 +87,8 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
 }
 
 static struct vw_scene *make_scene(void) {
-    return synthetic_scene(&(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 24, .height_px = 18});
+    return synthetic_scene(
+        &(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 24, .height_px = 18});
 }
 
 static void nothing_without_effects(void **state) {
@@ -108,8 +114,8 @@ static void nothing_beside_another_effect(void **state) {
     for (uint32_t i = 0; i < count; i++) {
         struct cost one = measure(scene, effects[i].name);
         print_message("%-16s adds %6llu params, %8lld bytes on the device, %u passes\n", effects[i].name,
-                      (unsigned long long)(one.param_count - none.param_count), (long long)(one.device_bytes - none.device_bytes),
-                      one.other_passes);
+                      (unsigned long long)(one.param_count - none.param_count),
+                      (long long)(one.device_bytes - none.device_bytes), one.other_passes);
         params += one.param_count - none.param_count;
         passes += one.other_passes;
         assert_true(one.device_bytes >= one.shared_bytes);

@@ -11,18 +11,20 @@
 
 #include "gpu/result.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 #include "count_atomically.h"
 #include "gather_texels.h"
 #include "halve_double.h"
 #include "scale_values.h"
+#include "gpu/compute.h"
 #include "sum_windows.h"
 
 static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
 static const struct vw_shader gather_texels = {"gather_texels", gather_texels_code, sizeof gather_texels_code};
 static const struct vw_shader sum_windows = {"sum_windows", sum_windows_code, sizeof sum_windows_code};
-static const struct vw_shader count_atomically = {"count_atomically", count_atomically_code, sizeof count_atomically_code};
+static const struct vw_shader count_atomically = {"count_atomically", count_atomically_code,
+                                                  sizeof count_atomically_code};
 static const struct vw_shader halve_double = {"halve_double", halve_double_code, sizeof halve_double_code};
 
 struct scale_push {
@@ -46,7 +48,8 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
     return buffer;
 }
 
-static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes, uint64_t invocations) {
+static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                     uint64_t invocations) {
     struct vw_batch *batch = NULL;
     assert_ok(vw_batch_create(gpu, &batch));
     vw_batch_begin(batch);
@@ -62,7 +65,8 @@ static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
     return gpu;
 }
 
-// ---- Devices -------------------------------------------------------------------------------------------------------------
+// ---- Devices
+// -------------------------------------------------------------------------------------------------------------
 
 static void test_lists_devices_in_order_of_preference(void **state) {
     (void)state;
@@ -142,11 +146,13 @@ static void test_clamp_only_lowers(void **state) {
 
 static void test_messages_tell_memory_from_loss(void **state) {
     (void)state; // the numbers are VkResult's
-    assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "buffer rays: out of host memory");
+    assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
+                 "buffer rays: out of host memory");
     assert_fails(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
     assert_fails(vw_gpu_fail(-4, "vkQueueSubmit", "batch"), VW_ERROR_DEVICE_LOST, "run again");
     assert_fails(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
-    assert_fails(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE, "a card: vkCreateDevice failed with VkResult -3");
+    assert_fails(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE,
+                 "a card: vkCreateDevice failed with VkResult -3");
 }
 
 static void test_validation_complaint_fails_submit_and_close(void **state) {
@@ -156,10 +162,11 @@ static void test_validation_complaint_fails_submit_and_close(void **state) {
     struct vw_pass *pass = NULL;
     struct vw_batch *batch = NULL;
     print_message("one validation message is expected here:\n");
-    assert_ok(vw_pass_create(
-        gpu,
-        &(struct vw_pass_params){.shader = &halve_double, .binding_count = 1, .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
-        &pass));
+    assert_ok(vw_pass_create(gpu,
+                             &(struct vw_pass_params){.shader = &halve_double,
+                                                      .binding_count = 1,
+                                                      .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
+                             &pass));
     assert_ok(vw_batch_create(gpu, &batch));
     vw_batch_begin(batch);
     assert_fails(vw_batch_submit(batch), VW_ERROR_DEVICE, "validation complained");
@@ -170,13 +177,14 @@ static void test_validation_complaint_fails_submit_and_close(void **state) {
     assert_null(gpu);
 }
 
-// ---- Buffers -------------------------------------------------------------------------------------------------------------
+// ---- Buffers
+// -------------------------------------------------------------------------------------------------------------
 
-static void test_new_buffers_are_zero_and_only_host_homes_map(void **state) {
+static void test_new_buffers_are_zero_and_only_host_memory_maps(void **state) {
     (void)state;
-    for (enum vw_buffer_home home = VW_BUFFER_DEVICE; home <= VW_BUFFER_READBACK; home++) {
+    for (enum vw_buffer_memory home = VW_BUFFER_DEVICE; home <= VW_BUFFER_READBACK; home++) {
         struct vw_buffer *buffer = NULL;
-        const struct vw_buffer_params params = {.name = "zero", .size_bytes = 1001, .home = home};
+        const struct vw_buffer_params params = {.name = "zero", .size_bytes = 1001, .memory = home};
         assert_ok(vw_buffer_create(test_gpu(), &params, &buffer));
         unsigned char bytes[1001];
         memset(bytes, 0xff, sizeof bytes);
@@ -216,10 +224,12 @@ static void test_huge_buffer_is_out_of_memory(void **state) {
         assert_fails(vw_buffer_create(test_gpu(), &params, &buffer), VW_ERROR_MEMORY, "buffer huge");
         assert_null(buffer);
     }
-    assert_fails(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = "none"}, &buffer), VW_ERROR_DEVICE, "buffer none");
+    assert_fails(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = "none"}, &buffer), VW_ERROR_DEVICE,
+                 "buffer none");
 }
 
-// ---- Passes --------------------------------------------------------------------------------------------------------------
+// ---- Passes
+// --------------------------------------------------------------------------------------------------------------
 
 enum { VALUES = 1000 };
 
@@ -227,10 +237,12 @@ enum { VALUES = 1000 };
 static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     uint32_t values[VALUES], results[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i * i;
-    struct vw_buffer *source = make_buffer(gpu, "source", sizeof values), *target = make_buffer(gpu, "target", sizeof values);
+    struct vw_buffer *source = make_buffer(gpu, "source", sizeof values),
+                     *target = make_buffer(gpu, "target", sizeof values);
     assert_ok(vw_buffer_write(source, 0, values, sizeof values));
     const uint32_t specialization[] = {1, 2, offset}; // the shader has no constants 0 and 1
-    const struct vw_binding bindings[] = {{.slot = 3, .buffer = target}, {.slot = 9, .buffer = target}, {.slot = 0, .buffer = source}};
+    const struct vw_binding bindings[] = {
+        {.slot = 3, .buffer = target}, {.slot = 9, .buffer = target}, {.slot = 0, .buffer = source}};
     const struct vw_pass_params params = {.shader = &scale_values,
                                           .specialization = specialization,
                                           .specialization_count = offset ? 3 : 0,
@@ -267,13 +279,16 @@ static void test_floor_limits_still_run_a_pass(void **state) {
 
 // Fills `values` with what gather_texels reads from a buffer of `count` words holding i + 100, bound with `size_bytes`.
 static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_t size_bytes) {
-    struct vw_buffer *source = make_buffer(gpu, "source", count * 4ull), *target = make_buffer(gpu, "target", count * 4ull);
+    struct vw_buffer *source = make_buffer(gpu, "source", count * 4ull),
+                     *target = make_buffer(gpu, "target", count * 4ull);
     for (uint32_t i = 0; i < count; i++) values[i] = i + 100;
     assert_ok(vw_buffer_write(source, 0, values, count * 4ull));
-    const struct vw_binding bindings[] = {{.slot = 1, .buffer = source, .size_bytes = size_bytes, .texel = VW_TEXEL_UINT1},
-                                          {.slot = 2, .buffer = target}};
+    const struct vw_binding bindings[] = {
+        {.slot = 1, .buffer = source, .size_bytes = size_bytes, .texel = VW_TEXEL_UINT1},
+        {.slot = 2, .buffer = target}};
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(gpu, &(struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2}, &pass));
+    assert_ok(vw_pass_create(
+        gpu, &(struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2}, &pass));
     run_pass(gpu, pass, NULL, 0, count);
     assert_ok(vw_buffer_read(target, 0, values, count * 4ull));
     vw_pass_destroy(&pass);
@@ -312,8 +327,11 @@ static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
     struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer, .size_bytes = WINDOW},
                                     {.slot = 1, .buffer = buffer, .offset_bytes = WINDOW}};
     const uint32_t specialization[] = {8, 128};
-    const struct vw_pass_params params = {
-        .shader = &sum_windows, .specialization = specialization, .specialization_count = 2, .bindings = bindings, .binding_count = 2};
+    const struct vw_pass_params params = {.shader = &sum_windows,
+                                          .specialization = specialization,
+                                          .specialization_count = 2,
+                                          .bindings = bindings,
+                                          .binding_count = 2};
     struct vw_pass *pass = NULL;
     assert_ok(vw_pass_create(gpu, &params, &pass));
     run_pass(gpu, pass, NULL, 0, WORDS);
@@ -342,21 +360,30 @@ static void test_refusals_name_pass_and_slot(void **state) {
         {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}}, "pass scale_values, slot 3"},
         {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 3}}, "pass scale_values, slot 3"},
         {&scale_values, {{.slot = 3, .buffer = buffer}, {.slot = 3, .buffer = buffer}}, "slot 3: bound twice"},
-        {&scale_values, {{.slot = 0, .buffer = buffer, .size_bytes = 4097}, {.slot = 3, .buffer = buffer}}, "slot 0: buffer values"},
-        {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 4096}, {.slot = 3, .buffer = buffer}}, "slot 0: an empty range"},
-        {&scale_values, {{.slot = 0, .buffer = buffer, .offset_bytes = 1}, {.slot = 3, .buffer = buffer}}, "slot 0: offset 1"},
+        {&scale_values,
+         {{.slot = 0, .buffer = buffer, .size_bytes = 4097}, {.slot = 3, .buffer = buffer}},
+         "slot 0: buffer values"},
+        {&scale_values,
+         {{.slot = 0, .buffer = buffer, .offset_bytes = 4096}, {.slot = 3, .buffer = buffer}},
+         "slot 0: an empty range"},
+        {&scale_values,
+         {{.slot = 0, .buffer = buffer, .offset_bytes = 1}, {.slot = 3, .buffer = buffer}},
+         "slot 0: offset 1"},
         {&scale_values,
          {{.slot = 0, .buffer = buffer, .texel = VW_TEXEL_UINT1}, {.slot = 3, .buffer = buffer}},
          "slot 0: the shader declares a storage buffer"},
         {&gather_texels, {{.slot = 1, .buffer = buffer}, {.slot = 2, .buffer = buffer}}, "declares a texel buffer"},
-        {&gather_texels, {{.slot = 1, .buffer = buffer, .texel = VW_TEXEL_FLOAT1}, {.slot = 2, .buffer = buffer}}, "unsigned texels"},
+        {&gather_texels,
+         {{.slot = 1, .buffer = buffer, .texel = VW_TEXEL_FLOAT1}, {.slot = 2, .buffer = buffer}},
+         "unsigned texels"},
         {&gather_texels,
          {{.slot = 1, .buffer = buffer, .size_bytes = 4, .texel = VW_TEXEL_UINT4}, {.slot = 2, .buffer = buffer}},
          "slot 1: buffer values is smaller than one texel"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_pass *pass = NULL;
-        const struct vw_pass_params params = {.shader = cases[i].shader, .bindings = cases[i].bindings, .binding_count = 2};
+        const struct vw_pass_params params = {
+            .shader = cases[i].shader, .bindings = cases[i].bindings, .binding_count = 2};
         assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, cases[i].part);
         assert_null(pass);
     }
@@ -399,11 +426,12 @@ static void test_optional_features_are_refused_where_clamped(void **state) {
         struct vw_gpu *gpu = open_clamped(&clamp);
         struct vw_buffer *counter = make_buffer(gpu, "counter", 8);
         struct vw_pass *pass = NULL;
-        enum vw_status status = vw_pass_create(gpu,
-                                               &(struct vw_pass_params){.shader = &count_atomically,
-                                                                        .binding_count = 1,
-                                                                        .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}},
-                                               &pass);
+        enum vw_status status =
+            vw_pass_create(gpu,
+                           &(struct vw_pass_params){.shader = &count_atomically,
+                                                    .binding_count = 1,
+                                                    .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}},
+                           &pass);
         if (clamped) {
             assert_fails(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
         } else {
@@ -422,13 +450,15 @@ static void test_optional_features_are_refused_where_clamped(void **state) {
 static void test_broken_spirv_is_refused(void **state) {
     (void)state;
     static const uint32_t wrong_magic[8] = {1}, short_code[3] = {0x07230203};
-    static const uint32_t endless[] = {0x07230203, 0x10500, 0, 8, 0, 0x0009003b}; // an instruction of 9 words where there is one
+    static const uint32_t endless[] = {0x07230203, 0x10500, 0,
+                                       8,          0,       0x0009003b}; // an instruction of 9 words where there is one
     const struct vw_shader shaders[] = {{"wrong_magic", wrong_magic, sizeof wrong_magic},
                                         {"short_code", short_code, sizeof short_code},
                                         {"endless", endless, sizeof endless}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(shaders); i++) {
         struct vw_pass *pass = NULL;
-        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass), VW_ERROR_DEVICE, shaders[i].name);
+        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass),
+                     VW_ERROR_DEVICE, shaders[i].name);
     }
 }
 
@@ -441,7 +471,7 @@ int main(void) {
         cmocka_unit_test(test_clamp_only_lowers),
         cmocka_unit_test(test_messages_tell_memory_from_loss),
         cmocka_unit_test(test_validation_complaint_fails_submit_and_close),
-        cmocka_unit_test(test_new_buffers_are_zero_and_only_host_homes_map),
+        cmocka_unit_test(test_new_buffers_are_zero_and_only_host_memory_maps),
         cmocka_unit_test(test_write_and_read_cross_the_staging_buffer),
         cmocka_unit_test(test_huge_buffer_is_out_of_memory),
         cmocka_unit_test(test_pass_computes),

@@ -9,10 +9,11 @@
 
 #include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 #include "gather_texels.h"
 #include "scale_values.h"
+#include "gpu/compute.h"
 #include "sum_windows.h"
 
 static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
@@ -49,15 +50,18 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
     return buffer;
 }
 
-static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *shader, struct vw_binding source, struct vw_binding target) {
+static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *shader, struct vw_binding source,
+                                 struct vw_binding target) {
     const struct vw_binding bindings[] = {source, target};
     const uint32_t specialization[] = {16, 64}; // for sum_windows
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(
-        gpu,
-        &(struct vw_pass_params){
-            .shader = shader, .specialization = specialization, .specialization_count = 2, .bindings = bindings, .binding_count = 2},
-        &pass));
+    assert_ok(vw_pass_create(gpu,
+                             &(struct vw_pass_params){.shader = shader,
+                                                      .specialization = specialization,
+                                                      .specialization_count = 2,
+                                                      .bindings = bindings,
+                                                      .binding_count = 2},
+                             &pass));
     return pass;
 }
 
@@ -67,15 +71,17 @@ static struct vw_pass *make_scale(struct vw_gpu *gpu, struct vw_buffer *source, 
 }
 
 static struct bench open_bench(struct vw_gpu *gpu) {
-    struct bench bench = {.gpu = gpu, .a = make_buffer(gpu, "a"), .b = make_buffer(gpu, "b"), .c = make_buffer(gpu, "c")};
+    struct bench bench = {
+        .gpu = gpu, .a = make_buffer(gpu, "a"), .b = make_buffer(gpu, "b"), .c = make_buffer(gpu, "c")};
     bench.a_to_b = make_scale(gpu, bench.a, bench.b);
     bench.a_to_c = make_scale(gpu, bench.a, bench.c);
     bench.b_to_c = make_scale(gpu, bench.b, bench.c);
     bench.b_to_a = make_scale(gpu, bench.b, bench.a);
-    bench.gather_b_to_c = make_pass(gpu, &gather_texels, (struct vw_binding){.slot = 1, .buffer = bench.b, .texel = VW_TEXEL_UINT1},
-                                    (struct vw_binding){.slot = 2, .buffer = bench.c});
-    bench.add_a_to_b =
-        make_pass(gpu, &sum_windows, (struct vw_binding){.slot = 0, .buffer = bench.a}, (struct vw_binding){.slot = 1, .buffer = bench.b});
+    bench.gather_b_to_c =
+        make_pass(gpu, &gather_texels, (struct vw_binding){.slot = 1, .buffer = bench.b, .texel = VW_TEXEL_UINT1},
+                  (struct vw_binding){.slot = 2, .buffer = bench.c});
+    bench.add_a_to_b = make_pass(gpu, &sum_windows, (struct vw_binding){.slot = 0, .buffer = bench.a},
+                                 (struct vw_binding){.slot = 1, .buffer = bench.b});
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
     assert_ok(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
@@ -107,7 +113,8 @@ static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], factor * (i + 1));
 }
 
-// ---- Barriers: synchronization validation watches what the counts only claim -------------------------------------------
+// ---- Barriers: synchronization validation watches what the counts only claim
+// -------------------------------------------
 
 static void test_hazards(void **state) {
     (void)state;
@@ -173,7 +180,7 @@ static void test_copies_wait(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *back = NULL;
-    const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .home = VW_BUFFER_READBACK};
+    const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
     assert_ok(vw_buffer_create(test_gpu(), &params, &back));
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
@@ -211,7 +218,8 @@ static void test_batches_in_flight_run_in_order(void **state) {
     close_bench(&bench);
 }
 
-// ---- Dispatching ---------------------------------------------------------------------------------------------------------
+// ---- Dispatching
+// ---------------------------------------------------------------------------------------------------------
 
 static void test_dispatch_folds_into_y(void **state) {
     (void)state;
@@ -241,14 +249,17 @@ static void test_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
     finish(bench.batch);
     assert_values(bench.b, 2);
     vw_batch_begin(bench.batch);
-    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push), VALUES + 1);
+    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
+                      VALUES + 1);
     assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
     close_bench(&bench);
     assert_ok(vw_gpu_close(&gpu));
 }
 
-static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups, uint64_t offset_bytes) {
-    vw_batch_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push), groups, offset_bytes);
+static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups,
+                            uint64_t offset_bytes) {
+    vw_batch_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push), groups,
+                               offset_bytes);
 }
 
 // Runs a_to_b over as many workgroups of 64 as b's neighbour c says, and expects the first `count` values.
@@ -334,7 +345,8 @@ static void test_first_failure_sticks_until_submit(void **state) {
     vw_batch_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
     vw_batch_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
     scale(bench.batch, bench.a_to_b, 3);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 4 push constant bytes given, the shader has 8");
+    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE,
+                 "pass scale_values: 4 push constant bytes given, the shader has 8");
     assert_values(bench.b, 0);
 
     vw_batch_begin(bench.batch);
@@ -372,7 +384,8 @@ static void test_one_batch_records_at_a_time(void **state) {
     close_bench(&bench);
 }
 
-// ---- Timers --------------------------------------------------------------------------------------------------------------
+// ---- Timers
+// --------------------------------------------------------------------------------------------------------------
 
 static void test_timers_add_up_by_pass_name(void **state) {
     (void)state;

@@ -1,14 +1,14 @@
-// report.html: what hostile texts, unknown numbers and empty runs become in it, and that it loads nothing. What a browser makes of it is
-// tests/cli/test_report.sh's.
+// report.html: what hostile texts, unknown numbers and empty runs become in it, and that it loads nothing. What a
+// browser makes of it is tests/cli/test_report.sh's.
 #include "unit/ledger_fixture.h"
 
 #include <jansson.h>
 #include <sys/mman.h>
 
 #include "report/html_parts.h"
-#include "viewworth/image.h"
-#include "viewworth/json.h"
-#include "viewworth/report.h"
+#include "image/image.h"
+#include "base/json.h"
+#include "report/report.h"
 
 static const char methods_json[] = "[{\"name\":\"dv_psnr\",\"unit\":\"dB\",\"formula\":\"sum of d\"}]";
 
@@ -26,10 +26,13 @@ static int set_up(void **state) {
     assert_non_null(fixture);
     fixture->folder = test_folder_create();
     fixture->row = test_run("{\"epochs\":4}");
-    fixture->run =
-        (struct vw_report_run){.label = "out", .row = &fixture->row, .head = HEX_A, .images = test_images, .image_count = TEST_IMAGE_COUNT};
-    fixture->page = (struct vw_report_page){
-        .version = "0.1.0", .default_method = "dv_psnr", .methods_json = methods_json, .runs = &fixture->run, .run_count = 1};
+    fixture->run = (struct vw_report_run){
+        .label = "out", .row = &fixture->row, .head = HEX_A, .images = test_images, .image_count = TEST_IMAGE_COUNT};
+    fixture->page = (struct vw_report_page){.version = "0.1.0",
+                                            .default_method = "dv_psnr",
+                                            .methods_json = methods_json,
+                                            .runs = &fixture->run,
+                                            .run_count = 1};
     *state = fixture;
     return 0;
 }
@@ -61,7 +64,9 @@ static void write_page(struct fixture *fixture) {
     if (!fixture->data) fail_msg("%s", error.text);
 }
 
-static const json_t *run_of(const struct fixture *fixture) { return json_array_get(json_object_get(fixture->data, "runs"), 0); }
+static const json_t *run_of(const struct fixture *fixture) {
+    return json_array_get(json_object_get(fixture->data, "runs"), 0);
+}
 
 static uint32_t count(const char *text, const char *part) {
     uint32_t found = 0;
@@ -69,12 +74,14 @@ static uint32_t count(const char *text, const char *part) {
     return found;
 }
 
-// ---- Texts ----------------------------------------------------------------------------------------------------------------
+// ---- Texts
+// ----------------------------------------------------------------------------------------------------------------
 
 static void hostile_texts_stay_data(void **state) {
     struct fixture *fixture = *state;
     write_page(fixture);
-    uint32_t scripts = count(fixture->html, "<script"), ends = count(fixture->html, "</script"), comments = count(fixture->html, "<!--");
+    uint32_t scripts = count(fixture->html, "<script"), ends = count(fixture->html, "</script"),
+             comments = count(fixture->html, "<!--");
     static const char *const names[] = {"</script><script>alert(1)</script>",
                                         "<!-- ",
                                         "]]> &lt;",
@@ -123,7 +130,8 @@ static void bytes_that_are_no_utf8_are_replaced(void **state) {
     json_decref(nothing);
 }
 
-// ---- Numbers and what is missing --------------------------------------------------------------------------------------------
+// ---- Numbers and what is missing
+// --------------------------------------------------------------------------------------------
 
 static void unknown_numbers_are_null(void **state) {
     struct fixture *fixture = *state;
@@ -133,12 +141,12 @@ static void unknown_numbers_are_null(void **state) {
     fixture->run.score_count = VW_ARRAY_COUNT(scores);
     write_page(fixture);
     const json_t *columns = json_object_get(json_object_get(run_of(fixture), "scores"), "dv_psnr");
-    static const char *const unknown[] = {"value", "low", "high", "rank_low", "rank_high"};
+    static const char *const unknown[] = {"value", "ci_low", "ci_high", "rank_ci_low", "rank_ci_high"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(unknown); i++) {
         assert_true(json_is_null(json_array_get(json_object_get(columns, unknown[i]), 0)));
         assert_true(json_is_number(json_array_get(json_object_get(columns, unknown[i]), 1)));
     }
-    assert_true(json_number_value(json_array_get(json_object_get(columns, "high"), 1)) == 0.125);
+    assert_true(json_number_value(json_array_get(json_object_get(columns, "ci_high"), 1)) == 0.125);
     assert_int_equal(json_integer_value(json_array_get(json_object_get(columns, "image"), 1)), 6);
     assert_null(strstr(fixture->html, ":nan"));
 }
@@ -177,7 +185,8 @@ static void long_runs_are_thinned_to_their_last_step(void **state) {
     size_t size = json_array_size(shown);
     assert_in_range(size, 500, 1001);
     assert_int_equal(json_integer_value(json_array_get(shown, 0)), 0);
-    assert_int_equal(json_integer_value(json_array_get(shown, 1)), json_integer_value(json_object_get(steps, "stride")));
+    assert_int_equal(json_integer_value(json_array_get(shown, 1)),
+                     json_integer_value(json_object_get(steps, "stride")));
     assert_int_equal(json_integer_value(json_array_get(shown, size - 1)), COUNT - 1);
     assert_int_equal(json_integer_value(json_object_get(steps, "nonfinite")), 1);
     assert_int_equal(json_integer_value(json_object_get(steps, "epochs")), 54);
@@ -186,18 +195,21 @@ static void long_runs_are_thinned_to_their_last_step(void **state) {
     free(records);
 }
 
-// ---- Pictures and files -----------------------------------------------------------------------------------------------------
+// ---- Pictures and files
+// -----------------------------------------------------------------------------------------------------
 
 static void runs_share_their_thumbnails(void **state) {
     struct fixture *fixture = *state;
-    const struct vw_report_picture first[TEST_IMAGE_COUNT] = {[1] = {"\x00\xff", 2}}, second[TEST_IMAGE_COUNT] = {[2] = {"abc", 3}};
+    const struct vw_report_picture first[TEST_IMAGE_COUNT] = {[1] = {"\x00\xff", 2}},
+                                   second[TEST_IMAGE_COUNT] = {[2] = {"abc", 3}};
     struct vw_report_run runs[4] = {fixture->run, fixture->run, fixture->run, fixture->run};
     runs[0].thumbnails = runs[2].thumbnails = first;
     runs[3].thumbnails = second;
     fixture->page.runs = runs;
     fixture->page.run_count = 4;
     write_page(fixture);
-    const json_t *sets = json_object_get(fixture->data, "thumbnail_sets"), *written = json_object_get(fixture->data, "runs");
+    const json_t *sets = json_object_get(fixture->data, "thumbnail_sets"),
+                 *written = json_object_get(fixture->data, "runs");
     assert_int_equal(json_array_size(sets), 2);
     static const int places[] = {0, -1, 0, 1};
     for (uint32_t i = 0; i < 4; i++) {
@@ -252,12 +264,14 @@ static void documents_carry_thumbnails_by_name(void **state) {
     fixture->page.documents = &document;
     fixture->page.document_count = 1;
     write_page(fixture);
-    const json_t *written = json_object_get(json_array_get(json_object_get(fixture->data, "documents"), 0), "thumbnails");
+    const json_t *written =
+        json_object_get(json_array_get(json_object_get(fixture->data, "documents"), 0), "thumbnails");
     assert_string_equal(json_string_value(json_object_get(written, "a.png")), "data:image/webp;base64,YWJj");
     assert_true(json_is_null(json_object_get(written, "constructor")));
 }
 
-// ---- Short memory -----------------------------------------------------------------------------------------------------------
+// ---- Short memory
+// -----------------------------------------------------------------------------------------------------------
 
 enum { BLOCKS_MOST = 4000, BLOCK_BYTES = 8192 };
 static struct {
@@ -291,7 +305,8 @@ static bool fits_into(const struct vw_report_page *page, const char *path, uint3
     json_set_alloc_funcs(give_block, take_block);
     enum vw_status status = vw_report_write_html(path, page);
     json_set_alloc_funcs(give, take);
-    assert_true(!status || status == VW_ERROR_MEMORY || status == VW_ERROR_INPUT); // jansson does not say why it cannot read a text
+    assert_true(!status || status == VW_ERROR_MEMORY ||
+                status == VW_ERROR_INPUT); // jansson does not say why it cannot read a text
     assert_int_equal(memory.held, 0);
     for (uint32_t i = 0; i < memory.given; i++) munmap(memory.blocks[i], BLOCK_BYTES);
     return !status;
@@ -301,7 +316,8 @@ static void short_memory_is_an_error(void **state) {
     struct fixture *fixture = *state;
     static const char *const names[] = {"a.png"};
     const struct vw_report_picture picture = {"abc", 3}, thumbnails[2] = {0};
-    const struct vw_report_document document = {"compare", "out", "compare.json", "[]", names, &picture, 1, names, &picture, 1};
+    const struct vw_report_document document = {"compare", "out", "compare.json", "[]",     names,
+                                                &picture,  1,     names,          &picture, 1};
     const struct vw_ledger_score score = {test_images[0].image_id, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
     const struct vw_step_record records[] = {{.step = 0, .val_psnr = 10}, {.step = 1, .val_psnr = 11}};
     uint32_t ids[] = {test_images[0].image_id, test_images[1].image_id};
@@ -338,11 +354,13 @@ static void a_score_of_no_image_is_refused(void **state) {
 static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
     const struct {
         uint32_t width_px, height_px, small_width_px, small_height_px;
-    } cases[] = {{400, 300, 128, 96}, {64, 48, 64, 48}, {1, 1, 1, 1}, {300, 3, 300, 3}, {3, 500, 1, 96}, {4000, 100, 384, 96}};
+    } cases[] = {{400, 300, 128, 96}, {64, 48, 64, 48}, {1, 1, 1, 1},
+                 {300, 3, 300, 3},    {3, 500, 1, 96},  {4000, 100, 384, 96}};
     (void)state;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const float background[3] = {1, 1, 1};
-        struct vw_image image = {.width_px = cases[i].width_px, .height_px = cases[i].height_px, .format = VW_PIXEL_UINT8};
+        struct vw_image image = {
+            .width_px = cases[i].width_px, .height_px = cases[i].height_px, .format = VW_PIXEL_UINT8};
         image.pixels = vw_allocate((size_t)image.width_px * image.height_px, 4); // transparent: the background shows
         void *bytes = NULL;
         size_t size_bytes = 0;
@@ -364,7 +382,8 @@ static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
     }
 }
 
-// ---- The page itself --------------------------------------------------------------------------------------------------------
+// ---- The page itself
+// --------------------------------------------------------------------------------------------------------
 
 static void the_page_loads_nothing(void **state) {
     struct fixture *fixture = *state;
@@ -380,12 +399,14 @@ static void the_page_loads_nothing(void **state) {
                                            "innerHTML",
                                            "insertAdjacentHTML",
                                            "document.write"};
-    const char *const texts[] = {vw_html_template, vw_html_style, vw_html_widgets, vw_html_script, vw_html_tradeoff, vw_html_tables};
+    const char *const texts[] = {vw_html_template, vw_html_style,    vw_html_widgets,
+                                 vw_html_script,   vw_html_tradeoff, vw_html_tables};
     write_page(fixture);
     for (size_t i = 0; i < VW_ARRAY_COUNT(requests); i++)
         for (size_t k = 0; k < VW_ARRAY_COUNT(texts); k++)
             if (strstr(texts[k], requests[i])) fail_msg("text %zu of the page has \"%s\"", k, requests[i]);
-    assert_non_null(strstr(fixture->html, "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; style-src 'sha256-"));
+    assert_non_null(strstr(
+        fixture->html, "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; style-src 'sha256-"));
     assert_null(strstr(fixture->html, "unsafe"));
     assert_null(strstr(fixture->html, "{{policy}}"));
     assert_null(strstr(vw_html_chart, "</script")); // it would end its element

@@ -14,9 +14,9 @@
 
 #include "support/assert_near.h"
 #include "support/temporary_folder.h"
-#include "viewworth/file.h"
-#include "viewworth/image.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -25,11 +25,16 @@ static int remove_folder(void **state) {
     return 0;
 }
 
-// ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads -----------------------------------------------
+// ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads
+// -----------------------------------------------
 
 enum alpha { ALPHA_NONE = -1, ALPHA_ASSOCIATED = 1, ALPHA_STRAIGHT = 2 }; // as TIFF counts them
 
-enum photometric { PHOTOMETRIC_GREY_OR_RGB, PHOTOMETRIC_PALETTE = 3, PHOTOMETRIC_CMYK = 5 }; // from 1 on as TIFF counts them
+enum photometric {
+    PHOTOMETRIC_GREY_OR_RGB,
+    PHOTOMETRIC_PALETTE = 3,
+    PHOTOMETRIC_CMYK = 5
+}; // from 1 on as TIFF counts them
 
 struct tiff {
     uint32_t width_px, height_px, channels, bits;
@@ -102,22 +107,27 @@ static struct vw_image load(const char *path, uint32_t downscale) {
     return image;
 }
 
-static void check_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float expected[4], double tolerance) {
+static void check_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float expected[4],
+                        double tolerance) {
     float rgba[4];
     vw_image_pixel(image, x_px, y_px, rgba);
     for (int c = 0; c < 4; c++)
         if (!(fabs(rgba[c] - expected[c]) <= tolerance))
-            fail_msg("pixel (%u, %u) is %g %g %g %g, not %g %g %g %g", x_px, y_px, rgba[0], rgba[1], rgba[2], rgba[3], expected[0],
-                     expected[1], expected[2], expected[3]);
+            fail_msg("pixel (%u, %u) is %g %g %g %g, not %g %g %g %g", x_px, y_px, rgba[0], rgba[1], rgba[2], rgba[3],
+                     expected[0], expected[1], expected[2], expected[3]);
 }
 
-static double srgb(double linear) { return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055; }
+static double srgb(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+}
 
-// ---- Formats ---------------------------------------------------------------------------------------------------------------
+// ---- Formats
+// ---------------------------------------------------------------------------------------------------------------
 
 static void test_png_round_trip(void **state) {
     const char *path = temporary_path(*state, "a.png");
-    const float pixels[2 * 3 * 4] = {1, 0, 0, 1, 0, 1, 0, 1, /**/ 0, 0, 1, 1, 0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f, 0.1f, 0.1f, 1};
+    const float pixels[2 * 3 * 4] = {1,    0,    0,    1,    0,      1, 0, 1, /**/ 0, 0,    1,    1,
+                                     0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f,   0.1f, 0.1f, 1};
     assert_int_equal(vw_image_save(path, 2, 3, 4, pixels), VW_OK);
     uint32_t width_px, height_px;
     assert_int_equal(vw_image_probe(path, &width_px, &height_px), VW_OK);
@@ -126,7 +136,8 @@ static void test_png_round_trip(void **state) {
     struct vw_image image = load(path, 1);
     assert_int_equal(image.format, VW_PIXEL_UINT8);
     assert_true(image.has_alpha);
-    for (uint32_t i = 0; i < 6; i++) check_pixel(&image, i % 2, i / 2, pixels + 4 * i, 0.5 / 255 + 1e-6); // straight, even below alpha 0
+    for (uint32_t i = 0; i < 6; i++)
+        check_pixel(&image, i % 2, i / 2, pixels + 4 * i, 0.5 / 255 + 1e-6); // straight, even below alpha 0
     vw_image_clear(&image);
     assert_null(image.pixels);
 }
@@ -203,14 +214,16 @@ static void test_palette(void **state) {
     static uint16_t palette[3][256];
     palette[0][7] = 0xffff, palette[1][7] = 0x8080, palette[2][7] = 0;
     palette[0][200] = 0x1010, palette[1][200] = 0x2020, palette[2][200] = 0x3030;
-    const struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, .pixels = indices, .photometric = PHOTOMETRIC_PALETTE, .palette = palette[0]};
+    const struct tiff tiff = {
+        2, 1, 1, 8, false, ALPHA_NONE, .pixels = indices, .photometric = PHOTOMETRIC_PALETTE, .palette = palette[0]};
     struct vw_image image = load(write_tiff(*state, "palette.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){1, 128 / 255.0f, 0, 1}, 1e-6);
     check_pixel(&image, 1, 0, (const float[]){16 / 255.0f, 32 / 255.0f, 48 / 255.0f, 1}, 1e-6);
     vw_image_clear(&image);
 }
 
-// Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes them.
+// Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes
+// them.
 static void test_cmyk(void **state) {
     const float expected[4] = {0.8f * 0.9f, 0.6f * 0.9f, 0.4f * 0.9f, 1};
     const uint8_t inks[4] = {51, 102, 153, 26};
@@ -227,15 +240,16 @@ static void test_cmyk(void **state) {
     vw_image_clear(&image);
     static const uint8_t jpeg[] = {
         // 8 x 8 pixels of 204 153 102 230
-        0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xdb,
-        0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xff, 0xc0, 0x00, 0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00,
-        0x4d, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4b, 0x11, 0x00, 0xff, 0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00,
-        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x08, 0x0a, 0xff, 0xc4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00,
-        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xda, 0x00, 0x0e, 0x04, 0x43,
-        0x00, 0x4d, 0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83, 0xff, 0xd9,
+        0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0xff, 0xdb, 0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+        0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xff, 0xc0, 0x00,
+        0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4d, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4b, 0x11,
+        0x00, 0xff, 0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x08, 0x0a, 0xff, 0xc4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xff, 0xda, 0x00, 0x0e, 0x04, 0x43, 0x00, 0x4d,
+        0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83, 0xff, 0xd9,
     };
     const char *path = temporary_path(*state, "cmyk.jpg");
     assert_int_equal(vw_file_write(path, jpeg, sizeof jpeg), VW_OK);
@@ -260,7 +274,8 @@ static void test_orientation_is_ignored(void **state) {
     }
 }
 
-// ---- Floats: linear light, masks, clamps -------------------------------------------------------------------------------------
+// ---- Floats: linear light, masks, clamps
+// -------------------------------------------------------------------------------------
 
 static void test_float_is_encoded_masked_and_clamped(void **state) {
     float pixels[100][3];
@@ -296,7 +311,8 @@ static void test_too_many_masked_are_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "6.0 %"));
 }
 
-// ---- Downscaling ---------------------------------------------------------------------------------------------------------------
+// ---- Downscaling
+// ---------------------------------------------------------------------------------------------------------------
 
 static void test_downscale_keeps_constants(void **state) {
     static float pixels[37 * 23 * 3];
@@ -327,7 +343,8 @@ static void test_downscale_keeps_ramps(void **state) {
     for (uint32_t x = 0; x < 16; x++) {
         double centre = (x + 0.5) * 4 - 0.5;
         float expected = (float)((1000 + 900 * centre) / 65535), rgba[4];
-        if (x >= 3 && x < 13) check_pixel(&image, x, 1, (const float[]){expected, expected, expected, 1}, 2e-4); // away from the edges
+        if (x >= 3 && x < 13)
+            check_pixel(&image, x, 1, (const float[]){expected, expected, expected, 1}, 2e-4); // away from the edges
         vw_image_pixel(&image, x, 1, rgba);
         mean += rgba[0] / 16;
     }
@@ -369,12 +386,14 @@ static void test_downscale_ignores_masked(void **state) {
     for (uint32_t i = 0; i < 16 * 16; i++) {
         bool masked = i % 16 == 2 && i / 16 == 2;
         assert_int_equal(image.unusable[i], masked);
-        check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1}, 1e-5);
+        check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1},
+                    1e-5);
     }
     vw_image_clear(&image);
 }
 
-// ---- Errors ----------------------------------------------------------------------------------------------------------------------
+// ---- Errors
+// ----------------------------------------------------------------------------------------------------------------------
 
 static void check_refused(const char *path, enum vw_status expected, const char *said) {
     struct vw_image image = {0};
@@ -404,10 +423,10 @@ static void test_errors(void **state) {
 
 // A small file that asks for 30 GB.
 static void test_image_bomb(void **state) {
-    static const uint8_t png[] = {0x89, 'P',  'N',  'G',  '\r', '\n', 0x1a, '\n', 0,    0,    0,    13,   'I',  'H',  'D',
-                                  'R',  0,    1,    0x86, 0xa0, 0,    1,    0x86, 0xa0, 8,    2,    0,    0,    0,    0x27,
-                                  0x30, 0x9c, 0x9f, 0,    0,    0,    12,   'I',  'D',  'A',  'T',  0x78, 0x9c, 0x63, 0x60,
-                                  0xa0, 0x3d, 0,    0,    0,    0x64, 0,    1,    0x86, 0x64, 0x3c, 0x35};
+    static const uint8_t png[] = {
+        0x89, 'P', 'N', 'G',  '\r', '\n', 0x1a, '\n', 0,    0, 0,    13,   'I',  'H',  'D', 'R',  0,    1,    0x86,
+        0xa0, 0,   1,   0x86, 0xa0, 8,    2,    0,    0,    0, 0x27, 0x30, 0x9c, 0x9f, 0,   0,    0,    12,   'I',
+        'D',  'A', 'T', 0x78, 0x9c, 0x63, 0x60, 0xa0, 0x3d, 0, 0,    0,    0x64, 0,    1,   0x86, 0x64, 0x3c, 0x35};
     const char *path = temporary_path(*state, "bomb.png");
     assert_int_equal(vw_file_write(path, png, sizeof png), VW_OK);
     check_refused(path, VW_ERROR_INPUT, "100000 x 100000");

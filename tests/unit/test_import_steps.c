@@ -1,10 +1,11 @@
-// The step logs of other trainers: what is read, every refusal with its line, damaged files, and that a run of ours comes back.
+// The step logs of other trainers: what is read, every refusal with its line, damaged files, and that a run of ours
+// comes back.
 #include "unit/ledger_fixture.h"
 
 #include <time.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/step_log.h"
+#include "ledger/step_log.h"
 #include "viewworth/value.h"
 
 static const char *write_log(const char *folder, const char *text) { return temporary_file(folder, "log.csv", text); }
@@ -15,7 +16,8 @@ static struct vw_step_log read_log(const char *path) {
     return log;
 }
 
-static void check_record(const struct vw_step_record *record, uint64_t step, uint32_t epoch, uint32_t view, double psnr, double l1) {
+static void check_record(const struct vw_step_record *record, uint64_t step, uint32_t epoch, uint32_t view, double psnr,
+                         double l1) {
     assert_true(record->step == step && record->epoch == epoch && record->view == view);
     assert_true(isnan(psnr) ? isnan(record->val_psnr) : record->val_psnr == psnr);
     assert_true(isnan(l1) ? isnan(record->val_l1) : record->val_l1 == l1);
@@ -25,15 +27,21 @@ static void check_record(const struct vw_step_record *record, uint64_t step, uin
 
 // Photos b.png and "a, too.png" in two epochs; a.png is the second by name.
 static void columns_come_in_any_order(void **state) {
-    static const char *const texts[] = {
-        "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
-        "l1,psnr,photo,epoch,step\r\n0.5,10,,0,0\r\n\r\n0.4,11,b.png,0,1\r\n0.45,10.5,\"a, too.png\",0,2\r\n0.25,12,b.png,1,3",
-        "\xef\xbb\xbfnote,photo,step,lr,epoch,l1,psnr\n,,0,1,0,0.5,10\n\"a \"\"b\"\"\nc\",b.png,1,x,0,.4,1.1e1\n,\"a, "
-        "too.png\",2,,0,45e-2,10.5\n"
-        ",b.png,3,,1,0.25,12\n",
-        "step,epoch,photo,psnr,l1\n0,0,ignored.png,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
-        "step,epoch,photo,psnr,l1\n0,9,,10,0.5\n1,7,b.png,11,0.4\n2,7,\"a, too.png\",10.5,0.45\n3,8,b.png,12,0.25\n", // epochs from 7
-    };
+    static const char *const texts[] =
+        {
+            "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
+            "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
+            "l1,psnr,photo,epoch,step\r\n0.5,10,,0,0\r\n\r\n0.4,11,b.png,0,1\r\n0.45,10.5,\"a, "
+            "too.png\",0,2\r\n0.25,12,b.png,1,3",
+            "\xef\xbb\xbfnote,photo,step,lr,epoch,l1,psnr\n,,0,1,0,0.5,10\n\"a "
+            "\"\"b\"\"\nc\",b.png,1,x,0,.4,1.1e1\n,\"a, "
+            "too.png\",2,,0,45e-2,10.5\n"
+            ",b.png,3,,1,0.25,12\n",
+            "step,epoch,photo,psnr,l1\n0,0,ignored.png,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
+            "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
+            "step,epoch,photo,psnr,l1\n0,9,,10,0.5\n1,7,b.png,11,0.4\n2,7,\"a, "
+            "too.png\",10.5,0.45\n3,8,b.png,12,0.25\n", // epochs from 7
+        };
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
         struct vw_step_log log = read_log(write_log(*state, texts[i]));
         assert_int_equal(log.image_count, 2);
@@ -68,8 +76,9 @@ static void the_untrained_state_may_be_missing(void **state) {
 }
 
 static void values_may_be_missing_or_not_finite(void **state) {
-    struct vw_step_log log = read_log(write_log(*state, "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,a,,\n2,0,b,nan,0.4\n3,0,a,12,inf\n"
-                                                        "4,0,b,-Infinity,NaN\n5,0,a,-1e4,1e4\n"));
+    struct vw_step_log log =
+        read_log(write_log(*state, "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,a,,\n2,0,b,nan,0.4\n3,0,a,12,inf\n"
+                                   "4,0,b,-Infinity,NaN\n5,0,a,-1e4,1e4\n"));
     static const bool flagged[] = {false, false, true, true, true, false};
     for (uint32_t i = 0; i < log.record_count; i++) {
         assert_int_equal(log.records[i].nonfinite, flagged[i]);
@@ -101,17 +110,21 @@ static void malformed_lines_are_refused(void **state) {
         {HEADER "0,0,,10,0.5\n-1,0,a,11,0.4\n", "log.csv:3: field step: \"-1\" is no whole number"},
         {HEADER "0,0,,10,0.5\n1.0,0,a,11,0.4\n", "log.csv:3: field step: \"1.0\" is no whole number"},
         {HEADER "0,0,,10,0.5\n,0,a,11,0.4\n", "log.csv:3: field step: \"\" is no whole number"},
-        {HEADER "0,0,,10,0.5\n99999999999999999999,0,a,11,0.4\n", "log.csv:3: field step: \"99999999999999999999\" is too large"},
+        {HEADER "0,0,,10,0.5\n99999999999999999999,0,a,11,0.4\n",
+         "log.csv:3: field step: \"99999999999999999999\" is too large"},
         {HEADER "5,0,a,10,0.5\n", "log.csv:2: field step: the log begins with step 5"},
         {HEADER "0,0,,10,0.5\n2,0,a,11,0.4\n", "log.csv:3: field step: step 2 follows step 0"},
         {HEADER "1,0,a,10,0.5\n3,0,a,11,0.4\n", "log.csv:3: field step: step 3 follows step 1"},
-        {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n1,0,a,11,0.4\n", "log.csv:4: field step: step 1 comes again or too late, after step 1"},
-        {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n2,0,a,11,0.4\n\n1,0,a,11,0.4\n", "log.csv:6: field step: step 1 comes again or too late"},
+        {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n1,0,a,11,0.4\n",
+         "log.csv:4: field step: step 1 comes again or too late, after step 1"},
+        {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n2,0,a,11,0.4\n\n1,0,a,11,0.4\n",
+         "log.csv:6: field step: step 1 comes again or too late"},
         {HEADER "0,0,,10,0.5\n1,one,a,11,0.4\n", "log.csv:3: field epoch: \"one\" is no whole number"},
         {HEADER "0,0,,10,0.5\n1,4294967295,a,11,0.4\n", "log.csv:3: field epoch: \"4294967295\" is too large"},
         {HEADER "1,3,a,11,0.4\n2,1000000002,a,11,0.4\n3,1000000003,a,11,0.4\n",
          "log.csv:4: field epoch: \"1000000003\" is more than 10^9 epochs after the first"},
-        {HEADER "0,0,,10,0.5\n1,1,a,11,0.4\n2,0,a,11,0.4\n", "log.csv:4: field epoch: \"0\" is smaller than in the row before"},
+        {HEADER "0,0,,10,0.5\n1,1,a,11,0.4\n2,0,a,11,0.4\n",
+         "log.csv:4: field epoch: \"0\" is smaller than in the row before"},
         {HEADER "0,0,,10,0.5\n1,3,a,11,0.4\n2,5,a,11,0.4\n3,4,a,11,0.4\n", "log.csv:5: field epoch: \"4\" is smaller"},
         {HEADER "0,0,,10,0.5\n1,0,,11,0.4\n", "log.csv:3: field photo: \"\" is missing"},
         {HEADER "0,0,,10,0.5\n1,0,\"a\nb\",11,0.4\n", "log.csv:3: field photo: \"a?b\" is no name"},
@@ -130,7 +143,8 @@ static void malformed_lines_are_refused(void **state) {
         struct vw_step_log log;
         assert_int_equal(vw_step_log_read(write_log(*state, cases[i].text), &log), VW_ERROR_INPUT);
         const char *message = vw_error_message();
-        if (!strstr(message, cases[i].said) || strpbrk(message, "\r\n")) fail_msg("\"%s\" for:\n%s", message, cases[i].text);
+        if (!strstr(message, cases[i].said) || strpbrk(message, "\r\n"))
+            fail_msg("\"%s\" for:\n%s", message, cases[i].text);
         vw_step_log_clear(&log);
     }
     struct vw_step_log log;
@@ -138,7 +152,8 @@ static void malformed_lines_are_refused(void **state) {
     vw_step_log_clear(&log);
 }
 
-// ---- Damage -----------------------------------------------------------------------------------------------------------
+// ---- Damage
+// -----------------------------------------------------------------------------------------------------------
 
 // Whatever is read must be fit for the ledger; what is refused leaves a message of one line.
 static void check_any(const char *path) {
@@ -166,8 +181,9 @@ static void write_bytes(const char *path, const char *bytes, size_t count) {
 }
 
 static void damaged_files_do_no_harm(void **state) {
-    static const char whole[] = "step,epoch,photo,psnr,l1,note\r\n0,0,,10,0.5,\"a \"\"b\"\"\r\nc\"\r\n1,0,a.png,11,0.4,\n2,0,b.png,nan,,\n"
-                                "3,1,\"a.png\",12,0.25,x\n4,1,b.png,12.5,0.2,y\n";
+    static const char whole[] =
+        "step,epoch,photo,psnr,l1,note\r\n0,0,,10,0.5,\"a \"\"b\"\"\r\nc\"\r\n1,0,a.png,11,0.4,\n2,0,b.png,nan,,\n"
+        "3,1,\"a.png\",12,0.25,x\n4,1,b.png,12.5,0.2,y\n";
     static const char bytes[] = ",\"\n\r0-9eE.xnaN\t\xff";
     const char *path = temporary_path(*state, "damaged.csv");
     char damaged[sizeof whole];
@@ -181,21 +197,24 @@ static void damaged_files_do_no_harm(void **state) {
         memcpy(damaged, whole, sizeof whole);
         for (uint32_t i = 0; i <= round % 3; i++) {
             vw_random_words(seed, VW_RANDOM_JITTER, round, i, 0, words);
-            damaged[words[0] % (sizeof whole - 1)] = words[1] % 8 ? bytes[words[2] % (sizeof bytes - 1)] : (char)words[3];
+            damaged[words[0] % (sizeof whole - 1)] =
+                words[1] % 8 ? bytes[words[2] % (sizeof bytes - 1)] : (char)words[3];
         }
         write_bytes(path, damaged, sizeof whole - 1);
         check_any(path); // a failure is repeated by the seed: rounds are functions of it
     }
 }
 
-// ---- Whole runs -------------------------------------------------------------------------------------------------------
+// ---- Whole runs
+// -------------------------------------------------------------------------------------------------------
 
 static void print_run(FILE *stream, const void *context) {
     const struct test_recording *recording = context;
     fputs("step,epoch,photo,psnr,l1\n", stream);
     for (uint32_t i = 0; i < recording->count; i++) {
         const struct vw_step_record *record = &recording->records[i];
-        fprintf(stream, "%u,%u,%s,", i, record->epoch, record->view == VW_RECORD_UNTRAINED ? "" : test_images[record->view].name);
+        fprintf(stream, "%u,%u,%s,", i, record->epoch,
+                record->view == VW_RECORD_UNTRAINED ? "" : test_images[record->view].name);
         if (record->nonfinite) fputs("nan", stream);
         else vw_csv_write_real(stream, record->val_psnr);
         fputc(',', stream);
@@ -232,8 +251,10 @@ static void a_run_comes_back(void **state) {
     static const char *const methods[] = {"dv_psnr", "dv_loss"};
     for (size_t m = 0; m < VW_ARRAY_COUNT(methods); m++)
         for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) {
-            const struct vw_ledger_score *a = test_find_score(expected, expected_count, methods[m], test_train_views[i]);
-            const struct vw_ledger_score *b = test_find_score(scores, count, methods[m], i); // both in the order of the names
+            const struct vw_ledger_score *a =
+                test_find_score(expected, expected_count, methods[m], test_train_views[i]);
+            const struct vw_ledger_score *b =
+                test_find_score(scores, count, methods[m], i); // both in the order of the names
             assert_true(a->value == b->value && a->standard_error == b->standard_error && a->visits == b->visits);
         }
     for (uint32_t i = 0; i < count; i++) assert_null(strstr(scores[i].method, "pooled"));
@@ -247,7 +268,8 @@ static void print_long(FILE *stream, const void *context) {
     const uint32_t *count = context;
     fputs("step,epoch,photo,psnr,l1\n", stream);
     for (uint32_t i = 0; i <= *count; i++)
-        fprintf(stream, "%u,%u,photos/%05u.jpg,%.17g,%.17g\n", i, i / 2000, i * 7 % 2000, 20 + sin(i), 0.1 + 0.01 * sin(i));
+        fprintf(stream, "%u,%u,photos/%05u.jpg,%.17g,%.17g\n", i, i / 2000, i * 7 % 2000, 20 + sin(i),
+                0.1 + 0.01 * sin(i));
 }
 
 // CPU time, so that a busy machine does not fail it; the limit is many times what it takes (0.1 s).
@@ -273,10 +295,12 @@ struct wide_log {
 static void print_wide(FILE *stream, const void *context) {
     const struct wide_log *wide = context;
     fputs("step,epoch,photo,psnr,l1\n", stream);
-    for (uint32_t i = 1; i <= wide->rows; i++) fprintf(stream, "%u,%u,%u,20,0.1\n", i, 5 * (i < wide->epochs ? i : wide->epochs), i);
+    for (uint32_t i = 1; i <= wide->rows; i++)
+        fprintf(stream, "%u,%u,%u,20,0.1\n", i, 5 * (i < wide->epochs ? i : wide->epochs), i);
 }
 
-// 2^13 photos in 2^13 epochs are the most: what they need must not grow with the square of a small file. Numbers of epochs may have gaps.
+// 2^13 photos in 2^13 epochs are the most: what they need must not grow with the square of a small file. Numbers of
+// epochs may have gaps.
 static void epochs_are_passes_over_the_photos(void **state) {
     struct vw_step_log log = {0};
     const char *path = temporary_path(*state, "wide.csv");

@@ -18,7 +18,7 @@ static void rows_read_back(void **state) {
     assert_string_equal(run.started_utc, expected.started_utc);
     assert_string_equal(run.scene_options_json, expected.scene_options_json);
     assert_string_equal(run.effects_json, expected.effects_json);
-    assert_string_equal(run.choice_json, expected.choice_json);
+    assert_string_equal(run.plan_json, expected.plan_json);
     assert_string_equal(run.status, "finished");
     assert_true(run.seed == expected.seed);
     assert_int_equal(vw_ledger_next_step(ledger), RECORD_COUNT);
@@ -31,9 +31,10 @@ static void rows_read_back(void **state) {
         assert_int_equal(images[i].image_id, test_images[i].image_id);
         assert_string_equal(images[i].name, test_images[i].name);
         assert_string_equal(images[i].split, test_images[i].split);
-        assert_true(!images[i].truth == !test_images[i].truth && !images[i].provider == !test_images[i].provider);
+        assert_true(!images[i].ground_truth == !test_images[i].ground_truth &&
+                    !images[i].provider == !test_images[i].provider);
     }
-    assert_string_equal(images[5].truth, "occluder");
+    assert_string_equal(images[5].ground_truth, "occluder");
     ASSERT_OK(vw_ledger_get_images(ledger, &again, &image_count));
     assert_ptr_equal(images, again); // lent until closed
 
@@ -93,7 +94,8 @@ static void probes_and_scores_read_back(void **state) {
 
     struct vw_ledger_score *read = NULL;
     uint32_t count = 0;
-    const struct vw_ledger_score *expected[] = {&test_scores[0], &test_scores[1], &test_scores[2]}; // dv_psnr was written first
+    const struct vw_ledger_score *expected[] = {&test_scores[0], &test_scores[1],
+                                                &test_scores[2]}; // dv_psnr was written first
     ASSERT_OK(vw_ledger_get_scores(ledger, &read, &count));
     assert_int_equal(count, TEST_SCORE_COUNT);
     for (uint32_t i = 0; i < count; i++) {
@@ -103,10 +105,10 @@ static void probes_and_scores_read_back(void **state) {
         assert_int_equal(read[i].visits, expected[i]->visits);
         assert_true(read[i].value == expected[i]->value);
         assert_true(same_real(read[i].standard_error, expected[i]->standard_error));
-        assert_true(same_real(read[i].sampling_error, expected[i]->sampling_error));
-        assert_true(same_real(read[i].low, expected[i]->low) && same_real(read[i].high, expected[i]->high));
-        assert_int_equal(read[i].rank_low, expected[i]->rank_low);
-        assert_int_equal(read[i].rank_high, expected[i]->rank_high);
+        assert_true(same_real(read[i].resampling_stderr, expected[i]->resampling_stderr));
+        assert_true(same_real(read[i].ci_low, expected[i]->ci_low) && same_real(read[i].ci_high, expected[i]->ci_high));
+        assert_int_equal(read[i].rank_ci_low, expected[i]->rank_ci_low);
+        assert_int_equal(read[i].rank_ci_high, expected[i]->rank_ci_high);
     }
     free(read);
     vw_ledger_close(&ledger);
@@ -116,24 +118,29 @@ static void probes_and_scores_read_back(void **state) {
 static void tables_are_as_contracted(void **state) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     const char *tables[][2] = {
-        {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_utc,finished_utc,"
-                "status,row_hash,seal_hash,scene_options_json,effects_json,choice_json"},
+        {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_"
+                "utc,finished_utc,"
+                "status,row_hash,final_hash,scene_options_json,effects_json,plan_json"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
-        {"step", "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
+        {"step",
+         "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1,image_id"},
-        {"score", "run_id,image_id,method,value,unit,stderr,visits,sampling_error,low,high,rank_low,rank_high"},
+        {"score",
+         "run_id,image_id,method,value,unit,stderr,visits,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_high"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
-        char *sql = vw_format_text("SELECT group_concat(name) FROM (SELECT name FROM pragma_table_info('%s') ORDER BY cid)", tables[i][0]);
+        char *sql = vw_format_text(
+            "SELECT group_concat(name) FROM (SELECT name FROM pragma_table_info('%s') ORDER BY cid)", tables[i][0]);
         assert_answer(path, sql, tables[i][1]);
         free(sql);
     }
     assert_answer(path, "SELECT image_id FROM step WHERE step = 0", "NULL");
-    assert_answer(path,
-                  "SELECT count(*) FROM step WHERE step IN (7, 8) AND nonfinite = 1 AND train_loss IS NULL AND val_psnr IS NULL"
-                  " AND val_psnr_pooled IS NULL AND val_l1 IS NULL",
-                  "2");
+    assert_answer(
+        path,
+        "SELECT count(*) FROM step WHERE step IN (7, 8) AND nonfinite = 1 AND train_loss IS NULL AND val_psnr IS NULL"
+        " AND val_psnr_pooled IS NULL AND val_l1 IS NULL",
+        "2");
     assert_answer(path, "SELECT count(*) FROM step WHERE nonfinite = 1", "2");
     assert_answer(path, "SELECT count(*) FROM step WHERE step = 12 AND val_psnr IS NULL AND train_loss = 0.2", "1");
     assert_answer(path, "SELECT count(*) FROM view WHERE step IN (7, 8, 12)", "0");
@@ -142,10 +149,12 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
     assert_answer(path, "SELECT seed FROM run", "9223372036854775807");
     assert_answer(path, "SELECT stderr FROM score WHERE image_id = 2", "NULL");
-    assert_answer(path, "SELECT sampling_error FROM score WHERE image_id = 2", "NULL");
-    assert_answer(path, "SELECT rank_low IS NULL AND rank_high IS NULL AND low IS NULL FROM score WHERE image_id = 2", "1");
+    assert_answer(path, "SELECT resampling_stderr FROM score WHERE image_id = 2", "NULL");
+    assert_answer(
+        path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND low IS NULL FROM score WHERE image_id = 2", "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9", "repeat,still,redraw,redraw,same_state,first_order");
+    assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9",
+                  "repeat,still,redraw,redraw,same_state,first_order");
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
@@ -161,8 +170,8 @@ static void chain_holds_whatever_the_batches(void **state) {
          *other = test_ledger_record(*state, "other.db", &test_four_epochs, 1);
     assert_true(chain_holds(path));
     assert_true(chain_holds(other));
-    char *head = sql_ask(path, SQL_SEAL);
-    assert_answer(other, SQL_SEAL, head);
+    char *head = sql_ask(path, SQL_FINAL_HASH);
+    assert_answer(other, SQL_FINAL_HASH, head);
     free(head);
     free(other);
     free(path);
@@ -170,12 +179,13 @@ static void chain_holds_whatever_the_batches(void **state) {
 
 // What may differ between two runs of one identity leaves the chain of the steps alone, and shows in the final hash.
 static void chain_of_steps_is_the_run(void **state) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6), *other = vw_path_join(*state, "other.db");
+    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6),
+         *other = vw_path_join(*state, "other.db");
     struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1, \"epochs\": 9}");
     run.scene_path = "elsewhere/small.json";
     run.scene_options_json = "{}";
     run.effects_json = "[]";
-    run.choice_json = NULL; // nothing was chosen
+    run.plan_json = NULL; // nothing was chosen
     run.started_utc = "2027-01-01T00:00:00Z";
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_create(other, &run, test_images, TEST_IMAGE_COUNT, &ledger));
@@ -185,10 +195,10 @@ static void chain_of_steps_is_the_run(void **state) {
     assert_true(chain_holds(other));
     char *heads = sql_ask(path, SQL_CHAIN);
     assert_answer(other, SQL_CHAIN, heads);
-    char *seal = sql_ask(path, SQL_SEAL), *other_seal = sql_ask(other, SQL_SEAL);
-    assert_string_not_equal(seal, other_seal);
-    free(other_seal);
-    free(seal);
+    char *final_hash = sql_ask(path, SQL_FINAL_HASH), *other_final_hash = sql_ask(other, SQL_FINAL_HASH);
+    assert_string_not_equal(final_hash, other_final_hash);
+    free(other_final_hash);
+    free(final_hash);
     free(heads);
     free(other);
     free(path);
@@ -196,14 +206,14 @@ static void chain_of_steps_is_the_run(void **state) {
 
 static void creating_needs_a_free_place(void **state) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    char *head = sql_ask(path, SQL_SEAL);
+    char *head = sql_ask(path, SQL_FINAL_HASH);
     struct vw_ledger_run run = test_run("{}");
     struct vw_ledger *ledger = NULL;
     assert_int_equal(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE);
     assert_null(ledger);
     assert_non_null(strstr(vw_error_message(), path));
     assert_non_null(strstr(vw_error_message(), "choose another --out"));
-    assert_answer(path, SQL_SEAL, head);
+    assert_answer(path, SQL_FINAL_HASH, head);
     free(head);
 
     char *missing = vw_path_join(*state, "missing/ledger.db");

@@ -5,7 +5,7 @@ enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
 
 static struct test_recording *take_steps(void) {
     struct test_recording *recording = test_record(&test_four_epochs);
-    test_spoil(recording);
+    test_corruption(recording);
     return recording;
 }
 
@@ -24,17 +24,17 @@ static void the_same_steps_compare_equal(void **state) {
     char *path = NULL;
     struct vw_ledger *ledger = record_all(*state, &path);
     struct test_recording *again = take_steps();
-    char *seal = sql_ask(path, SQL_SEAL);
+    char *final_hash = sql_ask(path, SQL_FINAL_HASH);
     for (uint32_t first = 0; first <= RECORD_COUNT; first++)
         for (uint32_t count = 0; count <= RECORD_COUNT - first; count++)
             ASSERT_OK(vw_ledger_compare(ledger, &again->records[first], count, test_validation_views));
-    assert_answer(path, SQL_SEAL, seal); // it only looks
+    assert_answer(path, SQL_FINAL_HASH, final_hash); // it only looks
     assert_answer(path, "SELECT count(*) FROM step", "21");
 
     vw_ledger_close(&ledger);
     ASSERT_OK(vw_ledger_open(path, &ledger));
     ASSERT_OK(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views));
-    free(seal);
+    free(final_hash);
     free(again);
     vw_ledger_close(&ledger);
     free(path);
@@ -58,7 +58,8 @@ static void only_recorded_steps_can_be_compared(void **state) {
 
 static double next_double(double value) { return nextafter(value, 1e300); }
 
-// Changes one thing about a step that has a value and probes, reals by one unit in the last place; NULL when there are no more.
+// Changes one thing about a step that has a value and probes, reals by one unit in the last place; NULL when there are
+// no more.
 static const char *change_field(struct test_recording *recording, uint32_t step, uint32_t *views, uint32_t which) {
     struct vw_step_record *record = &recording->records[step];
     struct vw_view_error *errors = &recording->errors[2 * step];
@@ -84,7 +85,7 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     case 17: return record->probe_count--, "probe_count";
     case 18: return record->probes = &probes[1], record->probe_count--, "the first probe";
     case 19: return probes[TEST_PROBES_PER_STEP - 1].index++, "index of a probe";
-    case 20: return probes[0].kind = VW_PROBE_STILL, "kind of a probe";
+    case 20: return probes[0].kind = VW_PROBE_ZERO_LEARNING_RATE, "kind of a probe";
     case 21: return probes[3].val_psnr = next_double(probes[3].val_psnr), "val_psnr of a probe";
     case 22: return probes[3].val_psnr_pooled = next_double(probes[3].val_psnr_pooled), "val_psnr_pooled of a probe";
     case 23: return probes[2].val_l1 = next_double(probes[2].val_l1), "val_l1 of a probe";
@@ -111,7 +112,8 @@ static void each_change_of_a_step_is_found(void **state) {
                 uint32_t first = views[1] == test_validation_views[1] ? steps[s] - 2 : steps[s];
                 enum vw_status status = vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views);
                 char *name = vw_format_text("step %u", steps[s]);
-                if (status != VW_ERROR_MISMATCH) fail_msg("another %s of step %u gave %d", field, steps[s], (int)status);
+                if (status != VW_ERROR_MISMATCH)
+                    fail_msg("another %s of step %u gave %d", field, steps[s], (int)status);
                 if (!strstr(vw_error_message(), name)) fail_msg("%s is not named: %s", name, vw_error_message());
                 free(name);
             }
@@ -149,7 +151,8 @@ static void another_chain_is_found(void **state) {
         uint32_t first;
     } cases[] = {
         {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 6,", 0},
-        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 7,", 7}, // begins with it
+        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 7,",
+         7}, // begins with it
         {"UPDATE step SET row_hash = row_hash || char(0) || 'x' WHERE step = 6", "step 6,", 2},
         {"UPDATE step SET row_hash = x'00' WHERE step = 6", "step 6,", 6},
         {"DELETE FROM step WHERE step = 6", "step 6,", 2},
@@ -164,9 +167,11 @@ static void another_chain_is_found(void **state) {
         sql_change(path, cases[i].sql);
         ASSERT_OK(vw_ledger_open(path, &ledger));
         uint32_t first = cases[i].first;
-        enum vw_status status = vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views);
+        enum vw_status status =
+            vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views);
         if (status != VW_ERROR_MISMATCH) fail_msg("%s: gave %d", cases[i].sql, (int)status);
-        if (!strstr(vw_error_message(), cases[i].word)) fail_msg("%s is not named: %s", cases[i].word, vw_error_message());
+        if (!strstr(vw_error_message(), cases[i].word))
+            fail_msg("%s is not named: %s", cases[i].word, vw_error_message());
         vw_ledger_close(&ledger);
         unlink(path);
         free(path);

@@ -1,10 +1,13 @@
-// A power cut at every moment of an append: afterwards the ledger has all of the batch or none of it, verifies, and goes on as if nothing
-// had been.
+// A power cut at every moment of an append: afterwards the ledger has all of the batch or none of it, verifies, and
+// goes on as if nothing had been.
 //
-// What a cut can leave behind. SQLite writes the old pages to the journal, syncs it, and only then writes to the database; once the
-// database is synced it removes the journal, and that is the commit. What a process wrote but did not sync, a cut may lose:
-// - A journal may end anywhere after the bytes that were synced, and may be missing altogether while none were. What was synced stays:
-//   a journal that was used for overwriting the database cannot shrink any more, and no program could survive it if it did.
+// What a cut can leave behind. SQLite writes the old pages to the journal, syncs it, and only then writes to the
+// database; once the database is synced it removes the journal, and that is the commit. What a process wrote but did
+// not sync, a cut may lose:
+// - A journal may end anywhere after the bytes that were synced, and may be missing altogether while none were. What
+// was synced stays:
+//   a journal that was used for overwriting the database cannot shrink any more, and no program could survive it if it
+//   did.
 // - Pages of the database that were written since its last sync may be there or not, each by itself.
 // A child that is killed leaves all it wrote; the parent then takes away what a cut may take.
 #include "unit/ledger_sql.h"
@@ -17,7 +20,8 @@
 
 enum { FIRST_COUNT = 4, RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT, PAGE_BYTES = 4096 };
 
-// ---- A file system that counts what is done to the ledger, and dies when told to --------------------------------------
+// ---- A file system that counts what is done to the ledger, and dies when told to
+// --------------------------------------
 
 // Shared by parent and child.
 struct observation {
@@ -117,7 +121,8 @@ static void watch_files(void) {
     sqlite3_vfs_register(&watching_vfs, 1);
 }
 
-// ---- The cut ----------------------------------------------------------------------------------------------------------
+// ---- The cut
+// ----------------------------------------------------------------------------------------------------------
 
 struct scene {
     const char *folder;
@@ -154,7 +159,8 @@ static bool append_in_child(const struct scene *scene, uint32_t dies_in) {
     int result = 0;
     assert_int_equal(waitpid(child, &result, 0), child);
     if (WIFEXITED(result) && WEXITSTATUS(result) == 0) return false;
-    if (!WIFSIGNALED(result) || WTERMSIG(result) != SIGKILL) fail_msg("operation %u: the child ended with %d", dies_in, result);
+    if (!WIFSIGNALED(result) || WTERMSIG(result) != SIGKILL)
+        fail_msg("operation %u: the child ended with %d", dies_in, result);
     return true;
 }
 
@@ -172,7 +178,8 @@ static void assert_unharmed(const struct scene *scene, uint32_t operation, const
         fail_msg("%s cache, operation %u, %s: %llu steps, %s, %s", scene->spills ? "small" : "usual", operation, cut,
                  (unsigned long long)next, run.status, status ? vw_error_message() : "verifies");
     if (none) assert_answer(scene->path, "SELECT count(*) FROM score", "3");
-    ASSERT_OK(vw_ledger_append(ledger, &scene->recording->records[next], RECORD_COUNT - (uint32_t)next, test_validation_views));
+    ASSERT_OK(vw_ledger_append(ledger, &scene->recording->records[next], RECORD_COUNT - (uint32_t)next,
+                               test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
     assert_answer(scene->path, SQL_CHAIN, scene->chain);
@@ -200,12 +207,14 @@ static void cut_power(struct scene *scene, uint32_t operation) {
     size_t journal_bytes, left_bytes;
     void *journal = read_file(scene->journal_path, &journal_bytes), *left = read_file(scene->path, &left_bytes);
     unsigned char *database = vw_allocate(left_bytes, 1);
-    int64_t kept = observed->journal_kept_bytes, written = (int64_t)journal_bytes, shortest = kept > 0 ? kept : -1; // -1: no journal
+    int64_t kept = observed->journal_kept_bytes, written = (int64_t)journal_bytes,
+            shortest = kept > 0 ? kept : -1; // -1: no journal
     const int64_t ends[] = {written, written - 1, kept + (written - kept) / 2, kept, shortest};
     for (size_t every = 0; every <= (observed->database_unsynced ? 2u : 0u); every++)
         for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) {
             if (ends[i] < shortest || (i > 0 && ends[i] >= ends[i - 1])) continue;
-            char *cut = vw_format_text("journal of %lld bytes cut to %lld, %zu", (long long)written, (long long)ends[i], every);
+            char *cut =
+                vw_format_text("journal of %lld bytes cut to %lld, %zu", (long long)written, (long long)ends[i], every);
             memcpy(database, left, left_bytes);
             if (every) lose_pages(scene, database, left_bytes, every);
             ASSERT_OK(vw_file_write(scene->path, database, left_bytes));
@@ -223,7 +232,7 @@ static void cut_power(struct scene *scene, uint32_t operation) {
 static void set_scene(struct scene *scene) {
     char *whole = vw_path_join(scene->folder, "whole.db");
     scene->recording = test_record(&test_four_epochs);
-    test_spoil(scene->recording);
+    test_corruption(scene->recording);
     scene->path = vw_path_join(scene->folder, "ledger.db");
     scene->journal_path = vw_path_join(scene->folder, "ledger.db-journal");
     struct vw_ledger *ledger = test_ledger_create(whole);
@@ -250,14 +259,16 @@ static void cut_everywhere(const char *folder, bool spills) {
     struct scene scene = {.folder = folder, .spills = spills};
     set_scene(&scene);
     assert_false(append_in_child(&scene, 0));
-    assert_true(observed->appended && observed->removal_synced); // what is reported as recorded is not only on its way to the disk
+    assert_true(observed->appended &&
+                observed->removal_synced); // what is reported as recorded is not only on its way to the disk
     uint32_t operations = observed->operations;
     cut_power(&scene, operations + 1);
     for (uint32_t operation = 1; operation <= operations; operation++) {
         assert_true(append_in_child(&scene, operation));
         cut_power(&scene, operation);
     }
-    print_message("%s cache: %u cuts in %u operations of an append\n", spills ? "small" : "usual", scene.cuts, operations);
+    print_message("%s cache: %u cuts in %u operations of an append\n", spills ? "small" : "usual", scene.cuts,
+                  operations);
     clear_scene(&scene);
 }
 

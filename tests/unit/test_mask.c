@@ -14,8 +14,9 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "train/pixels.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -25,7 +26,8 @@ static int remove_folder(void **state) {
 }
 
 // A mask written as text: '#' is black, '+' is dark grey, '-' is light grey, '.' is white.
-static const char *write_mask(const char *folder, const char *name, uint32_t width_px, uint32_t height_px, const char *text) {
+static const char *write_mask(const char *folder, const char *name, uint32_t width_px, uint32_t height_px,
+                              const char *text) {
     float *pixels = calloc(width_px * height_px * 3, sizeof *pixels);
     assert_non_null(pixels);
     for (uint32_t i = 0; i < width_px * height_px * 3; i++)
@@ -47,7 +49,8 @@ static void check_mask(const uint8_t *mask, const char *expected) {
     assert_string_equal(text, expected);
 }
 
-static void check_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale, const char *expected) {
+static void check_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale,
+                       const char *expected) {
     uint8_t *mask = NULL;
     if (vw_mask_load(path, photo_width_px, photo_height_px, downscale, &mask)) fail_msg("%s", vw_error_message());
     check_mask(mask, expected);
@@ -107,7 +110,8 @@ static void test_refusals(void **state) {
     assert_null(mask);
 }
 
-// ---- In scenes ---------------------------------------------------------------------------------------------------------------
+// ---- In scenes
+// ---------------------------------------------------------------------------------------------------------------
 
 static const char half[] = "####...." // of a photo of 8 x 6
                            "####...."
@@ -122,7 +126,9 @@ static const char most[] = "......##"
                            "........"
                            "........";
 
-static struct vw_scene *open_scene(const char *folder) { return tiny_scene_open(&(struct vw_scene_params){.path = folder}); }
+static struct vw_scene *open_scene(const char *folder) {
+    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+}
 
 static void test_masks_beside_images(void **state) {
     static const char *const mask_names[] = {"masks/01.png", "masks/01.png.png"};
@@ -159,7 +165,8 @@ static void test_masks_of_other_extensions(void **state) {
 
 static void test_mask_path(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"mask_path\": \"./shapes/m.png\","});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path", "does not exist", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path",
+                       "does not exist", NULL);
     write_mask(*state, "shapes/m.png", 8, 6, most);
     write_mask(*state, "masks/01.png", 8, 6, half); // the frame's word wins
     struct vw_scene *scene = open_scene(*state);
@@ -167,8 +174,10 @@ static void test_mask_path(void **state) {
     check_mask(scene->views[1].mask, most);
     vw_scene_close(&scene);
     write_mask(*state, "shapes/m.png", 8, 5, most);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true}, VW_ERROR_INPUT, "m.png", "8 x 5", NULL);
-    static const char *const outside[] = {"\"mask_path\": \"../m.png\",", "\"mask_path\": \"/m.png\",", "\"mask_path\": 3,"};
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true}, VW_ERROR_INPUT, "m.png",
+                       "8 x 5", NULL);
+    static const char *const outside[] = {"\"mask_path\": \"../m.png\",", "\"mask_path\": \"/m.png\",",
+                                          "\"mask_path\": 3,"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(outside); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = outside[i]});
         tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path", NULL);
@@ -181,7 +190,8 @@ static void test_masks_stay_in_the_folder(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(vw_folder_create(temporary_path(*state, "masks")), VW_OK);
     assert_int_equal(symlink(temporary_path(elsewhere, "m.png"), temporary_path(*state, "masks/02.png")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "masks/02.png", "through a link", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "masks/02.png", "through a link",
+                       NULL);
     temporary_folder_remove(elsewhere);
 }
 

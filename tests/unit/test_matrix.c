@@ -1,12 +1,12 @@
-// The matrix of photos and validation views against numbers worked out by hand and against dv_psnr, its jackknife, and what is odd of a
-// view.
+// The matrix of photos and validation views against numbers worked out by hand and against dv_psnr, its jackknife, and
+// what is odd of a view.
 #include "unit/ledger_fixture.h"
 
 #include "support/assert_near.h"
-#include "viewworth/matrix.h"
-#include "viewworth/psnr.h"
-#include "viewworth/statistics.h"
-#include "viewworth/tables.h"
+#include "value/matrix.h"
+#include "base/psnr.h"
+#include "base/statistics.h"
+#include "report/tables.h"
 #include "viewworth/value.h"
 
 enum { VIEWS_MOST = 8, STEPS_MOST = 400 };
@@ -69,7 +69,9 @@ static struct vw_value_input input_of(const struct run *run, uint32_t burn_in_ep
                                    .image_count = run->image_count};
 }
 
-static struct vw_view_error error_of(double psnr_db, double l1) { return (struct vw_view_error){pow(10, -psnr_db / 10), l1}; }
+static struct vw_view_error error_of(double psnr_db, double l1) {
+    return (struct vw_view_error){pow(10, -psnr_db / 10), l1};
+}
 
 // Two views; the first of the last step is matched perfectly, which counts as 100 dB.
 static struct run *hand_made(void) {
@@ -92,7 +94,8 @@ static struct run *hand_made(void) {
     add_image(run, "3.png", "val");
     add_image(run, "4.png", "test");
     for (size_t i = 0; i < VW_ARRAY_COUNT(steps); i++) {
-        const struct vw_view_error errors[2] = {error_of(steps[i].psnr[0], steps[i].l1[0]), error_of(steps[i].psnr[1], steps[i].l1[1])};
+        const struct vw_view_error errors[2] = {error_of(steps[i].psnr[0], steps[i].l1[0]),
+                                                error_of(steps[i].psnr[1], steps[i].l1[1])};
         add_step(run, steps[i].epoch, steps[i].photo, isnan(steps[i].psnr[0]) ? NULL : errors);
     }
     return run;
@@ -108,7 +111,8 @@ static void deltas_are_summed_by_view(void **state) {
     assert_int_equal(matrix.photo_count, 2);
     assert_int_equal(matrix.view_count, 2);
     assert_true(matrix.photos[0] == 1 && matrix.photos[1] == 2 && matrix.views[0] == 0 && matrix.views[1] == 3);
-    const double psnr[] = {1, 3, 2 + 85, -1 + 0}, l1[] = {0.05, 0.3, 0.1 + 0.2, -0.02 - 0.02}; // the flagged step is bridged
+    const double psnr[] = {1, 3, 2 + 85, -1 + 0},
+                 l1[] = {0.05, 0.3, 0.1 + 0.2, -0.02 - 0.02}; // the flagged step is bridged
     for (size_t i = 0; i < 4; i++) {
         assert_near(matrix.psnr[i], psnr[i], 1e-12);
         assert_near(matrix.l1[i], l1[i], 1e-15);
@@ -178,14 +182,16 @@ static void row_means_are_the_scores(void **state) {
     const uint64_t seed = 11;
     enum { PHOTOS = 20, EPOCHS = 6 };
     struct run *run = vw_allocate(1, sizeof *run);
-    for (uint32_t i = 0; i < PHOTOS + VIEWS_MOST; i++) add_image(run, vw_format_text("%u.png", i), i % 3 == 1 && i < 24 ? "val" : "train");
+    for (uint32_t i = 0; i < PHOTOS + VIEWS_MOST; i++)
+        add_image(run, vw_format_text("%u.png", i), i % 3 == 1 && i < 24 ? "val" : "train");
     assert_int_equal(run->view_count, VIEWS_MOST);
     uint32_t step = 0;
     for (uint32_t epoch = 0; epoch < EPOCHS; epoch++)
         for (uint32_t i = 0; i < run->image_count; i++) {
             if (strcmp(run->images[i].split, "train") != 0) continue;
             struct vw_view_error errors[VIEWS_MOST];
-            for (uint32_t v = 0; v < VIEWS_MOST; v++) errors[v] = error_of(20 + noise(seed, step, v), 0.1 + 0.01 * noise(seed, step, v));
+            for (uint32_t v = 0; v < VIEWS_MOST; v++)
+                errors[v] = error_of(20 + noise(seed, step, v), 0.1 + 0.01 * noise(seed, step, v));
             errors[step % VIEWS_MOST].mse = step % 5 ? 0.01 : 0; // now and then a floored one
             if (step == 0) add_step(run, 0, VW_RECORD_UNTRAINED, errors);
             add_step(run, epoch, i, step % 17 == 5 ? NULL : errors);
@@ -219,7 +225,8 @@ static void row_means_are_the_scores(void **state) {
     free(run);
 }
 
-// ---- The jackknife ----------------------------------------------------------------------------------------------------
+// ---- The jackknife
+// ----------------------------------------------------------------------------------------------------
 
 static void one_view_at_a_time_is_left_out(void **state) {
     (void)state;
@@ -250,44 +257,50 @@ static void one_view_at_a_time_is_left_out(void **state) {
 
 enum { ODD_PHOTOS = 24, ODD_VIEWS = 6 };
 
-// Views that share the photos' worth, with noise as strong as `noise_share` of it; view 2 shows something else when `spoiled`.
-static void judge(uint64_t seed, double noise_share, bool spoiled, struct vw_view_evidence views[ODD_VIEWS]) {
+// Views that share the photos' worth, with noise as strong as `noise_share` of it; view 2 shows something else when
+// `corrupted`.
+static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct vw_view_evidence views[ODD_VIEWS]) {
     static uint32_t photos[ODD_PHOTOS], ids[ODD_VIEWS] = {0, 1, 2, 3, 4, 5};
-    static double psnr[ODD_PHOTOS * ODD_VIEWS], l1[ODD_PHOTOS * ODD_VIEWS], end_psnr[ODD_VIEWS], standard_errors[ODD_PHOTOS];
+    static double psnr[ODD_PHOTOS * ODD_VIEWS], l1[ODD_PHOTOS * ODD_VIEWS], end_psnr[ODD_VIEWS],
+        standard_errors[ODD_PHOTOS];
     for (uint32_t p = 0; p < ODD_PHOTOS; p++)
         for (uint32_t v = 0; v < ODD_VIEWS; v++) {
-            double worth = spoiled && v == 2 ? 0 : noise(seed, p, 100);
-            psnr[p * ODD_VIEWS + v] = worth + (spoiled && v == 2 ? 1 : noise_share) * noise(seed, p, v);
+            double worth = corrupted && v == 2 ? 0 : noise(seed, p, 100);
+            psnr[p * ODD_VIEWS + v] = worth + (corrupted && v == 2 ? 1 : noise_share) * noise(seed, p, v);
         }
-    for (uint32_t v = 0; v < ODD_VIEWS; v++) end_psnr[v] = 20 + 4 * noise(seed, 1000, v) - (spoiled && v == 2 ? 14 : 0);
+    for (uint32_t v = 0; v < ODD_VIEWS; v++)
+        end_psnr[v] = 20 + 4 * noise(seed, 1000, v) - (corrupted && v == 2 ? 14 : 0);
     const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 5 * ODD_PHOTOS};
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
 }
 
-// What the thresholds promise, over 500 draws each: sound views are left in peace, also where they hardly agree; spoiled ones are found.
+// What the thresholds promise, over 500 draws each: sound views are left in peace, also where they hardly agree;
+// corrupted ones are found.
 static void odd_views_are_found(void **state) {
     (void)state;
     enum { ROUNDS = 500 };
     static const struct {
         double noise_share;
-        bool spoiled;
+        bool corrupted;
         uint32_t found_least, found_most, others_most;
     } cases[] = {
-        {0.3, false, 0, 0, 5}, {1, false, 0, 5, 15}, {3, false, 0, 15, 60}, {0.3, true, 450, ROUNDS, 5}, {1, true, 250, ROUNDS, 5},
+        {0.3, false, 0, 0, 5},       {1, false, 0, 5, 15},      {3, false, 0, 15, 60},
+        {0.3, true, 450, ROUNDS, 5}, {1, true, 250, ROUNDS, 5},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         uint32_t disagree = 0, low = 0, others = 0;
         for (uint32_t round = 0; round < ROUNDS; round++) {
             struct vw_view_evidence views[ODD_VIEWS];
-            judge(1000 * i + round, cases[i].noise_share, cases[i].spoiled, views);
+            evaluate(1000 * i + round, cases[i].noise_share, cases[i].corrupted, views);
             disagree += views[2].disagrees;
             low += views[2].stays_low;
             for (uint32_t v = 0; v < ODD_VIEWS; v++) others += v != 2 && (views[v].disagrees || views[v].stays_low);
         }
-        print_message("noise %g%s: view 2 disagrees %u, stays low %u of %u times; others are called odd %u times\n", cases[i].noise_share,
-                      cases[i].spoiled ? ", view 2 spoiled" : "", disagree, low, ROUNDS, others);
+        print_message("noise %g%s: view 2 disagrees %u, stays low %u of %u times; others are called odd %u times\n",
+                      cases[i].noise_share, cases[i].corrupted ? ", view 2 corrupted" : "", disagree, low, ROUNDS,
+                      others);
         assert_in_range(disagree, cases[i].found_least, cases[i].found_most);
-        if (cases[i].spoiled) assert_in_range(low, ROUNDS / 4, ROUNDS);
+        if (cases[i].corrupted) assert_in_range(low, ROUNDS / 4, ROUNDS);
         assert_in_range(others, 0, cases[i].others_most);
     }
 }

@@ -18,10 +18,12 @@ static double value_of(const struct vw_ledger_score *scores, uint32_t count, con
 
 // Sums of some dozen numbers near 20 are right to 1e-13.
 static void assert_near(double value, double expected, const char *what) {
-    if (!(fabs(value - expected) <= 1e-11)) fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
+    if (!(fabs(value - expected) <= 1e-11))
+        fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
 }
 
-// ---- Games whose values are known ---------------------------------------------------------------------------------------------
+// ---- Games whose values are known
+// ---------------------------------------------------------------------------------------------
 
 static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
     struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
@@ -34,7 +36,8 @@ static double leave_one_out(test_rule *rule, uint32_t photo, uint64_t with_seed)
     return played_value(rule, ALL, with_seed) - played_value(rule, ALL & ~(1u << photo), with_seed);
 }
 
-// The mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s! (n - 1 - s)! / n!.
+// The mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s! (n - 1 -
+// s)! / n!.
 static double shapley(test_rule *rule, uint32_t photo, uint64_t with_seed) {
     static const double factorial[] = {1, 1, 2, 6, 24, 120};
     double value = 0;
@@ -53,7 +56,8 @@ static double additive(const uint32_t *order, uint32_t first, uint32_t step, uin
     return worth_db[order[step]];
 }
 
-// Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree: visits * worth.
+// Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree:
+// visits * worth.
 static void additive_worths_come_back(void **state) {
     (void)state;
     struct test_game *game = test_play(additive, EPOCHS, seed);
@@ -113,15 +117,18 @@ static void duplicates_share_their_worth(void **state) {
         free(scores);
         free(game);
     }
-    // Half each but for the luck of the draw: 480 coins of 0.5 dB, summed per run, spread the mean by 0.137 dB; within four of that.
+    // Half each but for the luck of the draw: 480 coins of 0.5 dB, summed per run, spread the mean by 0.137 dB; within
+    // four of that.
     assert_true(fabs(pair[0] - 0.25 * VALUED) < 0.55);
-    for (uint32_t photo = 0; photo < 2; photo++) { // so that the sums tell Shapley's value, not what is lost without the photo
+    for (uint32_t photo = 0; photo < 2;
+         photo++) { // so that the sums tell Shapley's value, not what is lost without the photo
         assert_near(shapley(duplicates, photo, seed), 0.25 * VALUED, "Shapley's value");
         assert_near(leave_one_out(duplicates, photo, seed), 0, "leave-one-out");
     }
 }
 
-// Photo 3 takes 2 dB, which the step after it brings back, whoever takes it; else worths are additive, and its own is nothing.
+// Photo 3 takes 2 dB, which the step after it brings back, whoever takes it; else worths are additive, and its own is
+// nothing.
 static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
     (void)with_seed;
@@ -129,8 +136,8 @@ static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uin
     return (harms ? 0 : worth_db[order[step]]) + (repairs ? 2 : 0) - (harms ? 2 : 0);
 }
 
-// What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo and for those that
-// happen to follow. Where it is bounded the error is, and the others keep their order.
+// What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo
+// and for those that happen to follow. Where it is bounded the error is, and the others keep their order.
 static void repaired_damage_is_overstated_by_sums(void **state) {
     (void)state;
     struct test_game *game = test_play(repaired, EPOCHS, seed);
@@ -145,12 +152,14 @@ static void repaired_damage_is_overstated_by_sums(void **state) {
     free(game);
 }
 
-// ---- Against a plain recomputation --------------------------------------------------------------------------------------------
+// ---- Against a plain recomputation
+// --------------------------------------------------------------------------------------------
 
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
     double noise = test_noise(with_seed, step);
-    return (worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) / (1 + 0.01 * step); // some outsized, all fading
+    return (worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) /
+           (1 + 0.01 * step); // some outsized, all fading
 }
 
 // The deltas of a measure by valued epoch and photo, from the records; NaN where there is none.
@@ -159,7 +168,9 @@ struct grid {
 };
 static const double beta1 = 0.9;
 
-static double read_measure(const struct vw_step_record *record, bool loss) { return loss ? -record->val_l1 : record->val_psnr; }
+static double read_measure(const struct vw_step_record *record, bool loss) {
+    return loss ? -record->val_l1 : record->val_psnr;
+}
 
 // The credit with which Adam's kernel makes `delta` of it and the credits before.
 static double solve_for_credit(double delta, const double *credits, uint32_t count) {
@@ -268,7 +279,8 @@ static void methods_follow_their_formulas(void **state) {
     }
 }
 
-// ---- The table and the edges --------------------------------------------------------------------------------------------------
+// ---- The table and the edges
+// --------------------------------------------------------------------------------------------------
 
 static void the_list_is_in_the_order_of_scores(void **state) {
     (void)state;
@@ -322,7 +334,8 @@ static void a_single_epoch_has_scores_without_errors(void **state) {
     }
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         double whole = value_of(scores, count, "dv_psnr", photo);
-        assert_true(value_of(scores, count, "middle_psnr", photo) == whole && value_of(scores, count, "last_epoch_psnr", photo) == whole);
+        assert_true(value_of(scores, count, "middle_psnr", photo) == whole &&
+                    value_of(scores, count, "last_epoch_psnr", photo) == whole);
         assert_near(value_of(scores, count, "exponential_psnr", photo), whole, "exponential_psnr");
         assert_near(value_of(scores, count, "linear_psnr", photo), whole, "linear_psnr");
     }
@@ -344,7 +357,8 @@ static void a_lone_photo_has_its_worth(void **state) {
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, 0, &count);
     assert_near(value_of(scores, count, "clipped_loss", 0), VALUED * worth_db[0] / 100, "clipped_loss");
-    assert_true(value_of(scores, count, "win_rate_psnr", 1) == 0 && value_of(scores, count, "root_psnr", 1) == 0); // not visited
+    assert_true(value_of(scores, count, "win_rate_psnr", 1) == 0 &&
+                value_of(scores, count, "root_psnr", 1) == 0); // not visited
     free(scores);
     free(game);
 }
@@ -358,27 +372,32 @@ static void intervals_follow_the_outcome(void **state) {
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
         const struct vw_ledger_score *root = test_find_score(scores, count, "root_psnr", test_train_views[photo]);
-        assert_true(sum->low < sum->value && sum->value < sum->high && sum->standard_error > 0);
-        assert_near(root->low, cbrt(sum->low), "the low end of a root");
-        assert_near(root->high, cbrt(sum->high), "the high end of a root");
-        assert_near(root->standard_error / (root->high - root->low), sum->standard_error / (sum->high - sum->low), "a root's error");
+        assert_true(sum->ci_low < sum->value && sum->value < sum->ci_high && sum->standard_error > 0);
+        assert_near(root->ci_low, cbrt(sum->ci_low), "the low end of a root");
+        assert_near(root->ci_high, cbrt(sum->ci_high), "the high end of a root");
+        assert_near(root->standard_error / (root->ci_high - root->ci_low),
+                    sum->standard_error / (sum->ci_high - sum->ci_low), "a root's error");
         const struct vw_ledger_score *rate = test_find_score(scores, count, "win_rate_psnr", test_train_views[photo]);
-        assert_true(rate->standard_error < 1 && rate->low >= -1 && rate->high <= 1); // of a mean: that of the sum is VALUED times as long
-        assert_true(rate->low <= rate->value && rate->value <= rate->high);
-        assert_true(root->rank_low == sum->rank_low && root->rank_high == sum->rank_high); // a root reorders nothing
-        assert_in_range(sum->rank_low, 1, sum->rank_high);
-        assert_in_range(sum->rank_high, 1, TEST_TRAIN_COUNT);
+        assert_true(rate->standard_error < 1 && rate->ci_low >= -1 &&
+                    rate->ci_high <= 1); // of a mean: that of the sum is VALUED times as long
+        assert_true(rate->ci_low <= rate->value && rate->value <= rate->ci_high);
+        assert_true(root->rank_ci_low == sum->rank_ci_low &&
+                    root->rank_ci_high == sum->rank_ci_high); // a root reorders nothing
+        assert_in_range(sum->rank_ci_low, 1, sum->rank_ci_high);
+        assert_in_range(sum->rank_ci_high, 1, TEST_TRAIN_COUNT);
     }
     free(scores);
     free(game);
 }
 
-// Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their weights have it.
-static void sampling_errors_heed_weights(void **state) {
+// Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their
+// weights have it.
+static void resampling_stderr_heed_weights(void **state) {
     (void)state;
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
-    const struct vw_probe probe = {.step = 23, .kind = VW_PROBE_REDRAW, .val_psnr = game->records[23].val_psnr + 0.2};
+    const struct vw_probe probe = {
+        .step = 23, .kind = VW_PROBE_RESAMPLED, .val_psnr = game->records[23].val_psnr + 0.2};
     input.probes = &probe;
     input.probe_count = 1;
     struct vw_ledger_score *scores = NULL;
@@ -400,12 +419,12 @@ static void sampling_errors_heed_weights(void **state) {
         {"momentum_psnr", NAN},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        double error = test_find_score(scores, count, cases[i].method, game->records[23].view)->sampling_error;
+        double error = test_find_score(scores, count, cases[i].method, game->records[23].view)->resampling_stderr;
         assert_int_equal(isnan(error), isnan(cases[i].expected));
         if (!isnan(error)) assert_near(error, cases[i].expected, cases[i].method);
     }
     for (uint32_t i = 0; i < count; i++)
-        if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].sampling_error)); // not probed
+        if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed
     free(scores);
     free(game);
 }
@@ -421,7 +440,7 @@ int main(void) {
         cmocka_unit_test(a_method_alone_has_the_same_values),
         cmocka_unit_test(a_lone_photo_has_its_worth),
         cmocka_unit_test(intervals_follow_the_outcome),
-        cmocka_unit_test(sampling_errors_heed_weights),
+        cmocka_unit_test(resampling_stderr_heed_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,12 +14,12 @@
 #include "scene/near_far.h"
 #include "support/assert_near.h"
 #include "support/synthetic_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 // Two views: the first sees every point, the second every `stride`th. Points are owned by the scene.
 static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, double offset_world) {
-    struct vw_scene *scene = synthetic_scene(
-        &(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 8, .height_px = 6, .world_offset = offset_world});
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 4, .val_views = 2, .width_px = 8, .height_px = 6, .world_offset = offset_world});
     scene->points = vw_allocate(count, sizeof *scene->points);
     scene->tracks = vw_allocate(2 * (size_t)count, sizeof *scene->tracks);
     scene->point_count = count;
@@ -36,22 +36,26 @@ static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, doubl
 // Puts a point at a depth along a view's axis and some way off it.
 static void place(const struct vw_view *view, double depth, double aside, struct vw_point *point) {
     for (int i = 0; i < 3; i++)
-        point->position_world[i] = view->camera_to_world[i][3] - depth * view->camera_to_world[i][2] + aside * view->camera_to_world[i][0];
+        point->position_world[i] =
+            view->camera_to_world[i][3] - depth * view->camera_to_world[i][2] + aside * view->camera_to_world[i][0];
 }
 
 static void test_percentiles(void **state) {
     (void)state;
     struct vw_scene *scene = scene_with_points(1001, 1001, 0);
-    for (uint32_t p = 0; p < 1001; p++) place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
+    for (uint32_t p = 0; p < 1001; p++)
+        place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
     assert_int_equal(vw_near_far_measure(scene), VW_OK);
     assert_near(scene->views[0].near_world, 1.001, 1e-12); // the second and the last but one of 1001
     assert_near(scene->views[0].far_world, 1.999, 1e-12);
     assert_true(scene->views[1].near_world == 0 && scene->views[1].far_world == 0); // one point is too few
     assert_true(scene->views[5].near_world == 0 && scene->views[5].far_world == 0); // none at all
     scene->point_count = 501;
-    for (uint32_t p = 0; p < 501; p++) place(&scene->views[0], p < 100 ? -5 : 1 + 0.01 * (p - 100), 0, &scene->points[p]);
+    for (uint32_t p = 0; p < 501; p++)
+        place(&scene->views[0], p < 100 ? -5 : 1 + 0.01 * (p - 100), 0, &scene->points[p]);
     assert_int_equal(vw_near_far_measure(scene), VW_OK);
-    assert_near(scene->views[0].near_world, 1.004, 1e-12); // interpolated among 401 points; those behind the camera do not count
+    assert_near(scene->views[0].near_world, 1.004,
+                1e-12); // interpolated among 401 points; those behind the camera do not count
     assert_near(scene->views[0].far_world, 4.996, 1e-12);
     vw_scene_close(&scene);
 }
@@ -70,7 +74,8 @@ static void test_each_view_has_its_own(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- The box ---------------------------------------------------------------------------------------------------------------
+// ---- The box
+// ---------------------------------------------------------------------------------------------------------------
 
 // 1000 points through a box of 2 x 1 x 0.5 around (0.5, 0, 0), and 20 strays as far as 1000 units away.
 static void scatter(struct vw_scene *scene, double offset_world) {
@@ -96,8 +101,10 @@ static void test_box_of_points(void **state) {
         assert_near(scene->box.centre_world[0] - offsets[i], 0.5, 0.05);
         assert_near(scene->box.centre_world[1] - offsets[i], 0, 0.05);
         assert_near(scene->box.centre_world[2] - offsets[i], 0, 0.05);
-        assert_near(scene->box.half_extent_world, 1.1, 0.05); // half of 2, less what the percentiles take, and a tenth more
-        assert_near(scene->box.half_extent_world, boxes[0].half_extent_world, 1e-8); // exact but for the coordinates' own rounding
+        assert_near(scene->box.half_extent_world, 1.1,
+                    0.05); // half of 2, less what the percentiles take, and a tenth more
+        assert_near(scene->box.half_extent_world, boxes[0].half_extent_world,
+                    1e-8); // exact but for the coordinates' own rounding
         vw_scene_close(&scene);
     }
 }
@@ -108,7 +115,8 @@ static void test_box_holds_what_is_looked_at(void **state) {
     struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)
         for (int i = 0; i < 3; i++)
-            scene->points[p].position_world[i] = (i == 0 ? 5 : 0) + 0.5 * (p * (3 + 4u * (uint32_t)i) % 100 / 99.0 - 0.5);
+            scene->points[p].position_world[i] =
+                (i == 0 ? 5 : 0) + 0.5 * (p * (3 + 4u * (uint32_t)i) % 100 / 99.0 - 0.5);
     assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
     assert_true(scene->box.centre_world[0] - scene->box.half_extent_world <= 1e-9);
     assert_true(scene->box.centre_world[0] + scene->box.half_extent_world >= 5.2);

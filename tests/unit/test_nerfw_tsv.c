@@ -8,10 +8,10 @@
 
 #include <cmocka.h>
 
-#include "scene/nerfw_tsv.h"
+#include "scene/formats/nerfw_tsv.h"
 #include "support/temporary_folder.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
+#include "base/file.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -70,7 +70,8 @@ static void test_errors(void **state) {
         {"filename\tsplit\n../a.jpg\ttrain\n", "a.tsv:2", "../a.jpg"},
         {"filename\tsplit\n/etc/passwd\ttest\n", "a.tsv:2", "/etc/passwd"},
         {"filename\tsplit\na\x01.jpg\ttest\n", "a.tsv:2", "field filename"},
-        {"filename\tsplit\na.jpg\ttrain\nb.jpg\ttrain\na.jpg\ttrain\n", "a.tsv:4", "a.jpg appears twice (first in line 2)"},
+        {"filename\tsplit\na.jpg\ttrain\nb.jpg\ttrain\na.jpg\ttrain\n", "a.tsv:4",
+         "a.jpg appears twice (first in line 2)"},
         {"filename\tsplit\na.jpg\ttest\na.jpg\ttrain\n", "a.tsv:3", "a.jpg is in two splits"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -113,7 +114,8 @@ static void test_real_files(void **state) {
         struct vw_tsv tsv = read(temporary_path(folder, files[f].name));
         size_t without_id = 0;
         for (size_t i = 0; i < tsv.row_count; i++) without_id += !tsv.rows[i].test && !tsv.rows[i].has_id;
-        print_message("%s: %zu rows, %zu test, %zu train without id\n", files[f].name, tsv.row_count, tsv.test_count, without_id);
+        print_message("%s: %zu rows, %zu test, %zu train without id\n", files[f].name, tsv.row_count, tsv.test_count,
+                      without_id);
         assert_int_equal(tsv.row_count, files[f].with_id + files[f].without_id + files[f].test);
         assert_int_equal(tsv.test_count, files[f].test);
         assert_int_equal(without_id, files[f].without_id);

@@ -2,7 +2,7 @@
 #include "unit/ledger_fixture.h"
 
 #include "support/assert_near.h"
-#include "viewworth/providers.h"
+#include "value/providers.h"
 
 // Photos 1 and 6 are alice's, 2 and 5 bob's, 3 nobody's; see test_images.
 static const struct vw_ledger_score scores[] = {
@@ -11,16 +11,36 @@ static const struct vw_ledger_score scores[] = {
     {.image_id = 3, .method = "dv_psnr", .value = 7, .unit = "dB", .standard_error = 0.1, .visits = 4},
     {.image_id = 5, .method = "dv_psnr", .value = -0.5, .unit = "dB", .standard_error = 1.2, .visits = 4},
     {.image_id = 6, .method = "dv_psnr", .value = -1, .unit = "dB", .standard_error = 0.4, .visits = 4},
-    {.image_id = 1, .method = "dv_loss", .value = -0.01, .unit = "mean absolute error", .standard_error = NAN, .visits = 1},
-    {.image_id = 2, .method = "dv_loss", .value = 0.02, .unit = "mean absolute error", .standard_error = 0.01, .visits = 4},
-    {.image_id = 1, .method = "win_rate_psnr", .value = 0.5, .unit = "wins less losses per visit", .standard_error = 0.1, .visits = 4},
-    {.image_id = 6, .method = "win_rate_psnr", .value = 0.5, .unit = "wins less losses per visit", .standard_error = 0.1, .visits = 4},
+    {.image_id = 1,
+     .method = "dv_loss",
+     .value = -0.01,
+     .unit = "mean absolute error",
+     .standard_error = NAN,
+     .visits = 1},
+    {.image_id = 2,
+     .method = "dv_loss",
+     .value = 0.02,
+     .unit = "mean absolute error",
+     .standard_error = 0.01,
+     .visits = 4},
+    {.image_id = 1,
+     .method = "win_rate_psnr",
+     .value = 0.5,
+     .unit = "wins less losses per visit",
+     .standard_error = 0.1,
+     .visits = 4},
+    {.image_id = 6,
+     .method = "win_rate_psnr",
+     .value = 0.5,
+     .unit = "wins less losses per visit",
+     .standard_error = 0.1,
+     .visits = 4},
     {.image_id = 1, .method = "root_psnr", .value = 2, .unit = "dB^(1/3)", .standard_error = 0.1, .visits = 4},
     {.image_id = 1, .method = "same_state_psnr", .value = 0.25, .unit = "dB", .standard_error = 0.5, .visits = 4},
 };
 
-static void check_group(const struct vw_provider_score *group, const char *provider, const char *method, double value, double error,
-                        uint32_t photo_count) {
+static void check_group(const struct vw_provider_score *group, const char *provider, const char *method, double value,
+                        double error, uint32_t photo_count) {
     assert_string_equal(group->provider, provider);
     assert_string_equal(group->method, method);
     assert_near(group->value, value, 1e-15);
@@ -39,7 +59,7 @@ static void sums_are_of_the_photos(void **state) {
     check_group(&groups[1], "alice", "dv_psnr", 2, 0.5, 2); // 0.3, 0.4
     check_group(&groups[2], "bob", "dv_psnr", 1, 1.3, 2);   // 0.5, 1.2
     check_group(&groups[3], "bob", "dv_loss", 0.02, 0.01, 1);
-    check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1); // a photo's error is unknown
+    check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1);        // a photo's error is unknown
     check_group(&groups[5], "alice", "same_state_psnr", 0.25, 0.5, 1); // what probes say adds up
     assert_string_equal(groups[3].unit, "mean absolute error");
 
@@ -53,8 +73,10 @@ static void sums_are_of_the_photos(void **state) {
     assert_true(payouts[1].group == &groups[2] && payouts[1].cents == 3333);
     assert_near(payouts[0].share, 2.0 / 3, 1e-15);
     free(payouts);
-    assert_int_equal(vw_payout_divide(groups, 1, "dv_psnr", 10000, &payouts, &payout_count, &nobody_helped), VW_ERROR_INPUT);
-    assert_int_equal(vw_payout_divide(groups, count, "other", 10000, &payouts, &payout_count, &nobody_helped), VW_ERROR_INPUT);
+    assert_int_equal(vw_payout_divide(groups, 1, "dv_psnr", 10000, &payouts, &payout_count, &nobody_helped),
+                     VW_ERROR_INPUT);
+    assert_int_equal(vw_payout_divide(groups, count, "other", 10000, &payouts, &payout_count, &nobody_helped),
+                     VW_ERROR_INPUT);
     free(groups);
     groups = NULL;
     ASSERT_OK(vw_providers_score(NULL, 0, test_images, TEST_IMAGE_COUNT, &groups, &count));
@@ -67,12 +89,14 @@ static void sums_are_of_the_photos(void **state) {
 enum { PROVIDERS_MOST = 7 };
 static const char *const names[PROVIDERS_MOST] = {"a", "b", "c", "d", "e", "f", "g"};
 
-static uint64_t divide(const double *values, uint32_t count, uint64_t amount_cents, uint64_t *cents, bool *nobody_helped) {
+static uint64_t divide(const double *values, uint32_t count, uint64_t amount_cents, uint64_t *cents,
+                       bool *nobody_helped) {
     struct vw_provider_score groups[PROVIDERS_MOST] = {0};
     struct vw_payout *payouts = NULL;
     uint32_t payout_count = 0;
     uint64_t sum = 0;
-    for (uint32_t i = 0; i < count; i++) groups[i] = (struct vw_provider_score){.provider = names[i], .method = "m", .value = values[i]};
+    for (uint32_t i = 0; i < count; i++)
+        groups[i] = (struct vw_provider_score){.provider = names[i], .method = "m", .value = values[i]};
     ASSERT_OK(vw_payout_divide(groups, count, "m", amount_cents, &payouts, &payout_count, nobody_helped));
     assert_int_equal(payout_count, count);
     for (uint32_t i = 0; i < count; i++) sum += cents[i] = payouts[i].cents;
@@ -89,23 +113,32 @@ static void amounts_are_divided_to_the_cent(void **state) {
         bool nobody_helped;
     } cases[] = {
         {{1}, 1, 1, {1}, false},
-        {{1, 1, 1}, 3, 100, {34, 33, 33}, false},           // a tie: by name
-        {{1, 1, 1}, 3, 2, {1, 1, 0}, false},                //
-        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, false},   //
-        {{0.5, 0.3, 0.2}, 3, 99, {49, 30, 20}, false},      // 49.5, 29.7, 19.8: the two cents left go to the largest fractions
-        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false},        // what harms is not paid, nor does it take from others
+        {{1, 1, 1}, 3, 100, {34, 33, 33}, false},         // a tie: by name
+        {{1, 1, 1}, 3, 2, {1, 1, 0}, false},              //
+        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, false}, //
+        {{0.5, 0.3, 0.2},
+         3,
+         99,
+         {49, 30, 20},
+         false},                                     // 49.5, 29.7, 19.8: the two cents left go to the largest fractions
+        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false}, // what harms is not paid, nor does it take from others
         {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, false}, // 800.8 and 200.2
         {{-1, -2, -3}, 3, 100, {34, 33, 33}, true},         //
         {{0, 0}, 2, 5, {3, 2}, true},                       //
         {{1e-300, 3e-300}, 2, 400, {100, 300}, false},      //
         {{1, 1e-30}, 2, 1000, {1000, 0}, false},            //
-        {{1, 2, 4}, 3, 1000000000000000, {142857142857143, 285714285714286, 571428571428571}, false}, // .857, .714, .429
+        {{1, 2, 4},
+         3,
+         1000000000000000,
+         {142857142857143, 285714285714286, 571428571428571},
+         false}, // .857, .714, .429
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         uint64_t cents[PROVIDERS_MOST];
         const uint64_t *expected = cases[i].expected;
         bool nobody_helped = !cases[i].nobody_helped;
-        assert_int_equal(divide(cases[i].values, cases[i].count, cases[i].amount_cents, cents, &nobody_helped), cases[i].amount_cents);
+        assert_int_equal(divide(cases[i].values, cases[i].count, cases[i].amount_cents, cents, &nobody_helped),
+                         cases[i].amount_cents);
         for (uint32_t p = 0; p < cases[i].count; p++)
             if (cents[p] != expected[p])
                 fail_msg("case %zu: %s gets %llu cents, not %llu", i, names[p], (unsigned long long)cents[p],
@@ -132,7 +165,9 @@ static void any_amount_adds_up(void **state) {
             positive += fmax(values[i], 0);
         }
         uint64_t sum = divide(values, count, amount, cents, &nobody_helped);
-        if (sum != amount) fail_msg("seed 7, round %u: %llu of %llu cents", round, (unsigned long long)sum, (unsigned long long)amount);
+        if (sum != amount)
+            fail_msg("seed 7, round %u: %llu of %llu cents", round, (unsigned long long)sum,
+                     (unsigned long long)amount);
         for (uint32_t i = 0; i < count && !nobody_helped; i++) {
             double share = (double)amount * fmax(values[i], 0) / positive;
             assert_near((double)cents[i], share, 1 + 1e-12 * (double)amount); // and the rounding of this sum in double
@@ -147,14 +182,19 @@ static void amounts_are_read_exactly(void **state) {
         const char *text;
         uint64_t cents; // 0: refused
     } cases[] = {
-        {"1000", 100000}, {"0.01", 1},  {"99.5", 9950}, {"99.05", 9905}, {"0.29", 29}, {"10000000000000", 1000000000000000},
-        {"", 0},          {"0", 0},     {"0.00", 0},    {"-5", 0},       {"5.", 0},    {"10000000000000.01", 0},
-        {".5", 0},        {"1.005", 0}, {"1e3", 0},     {"1,000", 0},    {" 1", 0},    {"99999999999999999999999999", 0},
-        {"nan", 0},       {"5 ", 0},    {"1.0.0", 0},   {"+5", 0},       {"5x", 0},    {"0.00000000000000000000000000001", 0},
+        {"1000", 100000}, {"0.01", 1},  {"99.5", 9950},
+        {"99.05", 9905},  {"0.29", 29}, {"10000000000000", 1000000000000000},
+        {"", 0},          {"0", 0},     {"0.00", 0},
+        {"-5", 0},        {"5.", 0},    {"10000000000000.01", 0},
+        {".5", 0},        {"1.005", 0}, {"1e3", 0},
+        {"1,000", 0},     {" 1", 0},    {"99999999999999999999999999", 0},
+        {"nan", 0},       {"5 ", 0},    {"1.0.0", 0},
+        {"+5", 0},        {"5x", 0},    {"0.00000000000000000000000000001", 0},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         uint64_t cents = 0;
-        if (vw_payout_parse(cases[i].text, &cents) != (cases[i].cents > 0) || (cases[i].cents > 0 && cents != cases[i].cents))
+        if (vw_payout_parse(cases[i].text, &cents) != (cases[i].cents > 0) ||
+            (cases[i].cents > 0 && cents != cases[i].cents))
             fail_msg("\"%s\" is read as %llu cents", cases[i].text, (unsigned long long)cents);
     }
 }

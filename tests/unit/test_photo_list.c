@@ -1,5 +1,5 @@
-// Lists of chosen photos in the formats of scenes, and that they open again: splits that lists moved, paths, what is refused. (What select
-// makes of whole runs is in tests/cli/test_select.sh.)
+// Lists of chosen photos in the formats of scenes, and that they open again: splits that lists moved, paths, what is
+// refused. (What select makes of whole runs is in tests/cli/test_select.sh.)
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,9 +16,9 @@
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/file.h"
-#include "viewworth/memory.h"
-#include "viewworth/photo_list.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "scene/formats/photo_list.h"
 
 enum { PHOTOS_MOST = 16 };
 
@@ -29,8 +29,10 @@ static int remove_folder(void **state) {
     return 0;
 }
 
-// The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in `chosen` is y.
-static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to, const char *format, bool opens) {
+// The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in
+// `chosen` is y.
+static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to,
+                                 const char *format, bool opens) {
     struct vw_listed_photo photos[PHOTOS_MOST];
     struct vw_scene *scene = tiny_scene_open(params);
     const char *written = NULL;
@@ -52,7 +54,8 @@ static void check_written(enum vw_status status) {
 }
 
 static void check_refused(enum vw_status status, enum vw_status expected, const char *said) {
-    if (status != expected || !strstr(vw_error_message(), said)) fail_msg("%d: %s, not: %s", status, vw_error_message(), said);
+    if (status != expected || !strstr(vw_error_message(), said))
+        fail_msg("%d: %s, not: %s", status, vw_error_message(), said);
 }
 
 // A word per view: its name and t(rain), v(al), T(est) or x(excluded).
@@ -74,15 +77,18 @@ static void check_text(const char *path, const char *expected) {
     free(text);
 }
 
-// ---- transforms.json ----------------------------------------------------------------------------------------------------
+// ---- transforms.json
+// ----------------------------------------------------------------------------------------------------
 
 static void test_splits_of_the_file(void **state) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 6,
-                                                  .keys = "\"fl_x\": 7, \"val_filenames\": [\"./images/01.png\", \"images/01.png\"], "
-                                                          "\"test_filenames\": [], \"train_filenames\": [\"images/02.png\", "
-                                                          "\"images/05.png\", \"images/none.png\"],"});
-    check_scene(&params, "images/00.png:x images/01.png:v images/02.png:t images/03.png:x images/04.png:x images/05.png:t");
+    tiny_scene_write(*state, &(struct tiny_scene){
+                                 .count = 6,
+                                 .keys = "\"fl_x\": 7, \"val_filenames\": [\"./images/01.png\", \"images/01.png\"], "
+                                         "\"test_filenames\": [], \"train_filenames\": [\"images/02.png\", "
+                                         "\"images/05.png\", \"images/none.png\"],"});
+    check_scene(&params,
+                "images/00.png:x images/01.png:v images/02.png:t images/03.png:x images/04.png:x images/05.png:t");
     const char *train = temporary_file(*state, "train.txt", "images/00.png\nimages/03.png\n"); // lists win
     check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = train},
                 "images/00.png:t images/01.png:v images/02.png:x images/03.png:t images/04.png:x images/05.png:x");
@@ -103,7 +109,8 @@ static void test_splits_of_the_file(void **state) {
 // Splits that lists made hold in the file, without the lists.
 static void test_transforms_keep_the_splits_of_lists(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 6});
-    const char *val = temporary_file(*state, "val.txt", "01.png\n"), *test = temporary_file(*state, "test.txt", "04.png\n");
+    const char *val = temporary_file(*state, "val.txt", "01.png\n"),
+               *test = temporary_file(*state, "test.txt", "04.png\n");
     const struct vw_scene_params lists = {.path = *state, .headers_only = true, .val_list = val, .test_list = test};
     const char *to = temporary_path(*state, "list.json");
     check_written(write_list(&lists, "ynyyny", to, "transforms", true));
@@ -117,33 +124,40 @@ static void test_three_files_by_split(void **state) {
     char *scene = vw_path_join(*state, "a/b");
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
-    tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3}); // two of them validate
+    tiny_scene_write(
+        scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3}); // two of them validate
     const struct vw_scene_params params = {.path = scene, .headers_only = true};
     check_written(write_list(&params, "nyynnnn", *state, "transforms", true));
     check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true},
                 "a/b/images/01.png:t a/b/images/02.png:t a/b/images/04.png:v a/b/images/05.png:v a/b/images/06.png:T");
-    check_written(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms", true)); // they fit into one, too
+    check_written(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms",
+                             true)); // they fit into one, too
     check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
-    check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: is there already");
+    check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE,
+                  "transforms_train.json: is there already");
     check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
-    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE, "another scene");
+    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
+                  "another scene");
 
     check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "c.tsv"), NULL, false), VW_ERROR_USAGE,
                   "name a .json file, or a folder");
     const char *beside = temporary_path(*state, "c.d/");
     const char *val = temporary_file(*state, "val.txt", "00.png\n");
-    check_written(
-        write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .val_list = val}, "nyynnnn", beside, NULL, false));
-    tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
-    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT, "name a folder");
+    check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .val_list = val}, "nyynnnn",
+                             beside, NULL, false));
+    tiny_scene_write(
+        scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
+    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT,
+                  "name a folder");
     const char *mixed = temporary_path(*state, "mixed");
     const char *test = temporary_file(*state, "test.txt", "00.png\n06.png\n");
-    check_refused(
-        write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test}, "nyyynnn", mixed, NULL, false),
-        VW_ERROR_INPUT, "without lists of splits");
+    check_refused(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test},
+                             "nyyynnn", mixed, NULL, false),
+                  VW_ERROR_INPUT, "without lists of splits");
     assert_false(vw_folder_exists(mixed)); // as it was not there before
-    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE, "a folder that exists");
+    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
+                  "a folder that exists");
     assert_false(vw_folder_exists(temporary_path(*state, "p")));
     free(scene);
 }
@@ -163,22 +177,25 @@ static void test_paths_lead_from_the_list(void **state) {
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.count = 4, .name_prefix = "./images/"});
     const char *folders[] = {"s/sb", "s/s/in", "x/y/z"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++) assert_int_equal(vw_folder_create(temporary_path(*state, folders[i])), VW_OK);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++)
+        assert_int_equal(vw_folder_create(temporary_path(*state, folders[i])), VW_OK);
     assert_int_equal(symlink("s/s/in", temporary_path(*state, "link")), 0);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const char *to = temporary_path(*state, cases[i].to);
         void *text = NULL;
         size_t size_bytes;
         unlink(to);
-        check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy", to, NULL, cases[i].opens));
+        check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy", to, NULL,
+                                 cases[i].opens));
         check_written(vw_file_read(to, 1 << 20, &text, &size_bytes));
-        char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "", cases[i].path); // untouched in the same folder
+        char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "",
+                                      cases[i].path); // untouched in the same folder
         if (!strstr(text, wanted)) fail_msg("%s: %s is not in %s", cases[i].to, wanted, (char *)text);
         free(wanted);
         free(text);
     }
-    check_refused(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy", temporary_path(*state, "no/t.json"),
-                             NULL, false),
+    check_refused(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
+                             temporary_path(*state, "no/t.json"), NULL, false),
                   VW_ERROR_USAGE, "name a folder that exists");
     assert_int_equal(vw_folder_create(temporary_path(*state, "bad\xff")), VW_OK);
     check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
@@ -186,13 +203,20 @@ static void test_paths_lead_from_the_list(void **state) {
     free(scene);
 }
 
-// ---- PhotoTourism -------------------------------------------------------------------------------------------------------
+// ---- PhotoTourism
+// -------------------------------------------------------------------------------------------------------
 
 static void write_dense(const char *folder, const char *tsv) {
-    static const char *const names[] = {"p0.png", "p1.png", "p2.png", "p3.png", "p4.png", "p5.png", "p6.png", "sub/p1.png"};
+    static const char *const names[] = {"p0.png", "p1.png", "p2.png", "p3.png",
+                                        "p4.png", "p5.png", "p6.png", "sub/p1.png"};
     struct colmap_test_model model = {
-        .cameras =
-            {{.id = 1, .model = 1, .model_name = "PINHOLE", .width_px = 8, .height_px = 6, .param_count = 4, .params = {7, 7, 4, 3}}},
+        .cameras = {{.id = 1,
+                     .model = 1,
+                     .model_name = "PINHOLE",
+                     .width_px = 8,
+                     .height_px = 6,
+                     .param_count = 4,
+                     .params = {7, 7, 4, 3}}},
         .camera_count = 1,
         .image_count = VW_ARRAY_COUNT(names),
     };
@@ -201,35 +225,46 @@ static void write_dense(const char *folder, const char *tsv) {
         temporary_file(folder, photo, "");
         tiny_photo_write(temporary_path(folder, photo), i);
         free(photo);
-        model.images[i] = (struct colmap_test_image){
-            .id = 10 + i, .camera_id = 1, .name = names[i], .rotation = {0, 1, 0, 0}, .translation = {-(double)i, 0, 0}};
+        model.images[i] = (struct colmap_test_image){.id = 10 + i,
+                                                     .camera_id = 1,
+                                                     .name = names[i],
+                                                     .rotation = {0, 1, 0, 0},
+                                                     .translation = {-(double)i, 0, 0}};
     }
     colmap_write_text(folder, "dense/sparse", &model);
     temporary_file(folder, "splits.tsv", tsv);
 }
 
-static const char rows[] = "split\tid\tnote\tfilename\tdataset\r\ntest\t7.0\ta b\tp6.png\td\r\ntrain\t\t\tp1.png\td\r\n"
-                           "test\t\t\tgone.png\td\r\ntrain\t5\t=x\tp2.png\td\r\ntrain\t6\t\tnot there.png\td\r\ntest\t9\t\tp0.png\td\r\n";
+static const char rows[] =
+    "split\tid\tnote\tfilename\tdataset\r\ntest\t7.0\ta b\tp6.png\td\r\ntrain\t\t\tp1.png\td\r\n"
+    "test\t\t\tgone.png\td\r\ntrain\t5\t=x\tp2.png\td\r\ntrain\t6\t\tnot there.png\td\r\ntest\t9\t\tp0.png\td\r\n";
 
 static void test_tsv_of_chosen_photos(void **state) {
     write_dense(*state, rows);
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
-    check_scene(&params, "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:t dense/images/p3.png:t dense/images/p4.png:t "
-                         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
+    check_scene(
+        &params,
+        "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:t dense/images/p3.png:t dense/images/p4.png:t "
+        "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     const char *to = temporary_path(*state, "list.txt");
     check_written(write_list(&params, "nynnyyny", to, "phototourism", false));
-    check_text(to,
-               "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntrain\t11\t\tp1.png\td\n" // with COLMAP's id
-               "test\t\t\tgone.png\td\ntest\t9\t\tp0.png\td\ntrain\t14\t\tp4.png\td\ntrain\t15\t\tp5.png\td\ntrain\t17\t\tsub/p1.png\td\n");
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = to},
-                "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
-                "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
+    check_text(
+        to,
+        "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntrain\t11\t\tp1.png\td\n" // with COLMAP's id
+        "test\t\t\tgone.png\td\ntest\t9\t\tp0.png\td\ntrain\t14\t\tp4.png\td\ntrain\t15\t\tp5.png\td\ntrain\t17\t\tsub/"
+        "p1.png\td\n");
+    check_scene(
+        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = to},
+        "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
+        "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     check_refused(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "is there already");
     assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
-                "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
-                "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    check_refused(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE, "may hold one TSV");
+    check_scene(
+        &(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
+        "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
+        "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
+    check_refused(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
+                  "may hold one TSV");
 }
 
 // What lists moved from one split to another: nobody trains on what validates or tests.
@@ -238,27 +273,33 @@ static void test_tsv_keeps_the_splits_of_lists(void **state) {
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
     const char *to = temporary_path(*state, "list.txt");
-    check_written(write_list(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = train, .val_list = val},
-                             "ynnynnnn", to, NULL, false));
-    check_text(to, "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntest\t\t\tp1.png\td\ntest\t\t\tgone.png\td\n"
-                   "train\t9\t\tp0.png\td\ntrain\t13\t\tp3.png\td\n");
+    check_written(write_list(
+        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = train, .val_list = val},
+        "ynnynnnn", to, NULL, false));
+    check_text(
+        to,
+        "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntest\t\t\tp1.png\td\ntest\t\t\tgone.png\td\n"
+        "train\t9\t\tp0.png\td\ntrain\t13\t\tp3.png\td\n");
 }
 
 static void test_tsv_as_a_list(void **state) {
     write_dense(*state, rows);
-    const char *tsv = temporary_file(*state, "lists/a.tsv", "filename\tsplit\np3.png\ttest\np4.png\ttrain\np5.png\ttrain\n");
+    const char *tsv =
+        temporary_file(*state, "lists/a.tsv", "filename\tsplit\np3.png\ttest\np4.png\ttrain\np5.png\ttrain\n");
     const char *none = temporary_file(*state, "lists/b.tsv", "filename\tsplit\np4.png\ttrain\n");
     const char *unknown = temporary_file(*state, "lists/c.tsv", "filename\tsplit\np4.png\ttrain\np9.png\ttrain\n");
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = tsv, .val_list = tsv},
-                "dense/images/p0.png:T dense/images/p1.png:x dense/images/p2.png:x dense/images/p3.png:v dense/images/p4.png:t "
-                "dense/images/p5.png:t dense/images/p6.png:x dense/images/sub/p1.png:x");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .test_list = none}, VW_ERROR_INPUT, "b.tsv",
-                       "no row for --test", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = unknown}, VW_ERROR_INPUT, "c.tsv:3",
-                       "p9.png", NULL);
+    check_scene(
+        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = tsv, .val_list = tsv},
+        "dense/images/p0.png:T dense/images/p1.png:x dense/images/p2.png:x dense/images/p3.png:v dense/images/p4.png:t "
+        "dense/images/p5.png:t dense/images/p6.png:x dense/images/sub/p1.png:x");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .test_list = none},
+                       VW_ERROR_INPUT, "b.tsv", "no row for --test", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = unknown},
+                       VW_ERROR_INPUT, "c.tsv:3", "p9.png", NULL);
 }
 
-// ---- COLMAP, and no scene -------------------------------------------------------------------------------------------------
+// ---- COLMAP, and no scene
+// -------------------------------------------------------------------------------------------------
 
 // Names as the model spells them, also where another folder has the same.
 static void test_image_list(void **state) {
@@ -273,40 +314,50 @@ static void test_image_list(void **state) {
     check_text(to, "a.png\nsub/a.png\n");
     check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .val_list = val, .train_list = to},
                 "images/a.png:t images/sub/a.png:t images/sub/c d.png:v");
-    const struct vw_listed_photo gone[] = {{"images/a.png", VW_SPLIT_TRAIN, true}, {"images/gone.png", VW_SPLIT_VAL, false}};
+    const struct vw_listed_photo gone[] = {{"images/a.png", VW_SPLIT_TRAIN, true},
+                                           {"images/gone.png", VW_SPLIT_VAL, false}};
     const struct vw_photo_list list = {*state, NULL, gone, 2, temporary_path(*state, "gone.txt")};
     const char *format = NULL;
     bool opens = false;
     check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
 }
 
-// A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its name.
+// A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its
+// name.
 static void test_other_lists_leave_the_scene_what_it_is(void **state) {
-    static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json", "transforms_test.json"};
+    static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
+                                        "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     char *tourism = vw_path_join(*state, "tourism");
     write_dense(tourism, rows);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
-        check_refused(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE, "another scene");
+        check_refused(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE,
+                      "another scene");
         check_refused(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
                                  temporary_path(tourism, names[i]), NULL, false),
                       VW_ERROR_USAGE, "another scene");
     }
-    const char *elsewhere = temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
-    check_written(write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
+    const char *elsewhere =
+        temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
+    check_written(
+        write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
     free(tourism);
 }
 
 // Whatever memory runs out, a list is whole or not there.
 static size_t allocations_left;
-static void *allocate_some(size_t size_bytes) { return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL; }
+static void *allocate_some(size_t size_bytes) {
+    return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL;
+}
 
 static void test_transforms_are_whole_or_not_there(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
-    const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true}, {"images/01.png", VW_SPLIT_TRAIN, true}};
-    const struct vw_photo_list list = {.scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "l.json")};
+    const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true},
+                                             {"images/01.png", VW_SPLIT_TRAIN, true}};
+    const struct vw_photo_list list = {
+        .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "l.json")};
     const char *format = NULL;
     size_t shortages = 0, size_bytes = 0;
     void *text = NULL;
@@ -323,7 +374,8 @@ static void test_transforms_are_whole_or_not_there(void **state) {
     check_written(status);
     check_written(vw_file_read(list.to, 1 << 20, &text, &size_bytes));
     check_written(vw_photo_list_write(
-        &(struct vw_photo_list){.scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
+        &(struct vw_photo_list){
+            .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
         &format, &opens));
     check_text(temporary_path(*state, "whole.json"), text);
     free(text);
@@ -351,7 +403,8 @@ static void test_plain_names(void **state) {
     }
     assert_int_equal(symlink("nowhere", temporary_path(*state, "link")), 0);
     list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link")};
-    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "is there already"); // also a link to nothing
+    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
+                  "is there already"); // also a link to nothing
 }
 
 int main(void) {

@@ -14,10 +14,11 @@
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 enum { PHOTOS = 8 };
-static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png", "p4.png", "p5.png", "p6.png", "p7.png"};
+static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
+                                          "p4.png", "p5.png", "p6.png", "p7.png"};
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -81,8 +82,9 @@ static bool has_note(const struct vw_scene *scene, const char *text) {
     return false;
 }
 
-static const char rows[] = "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
-                           "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
+static const char rows[] =
+    "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
+    "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
 
 static void test_splits_of_the_tsv(void **state) {
     write_dense(*state, rows);
@@ -153,11 +155,13 @@ static void test_tsv_stays_in_the_folder(void **state) {
     write_dense(*state, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.tsv"), temporary_path(*state, "splits.tsv")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "phototourism"}, VW_ERROR_INPUT, "no TSV", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "phototourism"}, VW_ERROR_INPUT, "no TSV",
+                       NULL);
     temporary_folder_remove(elsewhere);
 }
 
-// ---- Precedence ------------------------------------------------------------------------------------------------------------
+// ---- Precedence
+// ------------------------------------------------------------------------------------------------------------
 
 // transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
 static void write_transforms(const char *folder, double focal_px, double shift, double turn) {
@@ -176,7 +180,8 @@ static void write_transforms(const char *folder, double focal_px, double shift, 
 }
 
 static void check_format(const char *folder, const char *asked, const char *got) {
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = asked, .headers_only = true});
+    struct vw_scene *scene =
+        tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = asked, .headers_only = true});
     assert_string_equal(scene->format, got);
     vw_scene_close(&scene);
 }
@@ -196,7 +201,8 @@ static void test_precedence(void **state) {
     check_format(*state, NULL, "colmap");
 }
 
-// ---- Points beside transforms.json -------------------------------------------------------------------------------------------
+// ---- Points beside transforms.json
+// -------------------------------------------------------------------------------------------
 
 static struct vw_scene *open_with_points(const char *folder, double focal_px, double shift, double turn) {
     struct colmap_test_model model = make_model();
@@ -238,9 +244,11 @@ static void test_points_of_other_photos_are_not(void **state) {
     colmap_write_text(*state, "sparse/0", &model);
     write_transforms(*state, 7, 0, 0);
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
-    assert_int_equal(scene->point_count, 1); // p0 alone sees the first, p0 and p1 the second: image 10 is no photo of the scene
+    assert_int_equal(scene->point_count,
+                     1); // p0 alone sees the first, p0 and p1 the second: image 10 is no photo of the scene
     vw_scene_close(&scene);
-    for (uint32_t i = 0; i < PHOTOS; i++) model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];
     colmap_write_text(*state, "sparse/0", &model);
     scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_int_equal(scene->point_count, 0);
@@ -266,7 +274,8 @@ static void test_downscale_moves_tracks(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real data -------------------------------------------------------------------------------------------------------------
+// ---- Real data
+// -------------------------------------------------------------------------------------------------------------
 
 static void test_sacre_coeur(void **state) {
     (void)state;
@@ -279,7 +288,8 @@ static void test_sacre_coeur(void **state) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         if (strstr(scene->views[v].name, "10265353_3838484249.jpg"))
             assert_int_equal(scene->views[v].split, VW_SPLIT_VAL); // the first test row
-        if (strstr(scene->views[v].name, "93341989_396310999.jpg")) assert_int_equal(scene->views[v].split, VW_SPLIT_TEST);
+        if (strstr(scene->views[v].name, "93341989_396310999.jpg"))
+            assert_int_equal(scene->views[v].split, VW_SPLIT_TEST);
     }
     assert_true(scene->point_count > 1000);
     vw_scene_close(&scene);

@@ -30,12 +30,12 @@ static const struct probe_row {
 } rows[] = {
     {2, VW_PROBE_SAME_STATE, 3, 100},                                      // in burn-in, as the next
     {2, VW_PROBE_FIRST_ORDER, OWN, 50},                                    //
-    {3, VW_PROBE_FIRST_ORDER, OWN, 0.5},  {4, VW_PROBE_REDRAW, OWN, 7},    // of another kind
+    {3, VW_PROBE_FIRST_ORDER, OWN, 0.5},  {4, VW_PROBE_RESAMPLED, OWN, 7}, // of another kind
     {4, VW_PROBE_FIRST_ORDER, OWN, -0.5}, {4, VW_PROBE_SAME_STATE, 3, 1},  // state means: 2 and 4; variances: 2 and 0
     {4, VW_PROBE_SAME_STATE, 3, 3},       {4, VW_PROBE_SAME_STATE, 5, -1}, // one state: -1
     {4, VW_PROBE_SAME_STATE, 5, NAN},     {5, VW_PROBE_FIRST_ORDER, OWN, -0.25},
     {6, VW_PROBE_FIRST_ORDER, OWN, 1.5},  {7, VW_PROBE_FIRST_ORDER, OWN, NAN}, // a step that was skipped
-    {7, VW_PROBE_SAME_STATE, 5, 9},                                            // behind it there is no value to compare with
+    {7, VW_PROBE_SAME_STATE, 5, 9}, // behind it there is no value to compare with
     {8, VW_PROBE_SAME_STATE, 3, 4},       {8, VW_PROBE_SAME_STATE, 3, 4},
 };
 
@@ -68,7 +68,8 @@ static struct vw_value_input make_run(struct probed_run *run) {
 }
 
 static void assert_near(double value, double expected, const char *what) {
-    if (isnan(expected) ? !isnan(value) : !(fabs(value - expected) <= 1e-12)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+    if (isnan(expected) ? !isnan(value) : !(fabs(value - expected) <= 1e-12))
+        fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
 static void scores_are_those_counted_by_hand(void **state) {
@@ -76,7 +77,7 @@ static void scores_are_those_counted_by_hand(void **state) {
     const struct {
         const char *method;
         uint32_t image_id, visits;
-        double value, standard_error, sampling_error, unit; // in `unit`
+        double value, standard_error, resampling_stderr, unit; // in `unit`
     } cases[] = {
         {"same_state_psnr", 3, 4, 3, sqrt(2.0 / 2), sqrt((2 + 0) / 2.0 / 4), 1},
         {"same_state_loss", 3, 4, 3, sqrt(2.0 / 2), sqrt((2 + 0) / 2.0 / 4), 0.01},
@@ -97,8 +98,8 @@ static void scores_are_those_counted_by_hand(void **state) {
         assert_int_equal(score->visits, cases[i].visits);
         assert_near(score->value, cases[i].value * cases[i].unit, cases[i].method);
         assert_near(score->standard_error, cases[i].standard_error * cases[i].unit, "its standard error");
-        assert_near(score->sampling_error, cases[i].sampling_error * cases[i].unit, "its sampling error");
-        assert_true(isnan(score->low) && isnan(score->high)); // no interval from so few states
+        assert_near(score->resampling_stderr, cases[i].resampling_stderr * cases[i].unit, "its sampling error");
+        assert_true(isnan(score->ci_low) && isnan(score->ci_high)); // no interval from so few states
     }
 }
 
@@ -112,7 +113,7 @@ static void methods_without_probes_have_no_scores(void **state) {
     const struct vw_probe_method *methods = vw_probe_methods(&method_count);
     assert_int_equal(method_count, 4);
     for (uint32_t i = 0; i < input.probe_count; i++)
-        if (run.probes[i].kind == VW_PROBE_SAME_STATE) run.probes[i].kind = VW_PROBE_REDRAW;
+        if (run.probes[i].kind == VW_PROBE_SAME_STATE) run.probes[i].kind = VW_PROBE_RESAMPLED;
     ASSERT_OK(vw_probe_scores_append(&input, scores, &count));
     assert_int_equal(count, 1 + 2 * TEST_TRAIN_COUNT);
     assert_string_equal(scores[0].method, "other");
@@ -136,8 +137,8 @@ static void they_stand_behind_the_other_scores(void **state) {
     uint32_t with_count = 0, without_count = 0;
     ASSERT_OK(vw_value_score(&input, &with, &with_count));
     vw_value_noise_floor(&input, &floor);
-    assert_true(floor.redraws == 1 && floor.repeats == 0 && floor.stills == 0 &&
-                isnan(floor.still_db)); // of those rows but one is of noise
+    assert_true(floor.resampled_count == 1 && floor.repeated_count == 0 && floor.zero_learning_rate_count == 0 &&
+                isnan(floor.zero_learning_rate_db)); // of those rows but one is of noise
     input.probe_count = 0;
     ASSERT_OK(vw_value_score(&input, &without, &without_count));
     assert_int_equal(with_count, without_count + 4 * TEST_TRAIN_COUNT);

@@ -8,14 +8,15 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "viewworth/random.h"
+#include "base/random.h"
 
 static void assert_words(const uint32_t words[4], uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
     const uint32_t expected[4] = {a, b, c, d};
     assert_memory_equal(words, expected, sizeof expected);
 }
 
-// The vectors' counters and keys, spelt through the packing: counter = (step low, step high | purpose << 24, a, b), key = seed.
+// The vectors' counters and keys, spelt through the packing: counter = (step low, step high | purpose << 24, a, b), key
+// = seed.
 static void words_match_the_published_vectors(void **state) {
     (void)state;
     uint32_t words[4];
@@ -24,7 +25,8 @@ static void words_match_the_published_vectors(void **state) {
     vw_random_words(UINT64_MAX, (enum vw_random_purpose)0xff, 0x00ffffffffffffff, UINT32_MAX, UINT32_MAX, words);
     assert_words(words, 0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd);
     // The digits of pi: counter 243f6a88 85a308d3 13198a2e 03707344, key a4093822 299f31d0.
-    vw_random_words(0x299f31d0a4093822, (enum vw_random_purpose)0x85, 0x00a308d3243f6a88, 0x13198a2e, 0x03707344, words);
+    vw_random_words(0x299f31d0a4093822, (enum vw_random_purpose)0x85, 0x00a308d3243f6a88, 0x13198a2e, 0x03707344,
+                    words);
     assert_words(words, 0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1);
 }
 

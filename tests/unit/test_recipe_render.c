@@ -10,6 +10,7 @@
 
 #include "support/assert_near.h"
 #include "support/gpu_fixture.h"
+#include "image/image.h"
 #include "unit/recipe_fixture.h"
 
 static const double sphere_centre[3] = {0.2, -0.1, 0.3}, sphere_radius = 0.5; // of RECIPE_SPHERE
@@ -23,7 +24,8 @@ static struct vw_scene *draw(const char *from, const char *to, const char *from2
 static struct vw_scene *draw_own(const char *name) {
     char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
     struct vw_scene *scene = NULL;
-    if (vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene)) fail_msg("%s", vw_error_message());
+    if (vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene))
+        fail_msg("%s", vw_error_message());
     free(path);
     return scene;
 }
@@ -64,7 +66,8 @@ static void check_silhouette(const struct vw_scene *scene) {
                 double miss = miss_distance(&scene->views[v], x + 0.5, y + 0.5);
                 if (fabs(miss - sphere_radius) < 1e-4) continue; // too close to call in single precision
                 if ((miss < sphere_radius) != (rgba[0] > 0))
-                    fail_msg("view %u, pixel %u %u: the ray misses the centre by %g but the pixel is %g", v, x, y, miss, rgba[0]);
+                    fail_msg("view %u, pixel %u %u: the ray misses the centre by %g but the pixel is %g", v, x, y, miss,
+                             rgba[0]);
                 *(miss < sphere_radius ? &inside : &outside) += 1;
             }
     assert_true(inside > 1000 && outside > 1000);
@@ -102,7 +105,8 @@ static void test_sphere(void **state) {
 
 static void test_sphere_through_a_distorted_lens(void **state) {
     (void)state;
-    const char *lens = "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
+    const char *lens =
+        "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
     struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
@@ -110,7 +114,9 @@ static void test_sphere_through_a_distorted_lens(void **state) {
 }
 
 // Signed distances of the shapes below from a point.
-static double from_sphere(const double p[3]) { return sqrt(pow(p[0] - 0.2, 2) + pow(p[1] + 0.1, 2) + pow(p[2] - 0.3, 2)) - 0.5; }
+static double from_sphere(const double p[3]) {
+    return sqrt(pow(p[0] - 0.2, 2) + pow(p[1] + 0.1, 2) + pow(p[2] - 0.3, 2)) - 0.5;
+}
 static double from_plane(const double p[3]) { return fmax(fabs(p[2] + 0.25), hypot(p[0], p[1]) - 0.9); }
 static double from_box(const double p[3]) { // turned by 30 degrees
     double c = cos(M_PI / 6), s = sin(M_PI / 6);
@@ -118,7 +124,8 @@ static double from_box(const double p[3]) { // turned by 30 degrees
 }
 static double from_cylinder(const double p[3]) { return fmax(hypot(p[0] - 0.1, p[1]) - 0.4, fabs(p[2] - 0.1) - 0.3); }
 
-#define LIT_BACKGROUND "\"sun\": {\"direction\": [0.6, 0, 0.8], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]"
+#define LIT_BACKGROUND                                                                                                 \
+    "\"sun\": {\"direction\": [0.6, 0, 0.8], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]"
 
 // A point of a convex grey shape is as bright as the slope of the distance there, its normal, says.
 static void check_brightness(const struct vw_point *point, double (*distance)(const double p[3])) {
@@ -145,9 +152,11 @@ static void test_points_lie_on_the_shapes(void **state) {
     } cases[] = {
         {RECIPE_SPHERE, from_sphere},
         {"{\"kind\": \"plane\", \"centre\": [0, 0, -0.25], \"radius\": 0.9, \"texture\": " RECIPE_GREY "}", from_plane},
-        {"{\"kind\": \"box\", \"centre\": [0, 0, 0], \"half_extent\": [0.3, 0.5, 0.2], \"turn_deg\": 30, \"texture\": " RECIPE_GREY "}",
+        {"{\"kind\": \"box\", \"centre\": [0, 0, 0], \"half_extent\": [0.3, 0.5, 0.2], \"turn_deg\": 30, "
+         "\"texture\": " RECIPE_GREY "}",
          from_box},
-        {"{\"kind\": \"cylinder\", \"centre\": [0.1, 0, 0.1], \"radius\": 0.4, \"height\": 0.6, \"texture\": " RECIPE_GREY "}",
+        {"{\"kind\": \"cylinder\", \"centre\": [0.1, 0, 0.1], \"radius\": 0.4, \"height\": 0.6, "
+         "\"texture\": " RECIPE_GREY "}",
          from_cylinder},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -166,11 +175,14 @@ static void test_points_lie_on_the_shapes(void **state) {
     }
 }
 
-// Lit from straight above, a sphere's shadow on the ground is a disc of its radius; light and shade have the stated brightness.
+// Lit from straight above, a sphere's shadow on the ground is a disc of its radius; light and shade have the stated
+// brightness.
 static void test_light_and_shadow(void **state) {
     (void)state;
-    const char *lit = "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
-    const char *ground = RECIPE_SPHERE ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.4], \"radius\": 0.95, \"texture\": " RECIPE_GREY "}";
+    const char *lit =
+        "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
+    const char *ground = RECIPE_SPHERE
+        ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.4], \"radius\": 0.95, \"texture\": " RECIPE_GREY "}";
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", lit, RECIPE_SPHERE, ground);
     uint32_t shaded = 0, sunny = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
@@ -188,8 +200,8 @@ static void test_textures_differ(void **state) {
     (void)state;
     const char *kinds[] = {"checker", "stripes", "noise"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(kinds); i++) {
-        char *texture =
-            vw_format_text("{\"kind\": \"%s\", \"colour\": [0.2, 0, 1], \"second_colour\": [0.8, 0, 1], \"cell\": 0.25}", kinds[i]);
+        char *texture = vw_format_text(
+            "{\"kind\": \"%s\", \"colour\": [0.2, 0, 1], \"second_colour\": [0.8, 0, 1], \"cell\": 0.25}", kinds[i]);
         struct vw_scene *scene = draw(RECIPE_GREY, texture, NULL, NULL);
         uint32_t low = 0, high = 0, between = 0;
         for (uint32_t p = 0; p < scene->point_count; p++) {
@@ -222,7 +234,8 @@ static void test_far_from_the_origin(void **state) {
     (void)state;
     const char *far_text = "\"centre\": [1000000.2, -2000000.1, 3000000.3], \"radius\": 0.5";
     char *moved = replaced(recipe_text, "\"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5", far_text);
-    char *boxed = replaced(moved, "\"centre\": [0, 0, 0], \"half_extent\"", "\"centre\": [1e6, -2e6, 3e6], \"half_extent\"");
+    char *boxed =
+        replaced(moved, "\"centre\": [0, 0, 0], \"half_extent\"", "\"centre\": [1e6, -2e6, 3e6], \"half_extent\"");
     char *text = replaced(boxed, "\"centre\": [0, 0, 0], \"radius\": 3", "\"centre\": [1e6, -2e6, 3e6], \"radius\": 3");
     struct vw_scene *here = draw(NULL, NULL, NULL, NULL), *there = NULL;
     if (open_text(text, on_gpu(), &there)) fail_msg("%s", vw_error_message());
@@ -246,7 +259,8 @@ static void test_defects(void **state) {
                           "{\"kind\": \"exposure\", \"strength\": 0.5, \"bias\": 0.1, \"views\": [2]}, "
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"views\": [3]}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 10, \"views\": [5]}]";
-    struct vw_scene *scene = draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", "\"defects\": []", defects);
+    struct vw_scene *scene =
+        draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", "\"defects\": []", defects);
     struct vw_scene *clean = draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", NULL, NULL);
     const uint32_t values = 32 * 24 * 4;
     double sum = 0, sum2 = 0;
@@ -270,7 +284,8 @@ static void test_defects(void **state) {
     vw_scene_close(&clean);
 }
 
-// Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for a seed.
+// Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for
+// a seed.
 static void test_exposure(void **state) {
     (void)state;
     const char *grey = "\"background\": [0.5, 0.5, 0.5], \"exposure\": {\"gain\": 0.2, \"tint\": 0.05}";
@@ -279,11 +294,12 @@ static void test_exposure(void **state) {
     double gains = 0, tints = 0;
     for (uint32_t v = 0; v < 24; v++) {
         const uint8_t *pixel = scene->views[v].image.pixels;
-        double red = log(pixel[0] / 127.5), green = log(pixel[1] / 127.5), blue = log(pixel[2] / 127.5), gain = (red + green + blue) / 3;
+        double red = log(pixel[0] / 127.5), green = log(pixel[1] / 127.5), blue = log(pixel[2] / 127.5),
+               gain = (red + green + blue) / 3;
         gains += gain * gain;
         tints += ((red - gain) * (red - gain) + (green - gain) * (green - gain) + (blue - gain) * (blue - gain)) / 2;
         assert_memory_equal(scene->views[v].sha256, again->views[v].sha256, 32);
-        assert_string_equal(scene->views[v].truth, "clean");
+        assert_string_equal(scene->views[v].ground_truth, "clean");
     }
     assert_near(sqrt(gains / 24), 0.2, 0.2 * 3 / sqrt(2 * 24.0));
     assert_near(sqrt(tints / 24), 0.05, 0.05 * 3 / sqrt(2 * 48.0));
@@ -291,7 +307,8 @@ static void test_exposure(void **state) {
     vw_scene_close(&again);
 }
 
-// A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd * sqrt(2 pi)).
+// A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd *
+// sqrt(2 pi)).
 static void test_blur(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"blur\", \"strength\": 2, \"views\": [6]}]";
@@ -312,8 +329,8 @@ static void test_blur(void **state) {
 
 static void test_transparent_background(void **state) {
     (void)state;
-    struct vw_scene *scene =
-        draw("\"background\": [0, 0, 0]", "\"background\": \"transparent\"", "\"samples_per_pixel\": 1", "\"samples_per_pixel\": 9");
+    struct vw_scene *scene = draw("\"background\": [0, 0, 0]", "\"background\": \"transparent\"",
+                                  "\"samples_per_pixel\": 1", "\"samples_per_pixel\": 9");
     assert_true(scene->has_alpha && scene->views[0].image.has_alpha);
     assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
     uint32_t opaque = 0, partly = 0;
@@ -330,7 +347,8 @@ static void test_transparent_background(void **state) {
     vw_scene_close(&scene);
 }
 
-// Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour there.
+// Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour
+// there.
 static void test_tracks(void **state) {
     (void)state;
     struct vw_scene *scene = draw_own("courtyard");
@@ -343,7 +361,7 @@ static void test_tracks(void **state) {
         for (uint32_t t = 0; t < point->track_count; t++) {
             const struct vw_track *track = &scene->tracks[point->first_track + t];
             const struct vw_view *view = &scene->views[track->view];
-            assert_string_not_equal(view->truth, "wrong_pose");
+            assert_string_not_equal(view->ground_truth, "wrong_pose");
             double camera[3] = {0}, x_px, y_px;
             for (int i = 0; i < 3; i++) {
                 const double *row = view->camera_to_world[i];
@@ -352,7 +370,7 @@ static void test_tracks(void **state) {
             assert_true(vw_camera_project(&view->camera, camera, &x_px, &y_px));
             assert_near(track->x_px, x_px, 0.01);
             assert_near(track->y_px, y_px, 0.01);
-            if (strcmp(view->truth, "clean")) continue;
+            if (strcmp(view->ground_truth, "clean")) continue;
             float rgba[4], difference = 0;
             pixel_of(scene, track->view, x_px, y_px, rgba);
             for (int c = 0; c < 3; c++) difference = fmaxf(difference, fabsf(rgba[c] - point->rgb[c]));

@@ -14,8 +14,9 @@
 #include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/hash.h"
-#include "viewworth/memory.h"
+#include "base/hash.h"
+#include "image/image.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -24,7 +25,8 @@ static int remove_folder(void **state) {
     return 0;
 }
 
-// ---- The box ---------------------------------------------------------------------------------------------------------------
+// ---- The box
+// ---------------------------------------------------------------------------------------------------------------
 
 static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
     tiny_scene_write(folder, tiny);
@@ -55,15 +57,18 @@ static void test_box_of_inward_cameras(void **state) {
 static void test_box_of_instant_ngp(void **state) {
     struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4");
     check_box(&box, 0, 0, 0, 2 / 0.33, 1e-12);
-    box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 2, \"scale\": 0.5, \"offset\": [0.25, 0.5, 1],"},
-                 "aabb_scale 2");
+    box = box_of(
+        *state,
+        &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 2, \"scale\": 0.5, \"offset\": [0.25, 0.5, 1],"},
+        "aabb_scale 2");
     check_box(&box, 0.5, 0, -1, 2, 1e-12); // 0.5 * world + offset covers -0.5 ... 1.5
 }
 
 static void test_box_of_other_coordinates_is_ignored(void **state) {
     const char *keys = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
     double half_extent = 1.1 * 4 * tan(0.35);
-    struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = keys, .offset_world = {1e6}}, "closest to all optical axes");
+    struct vw_box box =
+        box_of(*state, &(struct tiny_scene){.keys = keys, .offset_world = {1e6}}, "closest to all optical axes");
     check_box(&box, 1e6, 0, 0, half_extent, 1e-8);
     box = box_of(*state, &(struct tiny_scene){.keys = keys, .scale_world = 1e3}, "closest to all optical axes");
     check_box(&box, 0, 0, 0, 1e3 * half_extent, 1e-8);
@@ -79,9 +84,10 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
         const double away[3][3] = {{y * r, 0, -x * r}, {-x * r, 0, -y * r}, {0, 1, 0}};
         const double ahead[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         const double(*m)[3] = outward ? away : ahead;
-        frames[i] = vw_format_text("{\"file_path\": \"images/0%d.png\", \"transform_matrix\": [[%.17g,%.17g,%.17g,%d],"
-                                   "[%.17g,%.17g,%.17g,%d],[%.17g,%.17g,%.17g,0],[0,0,0,1]]}",
-                                   i, m[0][0], m[0][1], m[0][2], x, m[1][0], m[1][1], m[1][2], y, m[2][0], m[2][1], m[2][2]);
+        frames[i] =
+            vw_format_text("{\"file_path\": \"images/0%d.png\", \"transform_matrix\": [[%.17g,%.17g,%.17g,%d],"
+                           "[%.17g,%.17g,%.17g,%d],[%.17g,%.17g,%.17g,0],[0,0,0,1]]}",
+                           i, m[0][0], m[0][1], m[0][2], x, m[1][0], m[1][1], m[1][2], y, m[2][0], m[2][1], m[2][2]);
     }
     json = vw_format_text("{\"fl_x\": 8, \"frames\": [%s,%s,%s,%s]}", frames[0], frames[1], frames[2], frames[3]);
     temporary_file(folder, "transforms.json", json);
@@ -102,12 +108,14 @@ static void test_box_without_common_point(void **state) {
     check_box(&box, 0, 0, 0, 1.1 * depth, 1e-12);
 }
 
-// ---- Photos ------------------------------------------------------------------------------------------------------------------
+// ---- Photos
+// ------------------------------------------------------------------------------------------------------------------
 
 static void test_downscale_fits_the_camera(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
     for (int headers_only = 0; headers_only < 2; headers_only++) {
-        struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 3, .headers_only = headers_only});
+        struct vw_scene *scene =
+            tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 3, .headers_only = headers_only});
         const struct vw_camera *camera = &scene->views[0].camera;
         assert_int_equal(camera->width_px, 2); // floor(8 / 3)
         assert_int_equal(camera->height_px, 2);
@@ -127,7 +135,8 @@ static void test_background(void **state) {
     assert_true(scene->background[0] == 0 && scene->background[1] == 0 && scene->background[2] == 0);
     vw_scene_close(&scene);
     float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0}; // all transparent
-    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels), VW_OK);
+    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels),
+                     VW_OK);
     scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_true(scene->has_alpha);
     assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
@@ -146,7 +155,8 @@ static void test_excluded_views_are_not_decoded(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- The hash ------------------------------------------------------------------------------------------------------------------
+// ---- The hash
+// ------------------------------------------------------------------------------------------------------------------
 
 static void hash_of(const struct vw_scene_params *params, char hex[VW_HASH_HEX_BYTES]) {
     struct vw_scene *scene = tiny_scene_open(params);
@@ -225,7 +235,8 @@ static void test_clamped_share_is_noted(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real scenes -----------------------------------------------------------------------------------------------------------------
+// ---- Real scenes
+// -----------------------------------------------------------------------------------------------------------------
 
 static void test_fox(void **state) {
     (void)state;

@@ -44,7 +44,8 @@ static void test_two_are_left_to_train(void **state) {
         check_splits(&(struct vw_scene_params){.path = *state}, expected[count - 2]);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "a single photo", "at least 2", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "a single photo",
+                       "at least 2", NULL);
 }
 
 static void test_split_files(void **state) {
@@ -52,7 +53,8 @@ static void test_split_files(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     check_splits(&(struct vw_scene_params){.path = *state}, "tttvvTT");
-    check_splits(&(struct vw_scene_params){.path = temporary_path(*state, "transforms_val.json")}, "tt"); // one file is read alone
+    check_splits(&(struct vw_scene_params){.path = temporary_path(*state, "transforms_val.json")},
+                 "tt"); // one file is read alone
 }
 
 static void test_half_of_test_validates(void **state) {
@@ -65,8 +67,8 @@ static void test_half_of_test_validates(void **state) {
 static void test_view_in_two_split_files(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "frame 0", "images/03.png",
-                       "train and val", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "frame 0",
+                       "images/03.png", "train and val", NULL);
 }
 
 static void test_lists_win(void **state) {
@@ -74,8 +76,10 @@ static void test_lists_win(void **state) {
     const char *train = temporary_file(*state, "train.txt", "\n  images/00.png \r\n\n./images/02.png\t\nimages/02.png");
     const char *val = temporary_file(*state, "val.txt", "images/04.png\n");
     const char *test = temporary_file(*state, "test.txt", "images/07.png\n");
-    check_splits(&(struct vw_scene_params){.path = *state, .train_list = train, .val_list = val, .test_list = test}, "txtxvxxT");
-    check_splits(&(struct vw_scene_params){.path = *state, .train_list = train}, "txtxTxxx"); // the rule fills what has no list
+    check_splits(&(struct vw_scene_params){.path = *state, .train_list = train, .val_list = val, .test_list = test},
+                 "txtxvxxT");
+    check_splits(&(struct vw_scene_params){.path = *state, .train_list = train},
+                 "txtxTxxx"); // the rule fills what has no list
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvttt");
 }
 
@@ -85,11 +89,14 @@ static void test_bare_names(void **state) {
     const char *val = temporary_file(*state, "val.txt", "04.png\n./05.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvvtt");
     tiny_photo_write(temporary_path(*state, "other/04.png"), 4);
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": ["
-                   "{\"file_path\": \"images/04.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
-                   "{\"file_path\": \"other/04.png\", \"transform_matrix\": [[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
-                   "{\"file_path\": \"images/05.png\", \"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = val}, VW_ERROR_INPUT, "val.txt:1", "04.png", NULL);
+    temporary_file(
+        *state, "transforms.json",
+        "{\"fl_x\": 7, \"frames\": ["
+        "{\"file_path\": \"images/04.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+        "{\"file_path\": \"other/04.png\", \"transform_matrix\": [[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+        "{\"file_path\": \"images/05.png\", \"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = val}, VW_ERROR_INPUT, "val.txt:1",
+                       "04.png", NULL);
     val = temporary_file(*state, "val.txt", "other/04.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "tvt");
 }
@@ -105,13 +112,15 @@ static void test_split_without_photos(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 4, .count = 1});
     assert_int_equal(remove(temporary_path(*state, "images/04.png")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "1 frames", "images/04.png", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "1 frames",
+                       "images/04.png", NULL);
 }
 
 static void test_pool_is_of_phototourism(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     check_splits(&(struct vw_scene_params){.path = *state, .pool = "all"}, "vttt");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "list"}, VW_ERROR_USAGE, "--pool list", "transforms", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "list"}, VW_ERROR_USAGE, "--pool list",
+                       "transforms", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "some"}, VW_ERROR_USAGE, "--pool some", NULL);
 }
 
@@ -119,25 +128,31 @@ static void test_list_errors(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *train = temporary_file(*state, "train.txt", "images/00.png\nimages/01.png\n");
     const char *overlap = temporary_file(*state, "val.txt", "images/02.png\nimages/01.png\n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = train, .val_list = overlap}, VW_ERROR_INPUT, "val.txt:2",
-                       "images/01.png", "train and val", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = train, .val_list = overlap},
+                       VW_ERROR_INPUT, "val.txt:2", "images/01.png", "train and val", NULL);
     const char *unknown = temporary_file(*state, "unknown.txt", "\nimages/1.png\n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .test_list = unknown}, VW_ERROR_INPUT, "unknown.txt:2", "images/1.png",
-                       NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .test_list = unknown}, VW_ERROR_INPUT, "unknown.txt:2",
+                       "images/1.png", NULL);
     const char *empty = temporary_file(*state, "empty.txt", " \n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = empty}, VW_ERROR_INPUT, "empty.txt", "names no view",
-                       "--train", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = empty}, VW_ERROR_INPUT, "empty.txt", "--val", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = empty}, VW_ERROR_INPUT, "empty.txt",
+                       "names no view", "--train", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = empty}, VW_ERROR_INPUT, "empty.txt",
+                       "--val", NULL);
     const char *one = temporary_file(*state, "one.txt", "images/00.png\n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = one}, VW_ERROR_INPUT, *state, "only one view", NULL);
-    const char *all = temporary_file(*state, "all.txt", "00.png\n01.png\n02.png\n03.png\n04.png\n05.png\n06.png\n07.png\n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = all}, VW_ERROR_INPUT, "no view is left to train", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = "no/list"}, VW_ERROR_INPUT, "no/list", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = one}, VW_ERROR_INPUT, *state,
+                       "only one view", NULL);
+    const char *all =
+        temporary_file(*state, "all.txt", "00.png\n01.png\n02.png\n03.png\n04.png\n05.png\n06.png\n07.png\n");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = all}, VW_ERROR_INPUT,
+                       "no view is left to train", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = "no/list"}, VW_ERROR_INPUT, "no/list",
+                       NULL);
 }
 
 static void test_providers(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
-    const char *csv = temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
+    const char *csv =
+        temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .providers = csv});
     assert_string_equal(scene->views[0].provider, "anna");
     assert_string_equal(scene->views[1].provider, "");
@@ -163,7 +178,8 @@ static void test_provider_errors(void **state) {
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *csv = temporary_file(*state, "p.csv", cases[i].text);
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state, .providers = csv}, VW_ERROR_INPUT, cases[i].line, cases[i].said, NULL);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state, .providers = csv}, VW_ERROR_INPUT, cases[i].line,
+                           cases[i].said, NULL);
     }
 }
 

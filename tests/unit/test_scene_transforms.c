@@ -15,7 +15,7 @@
 #include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "viewworth/memory.h"
+#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -33,7 +33,8 @@ static struct vw_camera camera_of(const char *folder, const char *keys, const ch
     return camera;
 }
 
-static void check_camera(const struct vw_camera *camera, double focal_x, double focal_y, double centre_x, double centre_y) {
+static void check_camera(const struct vw_camera *camera, double focal_x, double focal_y, double centre_x,
+                         double centre_y) {
     assert_int_equal(camera->width_px, TINY_WIDTH_PX);
     assert_int_equal(camera->height_px, TINY_HEIGHT_PX);
     assert_near(camera->focal_x_px, focal_x, 1e-12);
@@ -60,8 +61,10 @@ static void test_focal_keys(void **state) {
 }
 
 static void test_distortion_keys(void **state) {
-    struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.01, \"p2\": -0.02, "
-                                                "\"k3\": 0, \"k4\": 0.0, \"is_fisheye\": false, \"camera_model\": \"OPENCV\",", NULL);
+    struct vw_camera camera = camera_of(*state,
+                                        "\"fl_x\": 7, \"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.01, \"p2\": -0.02, "
+                                        "\"k3\": 0, \"k4\": 0.0, \"is_fisheye\": false, \"camera_model\": \"OPENCV\",",
+                                        NULL);
     assert_true(camera.k1 == 0.1 && camera.k2 == -0.2 && camera.p1 == 0.01 && camera.p2 == -0.02);
 }
 
@@ -69,8 +72,11 @@ static void test_lenses(void **state) {
     struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": 0.2, \"k3\": 0.3,", NULL);
     assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
     assert_true(camera.k3 == 0.3);
-    camera = camera_of(*state, "\"fl_x\": 7, \"camera_model\": \"FULL_OPENCV\", \"k3\": 0.3, \"k4\": 0.4, \"k5\": 0.5, \"k6\": 0.6,", NULL);
-    assert_true(camera.lens == VW_LENS_POLYNOMIAL && camera.k3 == 0.3 && camera.k4 == 0.4 && camera.k5 == 0.5 && camera.k6 == 0.6);
+    camera = camera_of(
+        *state, "\"fl_x\": 7, \"camera_model\": \"FULL_OPENCV\", \"k3\": 0.3, \"k4\": 0.4, \"k5\": 0.5, \"k6\": 0.6,",
+        NULL);
+    assert_true(camera.lens == VW_LENS_POLYNOMIAL && camera.k3 == 0.3 && camera.k4 == 0.4 && camera.k5 == 0.5 &&
+                camera.k6 == 0.6);
     camera = camera_of(*state, "\"fl_x\": 7, \"camera_model\": \"OPENCV_FISHEYE\", \"k1\": 0.1, \"k4\": 0.4,", NULL);
     assert_true(camera.lens == VW_LENS_FISHEYE && camera.k1 == 0.1 && camera.k4 == 0.4);
     camera = camera_of(*state, "\"fl_x\": 7, \"is_fisheye\": true, \"k4\": 0.4,", NULL);
@@ -80,26 +86,31 @@ static void test_lenses(void **state) {
 }
 
 static void test_frame_keys_win(void **state) {
-    struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
+    struct vw_camera camera =
+        camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 2, 3);
     assert_true(camera.k1 == 0.3);
-    camera = camera_of(*state, "", "\"fl_x\": 7, \"fl_y\": 8, \"w\": 8, \"h\": 6, \"camera_model\": \"SIMPLE_RADIAL\",");
+    camera =
+        camera_of(*state, "", "\"fl_x\": 7, \"fl_y\": 8, \"w\": 8, \"h\": 6, \"camera_model\": \"SIMPLE_RADIAL\",");
     check_camera(&camera, 7, 8, 4, 3);
 }
 
 static void test_intrinsics_of_another_size(void **state) {
-    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
+    tiny_scene_write(*state,
+                     &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     check_camera(&scene->views[5].camera, 7, 7, 4.1, 2.9);
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "8 frames: intrinsics scaled"));
     vw_scene_close(&scene);
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"w\": 80, \"h\": 61,"});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frame 0", "80 x 61", "8 x 6", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frame 0",
+                       "80 x 61", "8 x 6", NULL);
 }
 
 static void test_names_and_extensions(void **state) {
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
+    tiny_scene_write(
+        *state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_string_equal(scene->views[1].name, "images/01");
     vw_scene_close(&scene);
@@ -112,12 +123,15 @@ static void test_names_and_extensions(void **state) {
 
 static void test_pose(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
-                   "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
-                   "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
+    temporary_file(
+        *state, "transforms.json",
+        "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
+        "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
+        "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
-    for (int i = 0; i < 12; i++) assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
+    for (int i = 0; i < 12; i++)
+        assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
     vw_scene_close(&scene);
 }
 
@@ -136,14 +150,15 @@ static void test_pose_errors(void **state) {
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     for (size_t i = 0; i < VW_ARRAY_COUNT(matrices); i++) {
-        char *json = vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
-                                    "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}, "
-                                    "{\"file_path\": \"images/01.png\", \"transform_matrix\": %s}]}",
-                                    matrices[i][0]);
+        char *json =
+            vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
+                           "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}, "
+                           "{\"file_path\": \"images/01.png\", \"transform_matrix\": %s}]}",
+                           matrices[i][0]);
         temporary_file(*state, "transforms.json", json);
         free(json);
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1 (images/01.png)",
-                           "transform_matrix", matrices[i][1], NULL);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT,
+                           "transforms.json: frame 1 (images/01.png)", "transform_matrix", matrices[i][1], NULL);
     }
 }
 
@@ -163,7 +178,8 @@ static void test_key_errors(void **state) {
         {"\"fl_x\": 7, \"camera_model\": \"PINHOLE\", \"k1\": 0.1,", "k1"},
         {"\"fl_x\": 7, \"camera_model\": \"SIMPLE_RADIAL\", \"k2\": 0.1,", "k2"},
         {"\"fl_x\": 7, \"camera_model\": 3,", "camera_model"},
-        {"\"fl_x\": 7, \"camera_model\": \"OPENCV\", \"is_fisheye\": true,", "is_fisheye contradicts camera_model OPENCV"},
+        {"\"fl_x\": 7, \"camera_model\": \"OPENCV\", \"is_fisheye\": true,",
+         "is_fisheye contradicts camera_model OPENCV"},
         {"\"fl_x\": 7, \"camera_model\": \"THIN_PRISM_FISHEYE\",", "THIN_PRISM_FISHEYE"},
         {"\"fl_x\": 7, \"rolling_shutter\": [0, 0.1],", "rolling_shutter"},
         {"\"fl_x\": 7, \"camera_model\": \"EQUIRECTANGULAR\",", "EQUIRECTANGULAR"},
@@ -173,25 +189,31 @@ static void test_key_errors(void **state) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .keys = cases[i][0]});
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", cases[i][1], NULL);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", cases[i][1],
+                           NULL);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k5\": 1,"});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k5", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k5",
+                       NULL);
 }
 
 static void test_file_errors(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "no scene found", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene", "no such scene", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "transforms"}, VW_ERROR_INPUT, "transforms.json", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene",
+                       "no such scene", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "transforms"}, VW_ERROR_INPUT,
+                       "transforms.json", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "bundler"}, VW_ERROR_USAGE, "bundler", NULL);
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"frames\": [}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:13:", "JSON", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:13:", "JSON",
+                       NULL);
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"fl_y\": NaN}");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:", NULL);
     static const char *const no_frames[] = {"[]", "{}", "{\"frames\": []}", "{\"frames\": 3}"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(no_frames); i++) {
         temporary_file(*state, "transforms.json", no_frames[i]);
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frames", NULL);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frames",
+                           NULL);
     }
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path", NULL);
@@ -206,9 +228,11 @@ static void test_hostile_files(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", "depth", NULL);
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     assert_int_equal(truncate(temporary_path(*state, "transforms.json"), 1 << 30), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "larger than", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "larger than",
+                       NULL);
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "a?b?[2J", "control characters", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "a?b?[2J", "control characters",
+                       NULL);
     temporary_file(*state, "transforms.json", "{\"fl_x\": 1e999, \"frames\": []}");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", NULL);
 }
@@ -236,7 +260,8 @@ static void test_photos_stay_in_the_folder(void **state) {
     static const char *const prefixes[] = {"../images/", "images/../../images/", "/images/"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(prefixes); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 2, .name_prefix = prefixes[i]});
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path leaves the scene folder", NULL);
+        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0",
+                           "file_path leaves the scene folder", NULL);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     char *elsewhere = temporary_folder_create();
@@ -257,7 +282,8 @@ static void test_the_scene_file_stays_in_the_folder(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "t.json"), temporary_path(*state, "transforms.json")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "through a link", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "through a link",
+                       NULL);
     temporary_folder_remove(elsewhere);
 }
 
@@ -266,21 +292,26 @@ static void test_photos_of_other_kinds(void **state) {
     const char *photo = temporary_path(*state, "images/01.png");
     assert_int_equal(unlink(photo), 0);
     assert_int_equal(mkdir(photo, 0777), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path", "not a plain file", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path",
+                       "not a plain file", NULL);
     assert_int_equal(rmdir(photo), 0);
     assert_int_equal(mkfifo(photo, 0666), 0); // opening one would wait forever
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path", "not a plain file", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path",
+                       "not a plain file", NULL);
 }
 
 static void test_photo_errors(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     temporary_file(*state, "images/01.png", "not an image");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1", "images/01.png", NULL);
-    temporary_file(*state, "transforms.json",
-                   "{\"fl_x\": 7, \"frames\": ["
-                   "{\"file_path\": \"images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
-                   "{\"file_path\": \"./images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "images/00.png appears twice", NULL);
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1",
+                       "images/01.png", NULL);
+    temporary_file(
+        *state, "transforms.json",
+        "{\"fl_x\": 7, \"frames\": ["
+        "{\"file_path\": \"images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
+        "{\"file_path\": \"./images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1",
+                       "images/00.png appears twice", NULL);
 }
 
 int main(void) {

@@ -5,19 +5,20 @@
 
 // Photos 1, 2, 3, 5 and 6 train; see test_images.
 static const struct vw_ledger_score scores[] = {
-    {.image_id = 1, .method = "dv_psnr", .value = 0.25, .visits = 4, .low = -1, .high = 1.5},
-    {.image_id = 2, .method = "dv_psnr", .value = 3, .visits = 4, .low = 0.5, .high = 5.5},
-    {.image_id = 3, .method = "dv_psnr", .value = 0, .visits = 4, .low = 0, .high = 0},
-    {.image_id = 5, .method = "dv_psnr", .value = 0.25, .visits = 4, .low = 0.125, .high = 0.375},
-    {.image_id = 6, .method = "dv_psnr", .value = -7, .visits = 4, .low = -9, .high = -5},
-    {.image_id = 1, .method = "dv_loss", .value = 1, .visits = 4, .low = NAN, .high = NAN},
-    {.image_id = 2, .method = "dv_loss", .value = NAN, .visits = 4, .low = 1, .high = 2},
-    {.image_id = 3, .method = "dv_loss", .value = 0, .visits = 0, .low = 1, .high = 1}, // never visited after burn-in
-    {.image_id = 5, .method = "dv_loss", .value = 2, .visits = 1, .low = NAN, .high = NAN},
-    {.image_id = 6, .method = "dv_loss", .value = -1, .visits = 4, .low = NAN, .high = NAN},
-    {.image_id = 0, .method = "odd", .value = 9, .visits = 4, .low = 8, .high = 10}, // a validation photo
-    {.image_id = 1, .method = "odd", .value = -1, .visits = 4, .low = -2, .high = -0.5},
-    {.image_id = 4, .method = "validation_alone", .value = 9, .visits = 4, .low = 8, .high = 10},
+    {.image_id = 1, .method = "dv_psnr", .value = 0.25, .visits = 4, .ci_low = -1, .ci_high = 1.5},
+    {.image_id = 2, .method = "dv_psnr", .value = 3, .visits = 4, .ci_low = 0.5, .ci_high = 5.5},
+    {.image_id = 3, .method = "dv_psnr", .value = 0, .visits = 4, .ci_low = 0, .ci_high = 0},
+    {.image_id = 5, .method = "dv_psnr", .value = 0.25, .visits = 4, .ci_low = 0.125, .ci_high = 0.375},
+    {.image_id = 6, .method = "dv_psnr", .value = -7, .visits = 4, .ci_low = -9, .ci_high = -5},
+    {.image_id = 1, .method = "dv_loss", .value = 1, .visits = 4, .ci_low = NAN, .ci_high = NAN},
+    {.image_id = 2, .method = "dv_loss", .value = NAN, .visits = 4, .ci_low = 1, .ci_high = 2},
+    {.image_id = 3, .method = "dv_loss", .value = 0, .visits = 0, .ci_low = 1, .ci_high = 1}, // never visited after
+                                                                                              // burn-in
+    {.image_id = 5, .method = "dv_loss", .value = 2, .visits = 1, .ci_low = NAN, .ci_high = NAN},
+    {.image_id = 6, .method = "dv_loss", .value = -1, .visits = 4, .ci_low = NAN, .ci_high = NAN},
+    {.image_id = 0, .method = "odd", .value = 9, .visits = 4, .ci_low = 8, .ci_high = 10}, // a validation photo
+    {.image_id = 1, .method = "odd", .value = -1, .visits = 4, .ci_low = -2, .ci_high = -0.5},
+    {.image_id = 4, .method = "validation_alone", .value = 9, .visits = 4, .ci_low = 8, .ci_high = 10},
 };
 
 static void check_chosen(struct vw_selection_params params, const char *expected, uint32_t scored_count) {
@@ -27,7 +28,8 @@ static void check_chosen(struct vw_selection_params params, const char *expected
     for (uint32_t i = 0; i < selection.count; i++)
         snprintf(text + strlen(text), sizeof text - strlen(text), "%s%u", i > 0 ? " " : "", selection.image_ids[i]);
     if (strcmp(text, expected) != 0)
-        fail_msg("rule %d, %g%s gives %s, not %s", params.rule, params.amount, params.percent ? " %" : "", text, expected);
+        fail_msg("rule %d, %g%s gives %s, not %s", params.rule, params.amount, params.percent ? " %" : "", text,
+                 expected);
     assert_int_equal(selection.scored_count, scored_count);
     vw_selection_free(&selection);
     assert_null(selection.image_ids);
@@ -35,9 +37,11 @@ static void check_chosen(struct vw_selection_params params, const char *expected
 
 static void rules_choose_by_value_and_interval(void **state) {
     (void)state;
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_POSITIVE}, "2 1 5", 5); // a tie: by image; zero does not help
+    check_chosen((struct vw_selection_params){.rule = VW_SELECT_POSITIVE}, "2 1 5",
+                 5); // a tie: by image; zero does not help
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_SIGNIFICANT}, "2 5", 5);
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_HARMLESS}, "2 1 5 3", 5); // an interval that ends at zero is not below it
+    check_chosen((struct vw_selection_params){.rule = VW_SELECT_NOT_HARMFUL}, "2 1 5 3",
+                 5); // an interval that ends at zero is not below it
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 2}, "2 1", 5);
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 99}, "2 1 5 3 6", 5);
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 1}, "2 1 5 3", 5);
@@ -50,8 +54,9 @@ static void percentages_round_to_the_nearest_photo(void **state) {
         double percent;
         const char *top, *drop; // of five; NULL: refused
     } cases[] = {
-        {0.001, "2", "2 1 5 3 6"}, {9.9, "2", "2 1 5 3 6"}, {10, "2", "2 1 5 3"},   {29.9, "2", "2 1 5 3"},  {30, "2 1", "2 1 5"},
-        {60, "2 1 5", "2 1"},      {80, "2 1 5 3", "2"},    {89.9, "2 1 5 3", "2"}, {90, "2 1 5 3 6", NULL}, {100, "2 1 5 3 6", NULL},
+        {0.001, "2", "2 1 5 3 6"}, {9.9, "2", "2 1 5 3 6"},  {10, "2", "2 1 5 3"}, {29.9, "2", "2 1 5 3"},
+        {30, "2 1", "2 1 5"},      {60, "2 1 5", "2 1"},     {80, "2 1 5 3", "2"}, {89.9, "2 1 5 3", "2"},
+        {90, "2 1 5 3 6", NULL},   {100, "2 1 5 3 6", NULL},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = cases[i].percent, .percent = true};
@@ -64,17 +69,21 @@ static void percentages_round_to_the_nearest_photo(void **state) {
 static void what_is_unknown_is_never_chosen(void **state) {
     (void)state;
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_POSITIVE}, "5 1", 3);
-    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_HARMLESS}, "5 1 6", 3); // none has an interval
-    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_TOP, .amount = 100, .percent = true}, "5 1 6", 3);
+    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_NOT_HARMFUL}, "5 1 6",
+                 3); // none has an interval
+    check_chosen(
+        (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_TOP, .amount = 100, .percent = true},
+        "5 1 6", 3);
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_DROP, .amount = 1}, "5 1", 3);
     check_chosen((struct vw_selection_params){.method = "odd", .rule = VW_SELECT_TOP, .amount = 5}, "1", 1);
 }
 
-static void check_refused(const struct vw_ledger_score *rows, uint32_t count, struct vw_selection_params params, enum vw_status expected,
-                          const char *said) {
+static void check_refused(const struct vw_ledger_score *rows, uint32_t count, struct vw_selection_params params,
+                          enum vw_status expected, const char *said) {
     struct vw_selection selection = {.count = 77};
     enum vw_status status = vw_selection_make(rows, count, test_images, TEST_IMAGE_COUNT, &params, &selection);
-    if (status != expected || !strstr(vw_error_message(), said)) fail_msg("gave %d: %s, not %s", status, vw_error_message(), said);
+    if (status != expected || !strstr(vw_error_message(), said))
+        fail_msg("gave %d: %s, not %s", status, vw_error_message(), said);
     assert_int_equal(selection.count, 77); // untouched
 }
 
@@ -85,15 +94,19 @@ static void refusals_say_what_is_missing(void **state) {
     check_refused(scores, 0, positive, VW_ERROR_INPUT, "no scores; value the photos first");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr"}, VW_ERROR_USAGE,
                   "\"dv_pnsr\"; use one of: dv_psnr, dv_loss, odd, validation_alone");
-    check_refused(scores, count, (struct vw_selection_params){.method = "odd"}, VW_ERROR_INPUT, "none of 1 scores is above zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT}, VW_ERROR_INPUT,
-                  "none of 3 scores has an interval above zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_HARMLESS}, VW_ERROR_INPUT,
-                  "the intervals of all 1 scores lie below zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone"}, VW_ERROR_INPUT, "no train photo has a score");
-    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1},
+    check_refused(scores, count, (struct vw_selection_params){.method = "odd"}, VW_ERROR_INPUT,
+                  "none of 1 scores is above zero");
+    check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT},
+                  VW_ERROR_INPUT, "none of 3 scores has an interval above zero");
+    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_NOT_HARMFUL},
+                  VW_ERROR_INPUT, "the intervals of all 1 scores lie below zero");
+    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone"}, VW_ERROR_INPUT,
+                  "no train photo has a score");
+    check_refused(scores, count,
+                  (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1},
                   VW_ERROR_INPUT, "no train photo has a score");
-    check_refused(scores, count, (struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 5}, VW_ERROR_INPUT, "all 5 photos");
+    check_refused(scores, count, (struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 5}, VW_ERROR_INPUT,
+                  "all 5 photos");
     const struct vw_ledger_score stray = {.image_id = 99, .method = "dv_psnr", .value = 1, .visits = 1};
     check_refused(&stray, 1, positive, VW_ERROR_INPUT, "image 99");
 }

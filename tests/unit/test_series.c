@@ -19,7 +19,8 @@ static struct vw_series make(const struct test_game *game, uint32_t burn_in_epoc
 }
 
 static void assert_close(double value, double expected, double allowed, const char *what) {
-    if (!(fabs(value - expected) <= allowed)) fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
+    if (!(fabs(value - expected) <= allowed))
+        fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
 }
 
 static double sum_of(const struct vw_series *series, uint32_t image) { // TEST_IMAGE_COUNT: of all
@@ -35,19 +36,22 @@ static const double rounding = 1e-12;
 static void steps_add_up_to_last_minus_first(void **state) {
     (void)state;
     struct test_game *game = test_play(noisy, 20, seed);
-    const double before[] = {12, game->records[TEST_TRAIN_COUNT].val_psnr, game->records[7 * TEST_TRAIN_COUNT].val_psnr};
+    const double before[] = {12, game->records[TEST_TRAIN_COUNT].val_psnr,
+                             game->records[7 * TEST_TRAIN_COUNT].val_psnr};
     const uint32_t burn_in[] = {0, 1, 7};
     for (size_t i = 0; i < VW_ARRAY_COUNT(burn_in); i++) {
         struct vw_series series = make(game, burn_in[i], 0, VW_FORM_STEP);
         assert_int_equal(series.count, (20 - burn_in[i]) * TEST_TRAIN_COUNT);
         assert_int_equal(series.epoch_count, 20 - burn_in[i]);
-        assert_close(sum_of(&series, TEST_IMAGE_COUNT), game->records[game->count - 1].val_psnr - before[i], rounding, "the sum");
+        assert_close(sum_of(&series, TEST_IMAGE_COUNT), game->records[game->count - 1].val_psnr - before[i], rounding,
+                     "the sum");
         vw_series_free(&series);
     }
     free(game);
 }
 
-// Each photo's revisit deltas add up to the measure after its last visit minus the one after its last visit within burn-in.
+// Each photo's revisit deltas add up to the measure after its last visit minus the one after its last visit within
+// burn-in.
 static void revisits_telescope(void **state) {
     (void)state;
     struct test_game *game = test_play(noisy, 20, seed);
@@ -160,7 +164,8 @@ static void an_unknown_image_is_refused(void **state) {
     free(game);
 }
 
-// ---- Momentum -----------------------------------------------------------------------------------------------------------------
+// ---- Momentum
+// -----------------------------------------------------------------------------------------------------------------
 
 static const double beta1 = 0.9;
 
@@ -190,7 +195,8 @@ static void worths_come_back_from_momentum(void **state) {
     struct test_game *game = test_play(mixed, 20, seed);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++)
-        assert_close(series.visits[i].delta, worth_db[game->order[1 + TEST_TRAIN_COUNT + i]], amplified_rounding, "a credit");
+        assert_close(series.visits[i].delta, worth_db[game->order[1 + TEST_TRAIN_COUNT + i]], amplified_rounding,
+                     "a credit");
     vw_series_free(&series);
     free(game);
 }
@@ -202,7 +208,8 @@ static void draws_stay_with_their_steps(void **state) {
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
-        assert_close(series.visits[i].delta, worth_db[game->order[step]] + 0.5 * test_noise(seed, step), amplified_rounding, "a credit");
+        assert_close(series.visits[i].delta, worth_db[game->order[step]] + 0.5 * test_noise(seed, step),
+                     amplified_rounding, "a credit");
     }
     vw_series_free(&series);
     free(game);
@@ -250,7 +257,8 @@ static void what_has_no_value_has_no_credit(void **state) {
     struct test_game *game = test_play(mixed, 3, seed);
     for (uint32_t step = 0; step < 9; step++) test_flag(game, step);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
-    for (uint32_t i = 0; i < series.count; i++) // step 9 is the first that has a value, but nothing to start from, and 10 needs its delta
+    for (uint32_t i = 0; i < series.count;
+         i++) // step 9 is the first that has a value, but nothing to start from, and 10 needs its delta
         assert_int_equal(isnan(series.visits[i].delta), 1 + TEST_TRAIN_COUNT + i <= 10);
     vw_series_free(&series);
     free(game);

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "support/temporary_folder.h"
-#include "viewworth/file.h"
+#include "base/file.h"
 #include "viewworth/gpu.h"
 
 const char *__asan_default_options(void);
@@ -19,7 +19,8 @@ const char *__asan_default_options(void) { return "detect_leaks=0"; } // Vulkan 
 
 static void open_and_close(void) {
     struct vw_gpu *gpu = NULL;
-    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &gpu) || vw_gpu_close(&gpu)) fail_msg("%s", vw_error_message());
+    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &gpu) || vw_gpu_close(&gpu))
+        fail_msg("%s", vw_error_message());
 }
 
 // How many pipeline caches the folder holds; the last one's name.
@@ -45,7 +46,11 @@ static void a_damaged_cache_is_made_anew(void **state) {
     assert_int_equal(vw_file_read(path, 1 << 28, &whole, &whole_bytes), VW_OK);
     for (size_t damage = 0; damage < 3; damage++) { // cut short, a bit flipped, empty
         ((uint8_t *)whole)[40] ^= damage == 1;
-        assert_int_equal(vw_file_write(path, whole, damage == 0 ? whole_bytes - 1 : damage == 1 ? whole_bytes : 0), VW_OK);
+        assert_int_equal(vw_file_write(path, whole,
+                                       damage == 0   ? whole_bytes - 1
+                                       : damage == 1 ? whole_bytes
+                                                     : 0),
+                         VW_OK);
         ((uint8_t *)whole)[40] ^= damage == 1;
         open_and_close();
         assert_int_equal(vw_file_read(path, 1 << 28, &again, &again_bytes), VW_OK);

@@ -1,4 +1,5 @@
-// Structural similarity: known values, another program's, and an independent implementation that filters nothing separably.
+// Structural similarity: known values, another program's, and an independent implementation that filters nothing
+// separably.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +11,7 @@
 #include <cmocka.h>
 
 #include "support/assert_near.h"
-#include "viewworth/ssim.h"
+#include "image/ssim.h"
 
 enum { WIDTH = 24, HEIGHT = 17, VALUES = 3 * WIDTH * HEIGHT };
 
@@ -60,11 +61,14 @@ static double slow_ssim(const float *a, const float *b, const uint8_t *usable, u
                 int hidden = 0;
                 for (int pass = 0; pass < 2; pass++)
                     for (uint32_t i = 0; i < 121; i++) {
-                        double dx = (double)(i % 11) - 5, dy = (double)(i / 11) - 5, weight = exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5));
+                        double dx = (double)(i % 11) - 5, dy = (double)(i / 11) - 5,
+                               weight = exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5));
                         size_t pixel = (size_t)(top + i / 11) * width_px + left + i % 11;
                         double va = a[3 * pixel + channel], vb = b[3 * pixel + channel];
                         if (pass == 0) weight_sum += weight, mean_a += weight * va, mean_b += weight * vb;
-                        else var_a += weight * (va - mean_a) * (va - mean_a), var_b += weight * (vb - mean_b) * (vb - mean_b);
+                        else
+                            var_a += weight * (va - mean_a) * (va - mean_a),
+                                var_b += weight * (vb - mean_b) * (vb - mean_b);
                         if (pass == 1) cov += weight * (va - mean_a) * (vb - mean_b);
                         if (pass == 0 && i == 120) mean_a /= weight_sum, mean_b /= weight_sum;
                         hidden += usable && !usable[pixel];
@@ -92,11 +96,12 @@ static void constant_images_differ_by_their_means(void **state) {
         float a[VALUES], b[VALUES];
         double left = levels[l][0], right = levels[l][1];
         for (int i = 0; i < VALUES; i++) a[i] = levels[l][0], b[i] = levels[l][1];
-        assert_near(ssim_of(a, b, NULL, WIDTH, HEIGHT), (2 * left * right + 1e-4) / (left * left + right * right + 1e-4), ROUNDING);
+        assert_near(ssim_of(a, b, NULL, WIDTH, HEIGHT),
+                    (2 * left * right + 1e-4) / (left * left + right * right + 1e-4), ROUNDING);
     }
 }
 
-// Each channel is judged by itself: two that are the same and one that is not.
+// Each channel is evaluated by itself: two that are the same and one that is not.
 static void channels_are_averaged(void **state) {
     (void)state;
     float a[VALUES], b[VALUES];
@@ -105,8 +110,9 @@ static void channels_are_averaged(void **state) {
     assert_near(ssim_of(a, b, NULL, WIDTH, HEIGHT), (2 + green) / 3, ROUNDING);
 }
 
-// scikit-image 0.19.3: skimage.metrics.structural_similarity(a, b, gaussian_weights=True, sigma=1.5, use_sample_covariance=False,
-// data_range=1, channel_axis=2) of the pictures as doubles, whose mean is over whole windows as well.
+// scikit-image 0.19.3: skimage.metrics.structural_similarity(a, b, gaussian_weights=True, sigma=1.5,
+// use_sample_covariance=False, data_range=1, channel_axis=2) of the pictures as doubles, whose mean is over whole
+// windows as well.
 static void values_of_another_program(void **state) {
     (void)state;
     struct pictures p = draw_pictures();
@@ -118,12 +124,16 @@ static void values_of_another_program(void **state) {
 static void values_of_the_definition(void **state) {
     (void)state;
     struct pictures p = draw_pictures();
-    assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), slow_ssim(p.noise, p.blend, NULL, WIDTH, HEIGHT), ROUNDING);
-    assert_near(ssim_of(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), slow_ssim(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), ROUNDING);
-    assert_near(ssim_of(p.ramp, p.grainy, NULL, 11, 11), slow_ssim(p.ramp, p.grainy, NULL, 11, 11), ROUNDING); // a single window
+    assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), slow_ssim(p.noise, p.blend, NULL, WIDTH, HEIGHT),
+                ROUNDING);
+    assert_near(ssim_of(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), slow_ssim(p.ramp, p.grainy, NULL, WIDTH, HEIGHT),
+                ROUNDING);
+    assert_near(ssim_of(p.ramp, p.grainy, NULL, 11, 11), slow_ssim(p.ramp, p.grainy, NULL, 11, 11),
+                ROUNDING); // a single window
 }
 
-// What lies under a hidden pixel has no say, and which windows count is that of the definition: with a pixel, a row, the left half.
+// What lies under a hidden pixel has no say, and which windows count is that of the definition: with a pixel, a row,
+// the left half.
 static void hidden_pixels_have_no_say(void **state) {
     (void)state;
     for (int form = 0; form < 3; form++) {

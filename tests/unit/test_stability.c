@@ -1,16 +1,20 @@
 // When scores count as stable: of records alone, whatever stands behind the last complete epoch.
 #include "unit/ledger_fixture.h"
 
-#include "viewworth/stability.h"
+#include "value/stability.h"
 #include "viewworth/value.h"
 
 static struct test_recording *train(double noise_db, uint32_t epochs) {
-    struct test_trainer trainer = {
-        .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = noise_db, .first_epoch_factor = 10, .epochs = epochs, .seed = 3};
+    struct test_trainer trainer = {.worth_db = {0.5, -0.2, 0.1, -0.3, 0.2},
+                                   .noise_db = noise_db,
+                                   .first_epoch_factor = 10,
+                                   .epochs = epochs,
+                                   .seed = 3};
     return test_record(&trainer);
 }
 
-static struct vw_stability measure(const struct test_recording *training, uint32_t record_count, uint32_t burn_in_epochs) {
+static struct vw_stability measure(const struct test_recording *training, uint32_t record_count,
+                                   uint32_t burn_in_epochs) {
     struct vw_value_input input = {.records = training->records,
                                    .record_count = record_count,
                                    .burn_in_epochs = burn_in_epochs,
@@ -21,7 +25,8 @@ static struct vw_stability measure(const struct test_recording *training, uint32
     return stability;
 }
 
-static struct vw_stability measure_epochs(const struct test_recording *training, uint32_t epochs, uint32_t burn_in_epochs) {
+static struct vw_stability measure_epochs(const struct test_recording *training, uint32_t epochs,
+                                          uint32_t burn_in_epochs) {
     return measure(training, 1 + epochs * TEST_TRAIN_COUNT, burn_in_epochs);
 }
 
@@ -40,10 +45,10 @@ static void photos_that_differ_are_stable_once_enough_epochs_count(void **state)
     free(training);
 }
 
-// Photo 1's deltas turn from +1 to -1 after the sixth of the epochs that count, the others' do not change: 0.11, 0.22, 0.33, 0.44. After 5
-// or 6 it is the best. After 10 it has 2, the second lowest: ranks 5 1 2 3 4 and 2 1 3 4 5 correlate by 0.4. From 11 on, when it has 1, it
-// is the worst: by 0.
-// After 22, when half the epochs agree again, the last ends give 0.9, 0.9 and 1.
+// Photo 1's deltas turn from +1 to -1 after the sixth of the epochs that count, the others' do not change: 0.11, 0.22,
+// 0.33, 0.44. After 5 or 6 it is the best. After 10 it has 2, the second lowest: ranks 5 1 2 3 4 and 2 1 3 4 5
+// correlate by 0.4. From 11 on, when it has 1, it is the worst: by 0. After 22, when half the epochs agree again, the
+// last ends give 0.9, 0.9 and 1.
 static void ranks_that_turn_are_not(void **state) {
     (void)state;
     struct test_recording *training = train(0, 25);
@@ -65,7 +70,8 @@ static void ranks_that_turn_are_not(void **state) {
         assert_int_equal(stability.epochs, cases[i].epochs);
         assert_int_equal(stability.earlier_epochs, cases[i].epochs / 2);
         if (!(fabs(stability.correlation - cases[i].correlation) <= 1e-12))
-            fail_msg("after %u epochs the ranks correlate by %g, not %g", cases[i].epochs, stability.correlation, cases[i].correlation);
+            fail_msg("after %u epochs the ranks correlate by %g, not %g", cases[i].epochs, stability.correlation,
+                     cases[i].correlation);
         assert_false(vw_stability_reaches(&stability, cases[i].correlation + 0.01));
     }
     free(training);
@@ -95,7 +101,8 @@ static void nothing_is_never_stable(void **state) {
     struct vw_stability flat = measure_epochs(training, 12, 1);
     assert_true(isnan(flat.correlation));
     assert_false(vw_stability_reaches(&flat, 1e-9));
-    for (uint32_t i = 0; i < training->count; i++) training->records[i].val_psnr = NAN; // a run without validation has no scores
+    for (uint32_t i = 0; i < training->count; i++)
+        training->records[i].val_psnr = NAN; // a run without validation has no scores
     struct vw_stability blind = measure_epochs(training, 12, 1);
     assert_true(blind.epochs == 11 && isnan(blind.correlation));
     free(training);

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "viewworth/statistics.h"
+#include "base/statistics.h"
 
 static void assert_real(double value, double expected) {
     if (!(fabs(value - expected) <= 1e-15 * fabs(expected))) fail_msg("%.17g is not %.17g", value, expected);
@@ -38,7 +38,8 @@ static void a_far_value_moves_no_robust_spread(void **state) {
 
 static void correlations_and_ties(void **state) {
     (void)state;
-    const double a[] = {1, 2, 3, 4, 5}, line[] = {11, 9, 7, 5, 3}, cubes[] = {1, 8, 27, 64, 125}, flat[] = {2, 2, 2, 2, 2};
+    const double a[] = {1, 2, 3, 4, 5}, line[] = {11, 9, 7, 5, 3}, cubes[] = {1, 8, 27, 64, 125},
+                 flat[] = {2, 2, 2, 2, 2};
     const double tied[] = {5, 1, 5, 1, 9}, b[] = {2, 1, 4, 3, 5};
     double ranks[5], r;
     assert_real(vw_pearson(a, line, 5), -1);
@@ -59,7 +60,8 @@ static void correlations_and_ties(void **state) {
 // From tables of Student's distribution; the expansion is good to 0.2 %.
 static void students_quantiles(void **state) {
     (void)state;
-    static const double tables[][2] = {{1, 12.7062}, {2, 4.30265}, {3, 3.18245}, {4, 2.77645}, {9, 2.26216}, {49, 2.00958}, {1e6, 1.95997}};
+    static const double tables[][2] = {{1, 12.7062}, {2, 4.30265},  {3, 3.18245},  {4, 2.77645},
+                                       {9, 2.26216}, {49, 2.00958}, {1e6, 1.95997}};
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
         double quantile = vw_student_quantile(tables[i][0]), tolerance = tables[i][0] < 3 ? 1e-5 : 2e-3;
         if (!(fabs(quantile - tables[i][1]) <= tolerance * tables[i][1]))

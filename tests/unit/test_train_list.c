@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "scene/train_list.h"
+#include "scene/formats/train_list.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
@@ -27,14 +27,15 @@ static struct vw_scene *open_scene(const char *folder) {
 }
 
 // Which photos are chosen, as their digits.
-static void check_list(const char *folder, const char *name, const char *text, const double *least, const char *expected,
-                       uint32_t expected_passed_over) {
+static void check_list(const char *folder, const char *name, const char *text, const double *least,
+                       const char *expected, uint32_t expected_passed_over) {
     struct vw_scene *scene = open_scene(folder);
     bool chosen[PHOTOS] = {false};
     uint32_t passed_over = 99, count = 0;
     char digits[PHOTOS + 1] = "";
     temporary_file(folder, name, text);
-    if (vw_train_list_read(scene, temporary_path(folder, name), least, chosen, &passed_over)) fail_msg("%s", vw_error_message());
+    if (vw_train_list_read(scene, temporary_path(folder, name), least, chosen, &passed_over))
+        fail_msg("%s", vw_error_message());
     for (uint32_t v = 0; v < PHOTOS; v++)
         if (chosen[v]) digits[count++] = (char)('0' + v);
     assert_string_equal(digits, expected);
@@ -43,13 +44,14 @@ static void check_list(const char *folder, const char *name, const char *text, c
 }
 
 // In one line that holds both texts.
-static void check_refusal(const char *folder, const char *name, const char *text, const double *least, const char *first,
-                          const char *second) {
+static void check_refusal(const char *folder, const char *name, const char *text, const double *least,
+                          const char *first, const char *second) {
     struct vw_scene *scene = open_scene(folder);
     bool chosen[PHOTOS] = {false};
     uint32_t passed_over;
     temporary_file(folder, name, text);
-    assert_int_equal(vw_train_list_read(scene, temporary_path(folder, name), least, chosen, &passed_over), VW_ERROR_INPUT);
+    assert_int_equal(vw_train_list_read(scene, temporary_path(folder, name), least, chosen, &passed_over),
+                     VW_ERROR_INPUT);
     if (!strstr(vw_error_message(), first) || !strstr(vw_error_message(), second) || strchr(vw_error_message(), '\n'))
         fail_msg("\"%s\" lacks \"%s\" or \"%s\"", vw_error_message(), first, second);
     vw_scene_close(&scene);
@@ -58,7 +60,8 @@ static void check_refusal(const char *folder, const char *name, const char *text
 static void plain_names(void **state) {
     check_list(*state, "list.txt", "images/03.png\n\n  05.png \r\n./images/01.png", NULL, "135", 0);
     check_list(*state, "list.txt", "images/03.png\n03.png\n", NULL, "3", 0); // twice is once
-    check_refusal(*state, "list.txt", "images/03.png\nimages/11.png\n", NULL, "list.txt:2", "images/11.png is not in the scene");
+    check_refusal(*state, "list.txt", "images/03.png\nimages/11.png\n", NULL, "list.txt:2",
+                  "images/11.png is not in the scene");
     check_refusal(*state, "list.txt", "03.png\n04.png\n", NULL, "list.txt:2", "its split is test");
     check_refusal(*state, "list.txt", "00.png\n", NULL, "list.txt:1", "its split is val");
     check_refusal(*state, "list.txt", " \n\n", NULL, "list.txt", "names no photo");
@@ -66,8 +69,9 @@ static void plain_names(void **state) {
 
 // Rows without an id, test rows, photos that do not train and photos that are not there: none of them is chosen.
 static void nerfw_rows_with_an_id(void **state) {
-    static const char rows[] = "filename\tid\tsplit\tdataset\n03.png\t7.0\ttrain\tx\n05.png\t\ttrain\tx\n06.png\t4\ttest\tx\n"
-                               "00.png\t5\ttrain\tx\ngone.png\t6\ttrain\tx\n09.png\t8\ttrain\tx\n";
+    static const char rows[] =
+        "filename\tid\tsplit\tdataset\n03.png\t7.0\ttrain\tx\n05.png\t\ttrain\tx\n06.png\t4\ttest\tx\n"
+        "00.png\t5\ttrain\tx\ngone.png\t6\ttrain\tx\n09.png\t8\ttrain\tx\n";
     check_list(*state, "list.tsv", rows, NULL, "39", 2);
     check_list(*state, "list.txt", rows, NULL, "39", 2); // known by its header
     check_refusal(*state, "list.tsv", "filename\tid\tsplit\n03.png\t\ttrain\n", NULL, "list.tsv", "names no photo");
@@ -75,11 +79,12 @@ static void nerfw_rows_with_an_id(void **state) {
 
 static void frames_of_a_transforms_file(void **state) {
     check_list(*state, "chosen.json",
-               "{\"frames\": [{\"file_path\": \"images/02.png\"}, {\"file_path\": \"./images/04.png\"}, {\"file_path\": \"07.png\"},"
+               "{\"frames\": [{\"file_path\": \"images/02.png\"}, {\"file_path\": \"./images/04.png\"}, "
+               "{\"file_path\": \"07.png\"},"
                " {\"file_path\": \"../elsewhere/images/06.png\"}]}",
                NULL, "267", 1);
-    check_refusal(*state, "chosen.json", "{\"frames\": [{\"file_path\": \"02.png\"}, {\"file_path\": \"a/12.png\"}]}", NULL, "frame 1",
-                  "a/12.png");
+    check_refusal(*state, "chosen.json", "{\"frames\": [{\"file_path\": \"02.png\"}, {\"file_path\": \"a/12.png\"}]}",
+                  NULL, "frame 1", "a/12.png");
     check_refusal(*state, "chosen.json", "{\"frames\": [{\"file\": \"02.png\"}]}", NULL, "frame 0", "file_path");
     check_refusal(*state, "chosen.json", "{\"frames\": {}}", NULL, "chosen.json", "frames");
     check_refusal(*state, "chosen.json", "{\"frames\": [}", NULL, "chosen.json:1:13", "not valid JSON");
@@ -95,7 +100,8 @@ static void photos_scored_so_highly(void **state) {
     check_refusal(*state, "nima.csv", "name,score\n01.png,3\n", &nine, "nima.csv", "no photo");
     check_refusal(*state, "nima.csv", "name,value\n01.png,3\n", &three, "nima.csv:1", "name,score");
     check_refusal(*state, "nima.csv", "", &three, "nima.csv:1", "name,score");
-    check_refusal(*state, "nima.csv", "name,score\n01.png,3\n31.png,3\n", &three, "nima.csv:3", "31.png is not in the scene");
+    check_refusal(*state, "nima.csv", "name,score\n01.png,3\n31.png,3\n", &three, "nima.csv:3",
+                  "31.png is not in the scene");
     check_refusal(*state, "nima.csv", "name,score\n01.png,3\n01.png,3\n", &three, "nima.csv:3", "score already");
     check_refusal(*state, "nima.csv", "name,score\n01.png,good\n", &three, "nima.csv:2", "good");
     check_refusal(*state, "nima.csv", "name,score\n01.png,nan\n", &three, "nima.csv:2", "nan");

@@ -11,8 +11,8 @@
 #include <stdlib.h>
 
 #include "value/uncertainty.h"
-#include "viewworth/memory.h"
-#include "viewworth/random.h"
+#include "base/memory.h"
+#include "base/random.h"
 
 enum { RUNS = 150, RUNS_OF_ONE = 3000, EPOCHS_MOST = 80, PHOTOS_MOST = 60 };
 
@@ -22,7 +22,8 @@ static uint64_t seed(void) { return getenv("SEED") ? strtoull(getenv("SEED"), NU
 static double normal(uint64_t stream, uint32_t a, uint32_t b) {
     uint32_t words[4];
     vw_random_words(seed(), VW_RANDOM_RECIPE, stream, a, b, words);
-    double radius = sqrt(-2 * log(1 - (double)vw_random_unit(words[0]))), angle = 2 * M_PI * (double)vw_random_unit(words[1]);
+    double radius = sqrt(-2 * log(1 - (double)vw_random_unit(words[0]))),
+           angle = 2 * M_PI * (double)vw_random_unit(words[1]);
     return radius * cos(angle);
 }
 
@@ -70,16 +71,19 @@ static double cover(const struct game *game) {
     struct vw_interval intervals[PHOTOS_MOST];
     uint32_t held = 0, runs = game->photos > 1 ? RUNS : RUNS_OF_ONE;
     for (uint32_t run = 0; run < runs; run++) {
-        for (uint32_t p = 0; p < game->photos; p++) means[p] = play_photo(game, run, p, by_epoch + (size_t)p * game->epochs);
+        for (uint32_t p = 0; p < game->photos; p++)
+            means[p] = play_photo(game, run, p, by_epoch + (size_t)p * game->epochs);
         assert_int_equal(vw_intervals_of_sums(by_epoch, game->photos, game->epochs, intervals), VW_OK);
-        for (uint32_t p = 0; p < game->photos; p++) held += intervals[p].low <= means[p] && means[p] <= intervals[p].high;
+        for (uint32_t p = 0; p < game->photos; p++)
+            held += intervals[p].ci_low <= means[p] && means[p] <= intervals[p].ci_high;
     }
     return (double)held / runs / game->photos;
 }
 
 static bool is_as_wanted(const struct game *game) {
     double coverage = cover(game);
-    printf("%-38s %3u photos %3u epochs: %.1f %% hold the mean\n", game->name, game->photos, game->epochs, 100 * coverage);
+    printf("%-38s %3u photos %3u epochs: %.1f %% hold the mean\n", game->name, game->photos, game->epochs,
+           100 * coverage);
     if (coverage >= game->least && coverage <= game->most) return true;
     printf("    which is not %g to %g\n", 100 * game->least, 100 * game->most);
     return false;
@@ -112,8 +116,9 @@ static void intervals_hold_the_mean(void **state) {
     }
 }
 
-// What is not claimed: without what runs share the intervals are a little wide, with twice as much narrow; of few epochs wide, or narrow
-// where these are too few to tell that neighbours are alike or that noise fell while it was still large.
+// What is not claimed: without what runs share the intervals are a little wide, with twice as much narrow; of few
+// epochs wide, or narrow where these are too few to tell that neighbours are alike or that noise fell while it was
+// still large.
 static void where_less_is_claimed(void **state) {
     (void)state;
     const struct game games[] = {
@@ -145,7 +150,7 @@ static void shares_of_wins_are_held(void **state) {
         assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
         for (uint32_t p = 0; p < PHOTOS; p++) {
             double mean = 2 * (0.02 + 0.04 * p) - 1;
-            held += intervals[p].low <= mean && mean <= intervals[p].high;
+            held += intervals[p].ci_low <= mean && mean <= intervals[p].ci_high;
         }
     }
     double coverage = (double)held / RUNS / PHOTOS;
@@ -158,7 +163,8 @@ static void fill(double *by_epoch, uint32_t photos, uint32_t epochs) {
 }
 
 static void assert_near(double value, double expected, const char *what) {
-    if (!(fabs(value - expected) <= 1e-9 * (1 + fabs(expected)))) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+    if (!(fabs(value - expected) <= 1e-9 * (1 + fabs(expected))))
+        fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
 // Scale and offset of a photo, and epochs that no photo was visited in, change what they must and nothing else.
@@ -179,11 +185,12 @@ static void intervals_follow_the_sum(void **state) {
     for (uint32_t p = 0; p < PHOTOS; p++) {
         double sum = 0;
         for (uint32_t e = 0; e < EPOCHS; e++) sum += plain[p * EPOCHS + e];
-        assert_near((a[p].low + a[p].high) / 2, sum, "the middle");
-        assert_true(a[p].standard_error > 0 && a[p].high - sum > 1.96 * a[p].standard_error);
+        assert_near((a[p].ci_low + a[p].ci_high) / 2, sum, "the middle");
+        assert_true(a[p].standard_error > 0 && a[p].ci_high - sum > 1.96 * a[p].standard_error);
         assert_near(b[p].standard_error, 3 * a[p].standard_error, "the error of three times as much");
-        assert_near(b[p].low, -3 * a[p].high + 2 * EPOCHS, "the low end of three times as much");
-        assert_true(c[p].standard_error == a[p].standard_error && c[p].low == a[p].low && c[p].high == a[p].high);
+        assert_near(b[p].ci_low, -3 * a[p].ci_high + 2 * EPOCHS, "the low end of three times as much");
+        assert_true(c[p].standard_error == a[p].standard_error && c[p].ci_low == a[p].ci_low &&
+                    c[p].ci_high == a[p].ci_high);
     }
 }
 
@@ -197,14 +204,16 @@ static void what_is_unknown_is_said(void **state) {
     for (uint32_t e = 0; e < EPOCHS; e++) by_epoch[EPOCHS + e] = e == 4 ? 1 : NAN;           // once
     for (uint32_t e = 0; e < EPOCHS; e++) by_epoch[2 * EPOCHS + e] = e % 6 == 1 ? 0.5 : NAN; // twice, alike
     assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
-    for (uint32_t p = 0; p < 2; p++) assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].low) && isnan(intervals[p].high));
-    assert_true(intervals[2].standard_error > 0); // that two visits agree is no proof: the other photos' variance is heard
-    assert_near((intervals[2].low + intervals[2].high) / 2, 1, "the middle of two visits");
+    for (uint32_t p = 0; p < 2; p++)
+        assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].ci_low) && isnan(intervals[p].ci_high));
+    assert_true(intervals[2].standard_error >
+                0); // that two visits agree is no proof: the other photos' variance is heard
+    assert_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
     for (uint32_t i = 0; i < PHOTOS * EPOCHS; i++) by_epoch[i] = i / EPOCHS;
     assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
     for (uint32_t p = 0; p < PHOTOS; p++) {
         assert_true(intervals[p].standard_error < 1e-12); // rounding
-        assert_near(intervals[p].low, p * EPOCHS, "the low end where nothing varies");
+        assert_near(intervals[p].ci_low, p * EPOCHS, "the low end where nothing varies");
     }
     assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, 1, intervals), VW_OK);
     assert_true(isnan(intervals[3].standard_error));
@@ -218,14 +227,16 @@ static struct vw_ledger_score score(double value, double standard_error) {
 }
 
 static void assert_ranks(const struct vw_ledger_score *score, uint32_t low, uint32_t high) {
-    if (score->rank_low != low || score->rank_high != high)
-        fail_msg("%g +- %g ranks %u-%u, not %u-%u", score->value, score->standard_error, score->rank_low, score->rank_high, low, high);
+    if (score->rank_ci_low != low || score->rank_ci_high != high)
+        fail_msg("%g +- %g ranks %u-%u, not %u-%u", score->value, score->standard_error, score->rank_ci_low,
+                 score->rank_ci_high, low, high);
 }
 
 static void ranks_count_who_is_surely_better(void **state) {
     (void)state;
     // 10 and 8 differ by 1.41 standard errors of the difference, 8 and 3 by 3.5, and 3 from itself by none.
-    struct vw_ledger_score scores[] = {score(3, 1), score(10, 1), score(8, 1), score(3, 1), score(NAN, NAN), score(-50, NAN), score(-5, 0)};
+    struct vw_ledger_score scores[] = {score(3, 1),     score(10, 1),    score(8, 1), score(3, 1),
+                                       score(NAN, NAN), score(-50, NAN), score(-5, 0)};
     scores[4].value = 4;
     vw_rank_intervals(scores, VW_ARRAY_COUNT(scores));
     assert_ranks(&scores[1], 1, 4); // not surely better than 8, nor than the two that are not known
@@ -251,23 +262,23 @@ static void ranks_are_held(void **state) {
         uint32_t held = 0, width = 0;
         for (uint32_t run = 0; run < RUNS; run++) {
             struct vw_ledger_score scores[PHOTOS];
-            double truths[PHOTOS];
+            double ground_truths[PHOTOS];
             for (uint32_t p = 0; p < PHOTOS; p++) {
                 double error = exp(0.4 * normal(20 + run, p, 0));
-                truths[p] = spreads[s] * normal(20 + run, p, 1);
-                scores[p] = score(truths[p] + error * normal(20 + run, p, 2), error);
+                ground_truths[p] = spreads[s] * normal(20 + run, p, 1);
+                scores[p] = score(ground_truths[p] + error * normal(20 + run, p, 2), error);
             }
             vw_rank_intervals(scores, PHOTOS);
             for (uint32_t p = 0; p < PHOTOS; p++) {
                 uint32_t rank = 1;
-                for (uint32_t other = 0; other < PHOTOS; other++) rank += truths[other] > truths[p];
-                held += scores[p].rank_low <= rank && rank <= scores[p].rank_high;
-                width += scores[p].rank_high - scores[p].rank_low + 1;
+                for (uint32_t other = 0; other < PHOTOS; other++) rank += ground_truths[other] > ground_truths[p];
+                held += scores[p].rank_ci_low <= rank && rank <= scores[p].rank_ci_high;
+                width += scores[p].rank_ci_high - scores[p].rank_ci_low + 1;
             }
         }
         double coverage = (double)held / RUNS / PHOTOS;
-        printf("ranks, truths %g errors apart: %.1f %% hold the true one, %.1f wide\n", spreads[s], 100 * coverage,
-               (double)width / RUNS / PHOTOS);
+        printf("ranks, ground_truths %g errors apart: %.1f %% hold the true one, %.1f wide\n", spreads[s],
+               100 * coverage, (double)width / RUNS / PHOTOS);
         assert_true(coverage >= 0.93 && coverage <= 0.99);
         assert_true(s < 3 || width < 8 * RUNS * PHOTOS); // and say something
     }

@@ -3,7 +3,7 @@
 
 #include <sqlite3.h>
 
-#include "viewworth/file.h"
+#include "base/file.h"
 #include "viewworth/value.h"
 
 static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
@@ -97,7 +97,7 @@ static void what_was_visited_has_a_standard_error(void **state) {
     struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
     assert_near(third->value, 9, "dv_psnr");
-    assert_true(third->standard_error > 0 && third->low < 9 && third->high > 9);
+    assert_true(third->standard_error > 0 && third->ci_low < 9 && third->ci_high > 9);
     assert_int_equal(third->visits, 3);
     const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
     assert_true(unvisited->value == 0 && unvisited->visits == 0 && isnan(unvisited->standard_error));
@@ -118,7 +118,8 @@ static void flagged_steps_are_bridged(void **state) {
     assert_int_equal(test_find_score(scores, count, "dv_psnr", photo)->visits, 1);
     assert_near(test_find_score(scores, count, "dv_psnr", photo)->value, photo_worth, "dv_psnr of the flagged photo");
     assert_int_equal(test_find_score(scores, count, "dv_psnr", next)->visits, 2);
-    assert_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth, "dv_psnr of the next photo");
+    assert_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth,
+                "dv_psnr of the next photo");
     free(scores);
     free(whole);
     free(training);
@@ -179,14 +180,16 @@ static const struct {
     enum vw_probe_kind kind;
     double psnr;
 } noisy_probes[] = {
-    {1, VW_PROBE_REDRAW, 12},    {1, VW_PROBE_REDRAW, 13},                            // with 11: variance 1, in burn-in
-    {2, VW_PROBE_REPEAT, 11},    {2, VW_PROBE_STILL, 11},   {2, VW_PROBE_REDRAW, 13}, // with 13 and 16: mean 14, variance 6 / 2
-    {2, VW_PROBE_REDRAW, 16},    {2, VW_PROBE_REPEAT, NAN},                           //
-    {4, VW_PROBE_REPEAT, 12.5},  {4, VW_PROBE_REDRAW, 20},  {4, VW_PROBE_REDRAW, 22}, // variance 2; the last value before is 12
-    {5, VW_PROBE_REPEAT, 12.25},                                                      // the last value before is still 12
-    {6, VW_PROBE_REDRAW, NAN},                                                        // with 15: a single value
-    {7, VW_PROBE_REDRAW, 1000},                                                       // of no step
-    {8, VW_PROBE_REPEAT, 14.75}, {8, VW_PROBE_STILL, 15.5},                           // the last value before is 15
+    {1, VW_PROBE_RESAMPLED, 12},   {1, VW_PROBE_RESAMPLED, 13}, // with 11: variance 1, in burn-in
+    {2, VW_PROBE_REPEATED, 11},    {2, VW_PROBE_ZERO_LEARNING_RATE, 11},
+    {2, VW_PROBE_RESAMPLED, 13},                                // with 13 and 16: mean 14, variance 6 / 2
+    {2, VW_PROBE_RESAMPLED, 16},   {2, VW_PROBE_REPEATED, NAN}, //
+    {4, VW_PROBE_REPEATED, 12.5},  {4, VW_PROBE_RESAMPLED, 20},
+    {4, VW_PROBE_RESAMPLED, 22},                                           // variance 2; the last value before is 12
+    {5, VW_PROBE_REPEATED, 12.25},                                         // the last value before is still 12
+    {6, VW_PROBE_RESAMPLED, NAN},                                          // with 15: a single value
+    {7, VW_PROBE_RESAMPLED, 1000},                                         // of no step
+    {8, VW_PROBE_REPEATED, 14.75}, {8, VW_PROBE_ZERO_LEARNING_RATE, 15.5}, // the last value before is 15
 };
 enum { NOISY_STEP_COUNT = VW_ARRAY_COUNT(noisy_steps), NOISY_PROBE_COUNT = VW_ARRAY_COUNT(noisy_probes) };
 
@@ -208,7 +211,8 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
     }
     for (uint32_t i = 0; i < NOISY_PROBE_COUNT; i++) {
         double psnr = noisy_probes[i].psnr;
-        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100, VW_RECORD_UNTRAINED};
+        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100,
+                                           VW_RECORD_UNTRAINED};
     }
     run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
     return (struct vw_value_input){.records = run->records,
@@ -220,8 +224,9 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
                                    .image_count = TEST_IMAGE_COUNT};
 }
 
-// Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each more.
-static void sampling_error_is_the_redraws_spread(void **state) {
+// Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each
+// more.
+static void resampling_stderr_is_the_redraws_spread(void **state) {
     (void)state;
     const struct {
         const char *method;
@@ -238,13 +243,14 @@ static void sampling_error_is_the_redraws_spread(void **state) {
         struct vw_ledger_score *scores = NULL;
         uint32_t count = 0;
         ASSERT_OK(vw_value_score(&input, &scores, &count));
-        assert_near(test_find_score(scores, count, cases[i].method, 3)->sampling_error, cases[i].expected, cases[i].method);
-        assert_true(isnan(test_find_score(scores, count, cases[i].method, 5)->sampling_error)); // not probed
-        assert_true(isnan(test_find_score(scores, count, cases[i].method, 6)->sampling_error)); // a single value
+        assert_near(test_find_score(scores, count, cases[i].method, 3)->resampling_stderr, cases[i].expected,
+                    cases[i].method);
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 5)->resampling_stderr)); // not probed
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 6)->resampling_stderr)); // a single value
         free(scores);
         input.probe_count = 0;
         ASSERT_OK(vw_value_score(&input, &scores, &count));
-        for (uint32_t s = 0; s < count; s++) assert_true(isnan(scores[s].sampling_error));
+        for (uint32_t s = 0; s < count; s++) assert_true(isnan(scores[s].resampling_stderr));
         free(scores);
     }
 }
@@ -255,32 +261,35 @@ static void noise_floor_is_of_all_probes(void **state) {
     struct vw_value_input input = make_noisy(3, &run); // burn-in does not matter
     struct vw_noise_floor floor;
     vw_value_noise_floor(&input, &floor);
-    assert_int_equal(floor.repeats, 3); // one more begins behind a flagged step, so that there is nothing to compare it with
-    assert_int_equal(floor.stills, 2);
-    assert_int_equal(floor.redraws, 6);
-    assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
-    assert_near(floor.still_db, 0.5, "the largest delta of a step with learning rate 0");
-    assert_near(floor.redraw_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
-    assert_near(floor.redraw_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
+    assert_int_equal(floor.repeated_count,
+                     3); // one more begins behind a flagged step, so that there is nothing to compare it with
+    assert_int_equal(floor.zero_learning_rate_count, 2);
+    assert_int_equal(floor.resampled_count, 6);
+    assert_near(floor.repeated_db, 0.5,
+                "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
+    assert_near(floor.zero_learning_rate_db, 0.5, "the largest delta of a step with learning rate 0");
+    assert_near(floor.resampled_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
+    assert_near(floor.resampled_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
 
     run.probes[7].val_psnr = 12.25; // now the largest is the one downwards
     run.probes[13].val_psnr = 14.5;
     vw_value_noise_floor(&input, &floor);
-    assert_near(floor.repeat_db, 0.5, "the largest delta of a repeat");
+    assert_near(floor.repeated_db, 0.5, "the largest delta of a repeat");
 
-    for (uint32_t i = 0; i < 4; i++) run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEAT, 11, 22, 0.11, VW_RECORD_UNTRAINED};
+    for (uint32_t i = 0; i < 4; i++)
+        run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEATED, 11, 22, 0.11, VW_RECORD_UNTRAINED};
     input.probe_count = 4;
     vw_value_noise_floor(&input, &floor);
-    assert_true(floor.repeats == 4 && floor.stills == 0 && floor.redraws == 0);
-    assert_true(floor.repeat_db == 0); // exactly
-    assert_true(isnan(floor.still_db) && isnan(floor.redraw_db) && isnan(floor.redraw_l1));
+    assert_true(floor.repeated_count == 4 && floor.zero_learning_rate_count == 0 && floor.resampled_count == 0);
+    assert_true(floor.repeated_db == 0); // exactly
+    assert_true(isnan(floor.zero_learning_rate_db) && isnan(floor.resampled_db) && isnan(floor.resampled_l1));
 }
 
 // ---- The programs that recompute scores ----
 
 // Records a noisy run with two flagged steps under `folder`/`name`/ledger.db; the scores are given back.
-static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json, uint32_t burn_in_epochs,
-                                          uint64_t seed, uint32_t *count) {
+static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json,
+                                          uint32_t burn_in_epochs, uint64_t seed, uint32_t *count) {
     struct test_recording *training = train(0.4, TEST_EPOCHS_MOST, seed);
     flag(training, 33);
     flag(training, 34);
@@ -307,15 +316,18 @@ static struct vw_ledger_score *record_run(const char *folder, const char *name, 
     return scores;
 }
 
-static void compare_with_query(const char *path, const char *sql, const struct vw_ledger_score *scores, uint32_t count) {
+static void compare_with_query(const char *path, const char *sql, const struct vw_ledger_score *scores,
+                               uint32_t count) {
     sqlite3 *raw = NULL;
     sqlite3_stmt *statement = NULL;
     uint32_t rows = 0;
     assert_int_equal(sqlite3_open_v2(path, &raw, SQLITE_OPEN_READONLY, NULL), SQLITE_OK);
-    if (sqlite3_prepare_v2(raw, sql, -1, &statement, NULL) != SQLITE_OK) fail_msg("scripts/dv_psnr.sql: %s", sqlite3_errmsg(raw));
+    if (sqlite3_prepare_v2(raw, sql, -1, &statement, NULL) != SQLITE_OK)
+        fail_msg("scripts/dv_psnr.sql: %s", sqlite3_errmsg(raw));
     assert_string_equal(sqlite3_column_name(statement, 3), "dv_psnr");
     for (; sqlite3_step(statement) == SQLITE_ROW; rows++) {
-        const struct vw_ledger_score *expected = test_find_score(scores, count, "dv_psnr", (uint32_t)sqlite3_column_int(statement, 1));
+        const struct vw_ledger_score *expected =
+            test_find_score(scores, count, "dv_psnr", (uint32_t)sqlite3_column_int(statement, 1));
         double value = sqlite3_column_double(statement, 3);
         if (!(fabs(value - expected->value) <= 1e-9))
             fail_msg("scripts/dv_psnr.sql gives image %u %.12g, not %.12g", expected->image_id, value, expected->value);
@@ -336,7 +348,8 @@ static void the_query_reproduces_dv_psnr(void **state) {
     } runs[] = {{"three", "{\"burn_in_epochs\": 3}", 3}, {"none", "{\"burn_in_epochs\": 0}", 0}, {"default", "{}", 1}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(runs); i++) {
         uint32_t count = 0;
-        struct vw_ledger_score *scores = record_run(*state, runs[i].name, runs[i].config_json, runs[i].burn_in_epochs, 7, &count);
+        struct vw_ledger_score *scores =
+            record_run(*state, runs[i].name, runs[i].config_json, runs[i].burn_in_epochs, 7, &count);
         char *path = vw_format_text("%s/%s/ledger.db", (const char *)*state, runs[i].name);
         compare_with_query(path, sql, scores, count);
         free(path);
@@ -384,11 +397,12 @@ static void score_quality_tells_auc_and_r(void **state) {
         skip();
     }
     uint32_t count = 0;
-    struct vw_ledger_score *a = record_run(*state, "it's one", "{}", 1, 7, &count), *b = record_run(*state, "two", "{}", 1, 8, &count);
+    struct vw_ledger_score *a = record_run(*state, "it's one", "{}", 1, 7, &count),
+                           *b = record_run(*state, "two", "{}", 1, 8, &count);
     char *script = vw_format_text("%s/scripts/score_quality", VW_SOURCE_FOLDER);
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
-    assert_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both spoiled photos lie below the three clean ones
+    assert_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
     double r = correlation(a, b, TEST_TRAIN_COUNT);          // the first scores are dv_psnr
     if (!(fabs(figure(output, "dv_psnr", 1) - r) <= 6e-5)) fail_msg("r is %.6f, not as in:%s", r, output);
     free(output);
@@ -397,7 +411,7 @@ static void score_quality_tells_auc_and_r(void **state) {
     char *ledger = vw_format_text("%s/two/ledger.db", (const char *)*state);
     sqlite3 *raw = NULL;
     assert_int_equal(sqlite3_open(ledger, &raw), SQLITE_OK);
-    // Clean photos 1, 3, 6 score 1, 5, 3 and spoiled ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
+    // Clean photos 1, 3, 6 score 1, 5, 3 and corrupted ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
     const char *sql = "UPDATE score SET value = CASE image_id WHEN 1 THEN 1 WHEN 3 THEN 5 WHEN 5 THEN 4 ELSE 3 END"
                       " WHERE method = 'dv_loss';"
                       "DELETE FROM score WHERE method NOT IN ('dv_psnr', 'dv_loss');";
@@ -425,7 +439,7 @@ int main(void) {
         cmocka_unit_test(flagged_steps_are_bridged),
         cmocka_unit_test(a_flagged_start_is_no_delta),
         cmocka_unit_test(an_unknown_image_is_refused),
-        cmocka_unit_test(sampling_error_is_the_redraws_spread),
+        cmocka_unit_test(resampling_stderr_is_the_redraws_spread),
         cmocka_unit_test(noise_floor_is_of_all_probes),
         cmocka_unit_test_setup_teardown(the_query_reproduces_dv_psnr, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(score_quality_tells_auc_and_r, test_set_up, test_tear_down),

@@ -1,5 +1,5 @@
-// Games whose values are known: fake trainings whose photos move the validation measures by rule. PSNR starts at 12 dB; the pooled PSNR
-// moves by twice as much, L1 by a hundredth of it the other way.
+// Games whose values are known: fake trainings whose photos move the validation measures by rule. PSNR starts at 12 dB;
+// the pooled PSNR moves by twice as much, L1 by a hundredth of it the other way.
 #ifndef VIEWWORTH_TESTS_VALUE_GAME_H
 #define VIEWWORTH_TESTS_VALUE_GAME_H
 
@@ -7,7 +7,8 @@
 
 #include "viewworth/value.h"
 
-// By how many dB a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch; steps count from 1.
+// By how many dB a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch; steps
+// count from 1.
 typedef double test_rule(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed);
 
 struct test_game {
@@ -29,7 +30,8 @@ static inline void test_set_psnr(struct vw_step_record *record, double psnr) {
     record->val_l1 = 0.5 - psnr / 100;
 }
 
-// Plays `epochs` epochs in which the photos of `subset` (bit i: photo i) take their turns in an order drawn anew. To be freed.
+// Plays `epochs` epochs in which the photos of `subset` (bit i: photo i) take their turns in an order drawn anew. To be
+// freed.
 static inline struct test_game *test_play_subset(test_rule *rule, uint32_t subset, uint32_t epochs, uint64_t seed) {
     struct test_game *game = vw_allocate(1, sizeof *game);
     assert_non_null(game);
@@ -46,8 +48,8 @@ static inline struct test_game *test_play_subset(test_rule *rule, uint32_t subse
             uint32_t step = game->count++;
             game->order[step] = order[i];
             psnr += rule(game->order, first, step, seed);
-            game->records[step] =
-                (struct vw_step_record){.step = step, .epoch = epoch, .view = test_train_views[order[i]], .validated = true};
+            game->records[step] = (struct vw_step_record){
+                .step = step, .epoch = epoch, .view = test_train_views[order[i]], .validated = true};
             test_set_psnr(&game->records[step], psnr);
         }
     }

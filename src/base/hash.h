@@ -1,0 +1,29 @@
+// Hashes, through libsodium: SHA-256 for files, BLAKE2b-256 for everything of our own.
+#ifndef VIEWWORTH_HASH_H
+#define VIEWWORTH_HASH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+#include "viewworth/types.h"
+
+enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
+void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);
+
+// An incremental BLAKE2b-256. Values are added with a type tag and in little-endian, texts with their length, so that
+// different sequences never give the same bytes.
+struct vw_hasher {
+    _Alignas(64) unsigned char state[384];
+};
+void vw_hasher_begin(struct vw_hasher *hasher);
+void vw_hasher_add_bytes(struct vw_hasher *hasher, const void *data, size_t size_bytes);
+void vw_hasher_add_text(struct vw_hasher *hasher, const char *text); // NULL is distinct from ""
+void vw_hasher_add_integer(struct vw_hasher *hasher, int64_t value);
+void vw_hasher_add_real(struct vw_hasher *hasher, double value); // its bits
+void vw_hasher_add_null(struct vw_hasher *hasher);
+void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[VW_HASH_BYTES]);
+
+void vw_hash_to_hex(const uint8_t hash[VW_HASH_BYTES], char hex[VW_HASH_HEX_BYTES]);
+
+#endif

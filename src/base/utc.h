@@ -1,0 +1,9 @@
+// The time of day, for the ledger's columns; it decides nothing.
+#ifndef VIEWWORTH_UTC_H
+#define VIEWWORTH_UTC_H
+
+enum { VW_UTC_BYTES = 21 }; // "2026-11-21T03:04:05Z"
+
+void vw_utc_now(char text[VW_UTC_BYTES]);
+
+#endif

@@ -1,0 +1,49 @@
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "cli/commands/commands.h"
+#include "cli/output/json_output.h"
+#include "viewworth/gpu.h"
+
+static const char *const kind_names[] = {
+    [VW_GPU_DISCRETE] = "discrete", [VW_GPU_INTEGRATED] = "integrated",
+    [VW_GPU_VIRTUAL] = "virtual",   [VW_GPU_OTHER] = "other",
+    [VW_GPU_CPU] = "cpu",
+};
+
+static void print_table(const struct vw_gpu_info *infos, uint32_t count) {
+    printf("index  kind        memory      name and driver\n");
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_gpu_info *info = &infos[i];
+        printf("%-5" PRIu32 "  %-10s  %6.1f GiB  %s\n%32s%s\n", info->index, kind_names[info->kind],
+               (double)info->memory_bytes / 0x1p30, info->name, "", info->driver);
+        if (info->unsupported_reason[0]) printf("%32sunfit: %s\n", "", info->unsupported_reason);
+    }
+}
+
+static json_t *to_json(const struct vw_gpu_info *infos, uint32_t count) {
+    json_t *devices = json_array();
+    bool failed = !devices;
+    for (uint32_t i = 0; !failed && i < count; i++) {
+        const struct vw_gpu_info *info = &infos[i];
+        json_t *device = json_pack("{s:I, s:s, s:s, s:s, s:I, s:s}", "index", (json_int_t)info->index, "kind",
+                                   kind_names[info->kind], "name", info->name, "driver", info->driver, "memory_bytes",
+                                   (json_int_t)info->memory_bytes, "unsupported_reason", info->unsupported_reason);
+        failed = json_array_append_new(devices, device);
+    }
+    if (!failed) return json_pack("{s:o}", "devices", devices);
+    json_decref(devices);
+    return NULL;
+}
+
+enum vw_status vw_command_devices(const struct vw_options *options) {
+    struct vw_gpu_info *infos = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_gpu_list(&infos, &count);
+    if (status) return status;
+    if (options->json) status = vw_json_print(to_json(infos, count));
+    else print_table(infos, count);
+    free(infos);
+    return status;
+}

@@ -1,0 +1,183 @@
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/commands/commands.h"
+#include "run/imported.h"
+#include "cli/output/json_output.h"
+#include "run/scored_run.h"
+#include "ledger/find_image.h"
+#include "base/memory.h"
+#include "scene/formats/photo_list.h"
+#include "viewworth/value.h"
+
+struct selection_job {
+    const struct vw_options *options;
+    struct vw_selection_params params;
+    struct vw_scored_run run;
+    uint32_t train_count;
+    struct vw_selection selection;
+    const char *format;
+    bool opens; // the list is a scene
+};
+
+// ---- What is asked for
+// --------------------------------------------------------------------------------------------------
+
+static enum vw_status read_amount(const char *option, const char *text, struct vw_selection_params *params) {
+    if (vw_selection_read_amount(text, params)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--%s takes a number of photos or a percentage, such as 20 or 25%%, not \"%s\"",
+                   option, text);
+}
+
+static enum vw_status read_rule(const struct vw_options *options, struct vw_selection_params *params) {
+    int count = options->positive + options->significant + options->not_harmful + (options->top != NULL) +
+                (options->drop != NULL);
+    if (count != 1)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "select: give one of --positive, --significant, --not-harmful, --top K|P%% and --drop K|P%%, not %s",
+            count ? "several" : "none");
+    if (!options->to || !*options->to)
+        return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
+    *params = (struct vw_selection_params){.method = options->method ? options->method : vw_value_default_method,
+                                           .rule = options->positive      ? VW_SELECT_POSITIVE
+                                                   : options->significant ? VW_SELECT_SIGNIFICANT
+                                                   : options->not_harmful ? VW_SELECT_NOT_HARMFUL
+                                                   : options->top         ? VW_SELECT_TOP
+                                                                          : VW_SELECT_DROP};
+    if (options->top) return read_amount("top", options->top, params);
+    return options->drop ? read_amount("drop", options->drop, params) : VW_OK;
+}
+
+// ---- The job
+// ---------------------------------------------------------------------------------------------------------
+
+static enum vw_split split_of(const char *name) {
+    enum vw_split split = VW_SPLIT_TRAIN;
+    while (split < VW_SPLIT_EXCLUDED && strcmp(name, vw_split_name(split)) != 0) split++;
+    return split;
+}
+
+static enum vw_status write_list(struct selection_job *job) {
+    struct vw_listed_photo *photos = vw_allocate(job->run.image_count, sizeof *photos);
+    if (!photos) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < job->run.image_count; i++) {
+        photos[i] = (struct vw_listed_photo){job->run.images[i].name, split_of(job->run.images[i].split), false};
+        job->train_count += photos[i].split == VW_SPLIT_TRAIN;
+    }
+    for (uint32_t i = 0; i < job->selection.count; i++) {
+        const struct vw_ledger_image *image =
+            vw_ledger_find_image(job->run.images, job->run.image_count, job->selection.image_ids[i]);
+        photos[image - job->run.images].chosen = true; // the selection is of these images
+    }
+    const struct vw_photo_list list = {
+        .scene_path = vw_is_imported(&job->run.recorded.row) ? NULL : job->run.recorded.row.scene_path,
+        .scene_format = json_string_value(json_object_get(job->run.scene_options, "format")),
+        .photos = photos,
+        .photo_count = job->run.image_count,
+        .to = job->options->to,
+    };
+    enum vw_status status = vw_photo_list_write(&list, &job->format, &job->opens);
+    free(photos);
+    return status;
+}
+
+// ---- What is said
+// -------------------------------------------------------------------------------------------------------
+
+static const char *name_of(const struct selection_job *job, uint32_t place) {
+    return vw_ledger_find_image(job->run.images, job->run.image_count, job->selection.image_ids[place])->name;
+}
+
+static json_t *to_json(const struct selection_job *job) {
+    json_t *names = json_array();
+    bool failed = !names;
+    for (uint32_t i = 0; !failed && i < job->selection.count; i++)
+        failed = json_array_append_new(names, json_string(name_of(job, i)));
+    if (failed) json_decref(names);
+    return failed ? NULL
+                  : json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->format, "method",
+                              job->params.method, "selected", names);
+}
+
+// As a shell takes it.
+static void print_word(const char *word) {
+    if (*word && !word[strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:=@%")]) {
+        printf(" %s", word);
+        return;
+    }
+    printf(" '");
+    for (; *word; word++)
+        if (*word == '\'') printf("'\\''");
+        else putchar(iscntrl((unsigned char)*word) ? '?' : *word);
+    putchar('\'');
+}
+
+// Those options of the scene that the list does not say. Only known ones: a ledger may come from anybody, and this is
+// for a shell.
+static void print_scene_options(const struct selection_job *job) {
+    static const char *const known[] = {"downscale", "providers", "format",
+                                        "pool",      "val",       "test"}; // a scene says all but the first two
+    for (size_t i = 0; i < (job->opens ? 2 : VW_ARRAY_COUNT(known)); i++) {
+        const json_t *value = json_object_get(job->run.scene_options, known[i]);
+        if (value) printf(" --%s", known[i]);
+        if (json_is_integer(value)) printf(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
+        else if (value) print_word(json_string_value(value) ? json_string_value(value) : "");
+    }
+}
+
+static void print_next(const struct selection_job *job) {
+    if (vw_is_imported(&job->run.recorded.row)) return;
+    if (!job->opens && strcmp(job->format, "transforms") == 0) {
+        printf("train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
+        return;
+    }
+    printf("train    viewworth value");
+    print_word(job->opens ? job->options->to : job->run.recorded.row.scene_path);
+    if (!job->opens) {
+        printf(" --train");
+        print_word(job->options->to);
+    }
+    print_scene_options(job);
+    printf(" --out ANOTHER\n");
+}
+
+static void print_rule(const struct vw_selection_params *params) {
+    const char *unit = params->percent ? " %" : "";
+    switch (params->rule) {
+    case VW_SELECT_POSITIVE: printf("score above zero\n"); break;
+    case VW_SELECT_SIGNIFICANT: printf("interval above zero\n"); break;
+    case VW_SELECT_NOT_HARMFUL: printf("interval not below zero\n"); break;
+    case VW_SELECT_TOP: printf("the best %g%s\n", params->amount, unit); break;
+    case VW_SELECT_DROP: printf("all but the worst %g%s\n", params->amount, unit); break;
+    }
+}
+
+static void print_text(const struct selection_job *job) {
+    const struct vw_selection *selection = &job->selection;
+    printf("kept     %u of %u photos to train on, by %s: ", selection->count, job->train_count, job->params.method);
+    print_rule(&job->params);
+    if (selection->scored_count < job->train_count)
+        printf("         %u photos have no such score and were left out\n", job->train_count - selection->scored_count);
+    printf("list    ");
+    print_word(job->options->to);
+    printf(" (%s)\n", job->format);
+    print_next(job);
+}
+
+enum vw_status vw_command_select(const struct vw_options *options) {
+    struct selection_job job = {.options = options};
+    enum vw_status status = read_rule(options, &job.params);
+    if (status) return status;
+    status = vw_scored_run_open(options->operand, &job.run);
+    if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
+    if (!status) status = vw_scored_run_select(&job.run, &job.params, &job.selection);
+    if (!status) status = write_list(&job);
+    if (!status && options->json) status = vw_json_print(to_json(&job));
+    else if (!status) print_text(&job);
+    vw_selection_free(&job.selection);
+    vw_scored_run_close(&job.run);
+    return status;
+}

@@ -1,0 +1,22 @@
+// The verdict on every effect, for people and as JSON.
+#ifndef VIEWWORTH_CLI_EFFECTS_TABLE_H
+#define VIEWWORTH_CLI_EFFECTS_TABLE_H
+
+#include <jansson.h>
+#include <stdint.h>
+
+#include "viewworth/train.h"
+
+enum { VW_EFFECT_LINE_BYTES = 256 };
+
+extern const char vw_effects_heading[];
+// One line of the table, without its end.
+void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]);
+// [{name, called_for, evidence, threshold, meaning, on}]; NULL when memory is short.
+json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count);
+// The verdicts that a ledger holds (run.effects_json), in the order of the effects known today; what it does not name
+// is off.
+enum vw_status vw_effects_from_json(const char *json, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
+                                    uint32_t *count);
+
+#endif

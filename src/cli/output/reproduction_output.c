@@ -1,0 +1,151 @@
+// The tables of reproduce on stdout, for people and as JSON.
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli/output/json_output.h"
+#include "experiment/reproduction.h"
+#include "base/memory.h"
+
+enum { CELL_WIDTH = 21 };
+
+static const struct {
+    enum vw_agreement_measure measure;
+    const char *heading;
+} columns[] = {
+    {VW_AGREEMENT_PEARSON, "r"},
+    {VW_AGREEMENT_SPEARMAN, "rho"},
+    {VW_AGREEMENT_CLEAN_PEARSON, "r within clean"},
+    {VW_AGREEMENT_POSITIVE_JACCARD, "same positive set"},
+};
+
+static const struct vw_reproduction_stop *last_stop(const struct vw_reproduction *reproduction) {
+    return &reproduction->stops[reproduction->stop_count - 1];
+}
+
+// Whose column in a stop's tables it is; their count when no run has the method.
+static uint32_t find_method(const struct vw_reproduction_stop *stop, const char *method) {
+    const struct vw_score_table *table = vw_score_tables_find(&stop->tables, method);
+    return table ? (uint32_t)(table - stop->tables.tables) : stop->tables.count;
+}
+
+static struct vw_agreement_summary summarise(const struct vw_reproduction *reproduction,
+                                             const struct vw_reproduction_stop *stop, uint32_t method,
+                                             enum vw_agreement_measure measure) {
+    return vw_agreement_summarise(stop->pairs[method], reproduction->pair_count, measure);
+}
+
+// ---- Text
+// -------------------------------------------------------------------------------------------------------------
+
+// No blanks at the ends of lines.
+static int width_of(size_t column, size_t column_count) { return column + 1 < column_count ? CELL_WIDTH : 0; }
+
+static void print_cell(const struct vw_agreement_summary *summary, int width) {
+    char text[64] = "-";
+    if (summary->pairs > 1)
+        snprintf(text, sizeof text, "%.3f [%.3f %.3f]", summary->mean, summary->lowest, summary->highest);
+    else if (summary->pairs) snprintf(text, sizeof text, "%.3f", summary->mean);
+    printf("  %-*s", width, text);
+}
+
+static void print_row(const struct vw_reproduction *reproduction, const struct vw_reproduction_stop *stop,
+                      uint32_t method, size_t column_count) {
+    for (size_t i = 0; i < column_count; i++) {
+        struct vw_agreement_summary summary = summarise(reproduction, stop, method, columns[i].measure);
+        print_cell(&summary, width_of(i, column_count));
+    }
+    putchar('\n');
+}
+
+static void print_headings(size_t column_count) {
+    for (size_t i = 0; i < column_count; i++) printf("  %-*s", width_of(i, column_count), columns[i].heading);
+    putchar('\n');
+}
+
+static void print_by_epochs(const struct vw_reproduction *reproduction) {
+    printf("\nof %s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
+    print_headings(2);
+    for (uint32_t i = 0; i < reproduction->stop_count; i++) {
+        const struct vw_reproduction_stop *stop = &reproduction->stops[i];
+        uint32_t method = find_method(stop, vw_value_default_method);
+        printf("%6u  %13" PRIu64, stop->epochs, stop->training_rays);
+        if (method < stop->tables.count) print_row(reproduction, stop, method, 2);
+        else putchar('\n');
+    }
+}
+
+void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path,
+                                const char *scatter_path, const char *report_path) {
+    const struct vw_reproduction_stop *stop = last_stop(reproduction);
+    printf("agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
+           " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
+           "both / in either\n%-18s",
+           vw_reproduction_seed(reproduction, 0), vw_reproduction_seed(reproduction, reproduction->run_count - 1),
+           vw_vary_name(reproduction->options->config.vary), stop->tables.photo_count, stop->epochs,
+           stop->training_rays, reproduction->pair_count, reproduction->pair_count > 1 ? "s" : "", "method");
+    print_headings(VW_ARRAY_COUNT(columns));
+    for (uint32_t method = 0; method < stop->tables.count; method++) {
+        printf("%-18s", stop->tables.tables[method].method);
+        print_row(reproduction, stop, method, VW_ARRAY_COUNT(columns));
+    }
+    print_by_epochs(reproduction);
+    printf("\nagreement  %s\nscatter    %s\n", agreement_path, scatter_path);
+    if (report_path) printf("report     %s\n", report_path);
+}
+
+// ---- JSON
+// -------------------------------------------------------------------------------------------------------------
+
+static json_t *summary_to_json(const struct vw_agreement_summary *summary) {
+    return json_pack("{s:o, s:o, s:o, s:I}", "mean", vw_json_real(summary->mean), "lowest",
+                     vw_json_real(summary->lowest), "highest", vw_json_real(summary->highest), "pairs",
+                     (json_int_t)summary->pairs);
+}
+
+static json_t *method_to_json(const struct vw_reproduction *reproduction, const struct vw_reproduction_stop *stop,
+                              uint32_t method) {
+    const struct vw_score_table *table = &stop->tables.tables[method];
+    json_t *object = json_pack("{s:s, s:s}", "method", table->method, "unit", table->unit);
+    for (enum vw_agreement_measure measure = 0; object && measure < VW_AGREEMENT_COUNT; measure++) {
+        struct vw_agreement_summary summary = summarise(reproduction, stop, method, measure);
+        if (json_object_set_new(object, vw_agreement_name(measure), summary_to_json(&summary)) == 0) continue;
+        json_decref(object);
+        object = NULL;
+    }
+    return object;
+}
+
+static json_t *stop_to_json(const struct vw_reproduction *reproduction, const struct vw_reproduction_stop *stop) {
+    json_t *methods = json_array();
+    for (uint32_t i = 0; i < stop->tables.count; i++)
+        if (json_array_append_new(methods, method_to_json(reproduction, stop, i))) return json_decref(methods), NULL;
+    return json_pack("{s:I, s:I, s:o}", "epochs", (json_int_t)stop->epochs, "training_rays",
+                     (json_int_t)stop->training_rays, "methods", methods);
+}
+
+static json_t *stops_to_json(const struct vw_reproduction *reproduction) {
+    json_t *stops = json_array();
+    for (uint32_t i = 0; i < reproduction->stop_count; i++)
+        if (json_array_append_new(stops, stop_to_json(reproduction, &reproduction->stops[i])))
+            return json_decref(stops), NULL;
+    return stops;
+}
+
+static json_t *seeds_to_json(const struct vw_reproduction *reproduction) {
+    json_t *seeds = json_array();
+    for (uint32_t i = 0; i < reproduction->run_count; i++)
+        if (json_array_append_new(seeds, json_integer((json_int_t)vw_reproduction_seed(reproduction, i))))
+            return json_decref(seeds), NULL;
+    return seeds;
+}
+
+enum vw_status vw_reproduction_print_json(const struct vw_reproduction *reproduction, const char *agreement_path,
+                                          const char *scatter_path, const char *report_path) {
+    return vw_json_print(
+        json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s, s:s*}", "scene", reproduction->options->operand, "seeds",
+                  seeds_to_json(reproduction), "vary", vw_vary_name(reproduction->options->config.vary), "photos",
+                  (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops_to_json(reproduction),
+                  "agreement", agreement_path, "scatter", scatter_path, "report", report_path));
+}

@@ -1,0 +1,134 @@
+#include "detect/pilot_run.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "train/effects/occupied_share.h"
+#include "train/pixels.h"
+#include "train/trainer_private.h"
+#include "base/memory.h"
+#include "train/trainer.h"
+#include "base/statistics.h"
+
+enum {
+    STEPS = 128,
+    STEPS_PER_BATCH = 32,
+    PHOTOS_MAX = 32, // whose exposure is measured, evenly spaced: bounds the work
+    PHOTOS_MIN = 4,
+    PIXELS_PER_PHOTO = 256,
+    PIXELS_MIN = 12, // of half a photo, comparable ones
+};
+static const double MISFIT =
+    0.1; // what photos of one exposure show at most after so few steps (0.02 to 0.1, tests/train/test_detection.c)
+
+static struct vw_config probing_config(void) {
+    struct vw_config config = vw_config_default;
+    config.rays = 256;
+    config.levels = 4;
+    config.growth = 1.8;
+    config.width = 16;
+    config.learning_rate = 1e-2;
+    config.epochs = STEPS; // more than enough
+    return config;
+}
+
+// The number of steps depends on the sizes of batches alone, which are fixed.
+static enum vw_status take_steps(struct vw_trainer *trainer) {
+    const struct vw_step_record *records;
+    uint32_t count = 1;
+    uint64_t last = 0;
+    enum vw_status status = VW_OK;
+    while (status == VW_OK && count > 0 && last < STEPS) {
+        status = vw_trainer_advance(trainer, &records, &count);
+        if (status == VW_OK && count > 0) last = records[count - 1].step;
+    }
+    while (status == VW_OK && count > 0) status = vw_trainer_collect(trainer, &records, &count);
+    return status;
+}
+
+// ---- Exposure
+// -----------------------------------------------------------------------------------------------------------------
+
+// The log gain of either half of a photo, of all that can be compared: log(sum of photo / sum of render), which blur
+// alone does not move.
+static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, double middle_px,
+                       int channel, double gains[2]) {
+    double here[2] = {0.0}, rendered[2] = {0.0};
+    uint32_t used[2] = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        double photo = (&pixels[i].rgba.x)[channel], render = (&colours[i].x)[channel];
+        bool comparable = photo > EVIDENCE_DARK && photo < EVIDENCE_SATURATED && render > EVIDENCE_DARK &&
+                          render < EVIDENCE_SATURATED;
+        if (pixels[i].weight != 1.0f || pixels[i].rgba.w != 1.0f || !comparable) continue;
+        int half = pixels[i].x_px > middle_px;
+        here[half] += photo;
+        rendered[half] += render;
+        used[half]++;
+    }
+    for (int half = 0; half < 2; half++) gains[half] = log(here[half] / rendered[half]);
+    return used[0] >= PIXELS_MIN && used[1] >= PIXELS_MIN;
+}
+
+// A photo's exposure moves both halves alike; what the short run has not fitted yet moves each in its own way, by as
+// much as they differ.
+static double common_spread(double *means, double *halved_differences, uint32_t count) {
+    double all = vw_robust_spread(means, count), own = vw_robust_spread(halved_differences, count);
+    return sqrt(fmax(all * all - own * own - MISFIT * MISFIT, 0.0));
+}
+
+// Of photos that are trained on, at fixed pixels.
+static enum vw_status measure_gains(struct vw_trainer *trainer, struct evaluator *evaluator, struct vw_pixel *pixels,
+                                    vw_float4 *colours, double *spread) {
+    double means[3 * PHOTOS_MAX], halved_differences[3 * PHOTOS_MAX], gains[2];
+    uint32_t count = 0, stride = (trainer->train_count + PHOTOS_MAX - 1) / PHOTOS_MAX;
+    for (uint32_t i = 0; i < trainer->train_count; i += stride) {
+        uint32_t view = trainer->train_views[i];
+        uint32_t taken =
+            pixels_stratify(trainer->scene, view, pixels_all_columns(trainer->scene, view), PIXELS_PER_PHOTO, pixels);
+        if (!trainer->masks) pixels_unmask(trainer->scene, pixels, taken);
+        enum vw_status status = evaluator_render(evaluator, pixels, taken, colours);
+        if (status != VW_OK) return status;
+        for (int channel = 0; channel < 3; channel++) {
+            if (!half_gains(pixels, colours, taken, trainer->scene->views[view].image.width_px / 2.0, channel, gains))
+                continue;
+            means[count] = 0.5 * (gains[0] + gains[1]);
+            halved_differences[count++] = 0.5 * (gains[0] - gains[1]);
+        }
+    }
+    if (count >= 3 * PHOTOS_MIN) *spread = common_spread(means, halved_differences, count);
+    return VW_OK;
+}
+
+static enum vw_status measure_exposure(struct vw_trainer *trainer, double *spread) {
+    struct evaluator evaluator = {0};
+    struct vw_pixel *pixels = vw_allocate(PIXELS_PER_PHOTO, sizeof *pixels);
+    vw_float4 *colours = vw_allocate(PIXELS_PER_PHOTO, sizeof *colours);
+    enum vw_status status =
+        pixels && colours ? evaluator_create(&trainer->field, PIXELS_PER_PHOTO, &evaluator) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = measure_gains(trainer, &evaluator, pixels, colours, spread);
+    evaluator_destroy(&evaluator);
+    free(pixels);
+    free(colours);
+    return status;
+}
+
+enum vw_status pilot_run(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
+                         uint32_t count, struct probe_findings *findings) {
+    const struct vw_config config = probing_config();
+    struct vw_trainer *trainer = NULL;
+    double occupied = NAN;
+    *findings = (struct probe_findings){.gain_spread = NAN, .empty_share = NAN};
+    enum vw_status status = vw_trainer_create(&(struct vw_trainer_params){.gpu = gpu,
+                                                                          .scene = scene,
+                                                                          .config = &config,
+                                                                          .effects = verdicts,
+                                                                          .effect_count = count,
+                                                                          .steps_per_batch = STEPS_PER_BATCH},
+                                              &trainer);
+    if (status == VW_OK) status = take_steps(trainer);
+    if (status == VW_OK) status = measure_exposure(trainer, &findings->gain_spread);
+    if (status == VW_OK) status = occupied_share(trainer, &occupied);
+    findings->empty_share = 1.0 - occupied;
+    vw_trainer_destroy(&trainer);
+    return status;
+}

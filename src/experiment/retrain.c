@@ -1,0 +1,248 @@
+#include "experiment/retrain.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/interrupt.h"
+#include "base/file.h"
+#include "viewworth/log.h"
+#include "base/memory.h"
+#include "train/trainer.h"
+#include "base/hash.h"
+#include "base/psnr.h"
+
+// A view is measured on all its pixels where the views of its split have no more than so many in all, or on an even
+// share of so many.
+enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10, WHOLE_VIEWS = 0 };
+static const double PROGRESS_S = 20;
+
+static uint32_t epochs_of(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
+    return retraining->epochs ? retraining->epochs : retrainer->options->config.epochs;
+}
+
+static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                     struct vw_trainer **trainer) {
+    struct vw_config config =
+        vw_config_without_probes(&retrainer->options->config); // they need validation, which retrainings go without
+    config.seed = retraining->seed;
+    config.epochs = epochs_of(retrainer, retraining);
+    config.val_rays = vw_config_default.val_rays;
+    config.burn_in_epochs = vw_config_default.burn_in_epochs;
+    const struct vw_trainer_params params = {.gpu = retrainer->session.gpu,
+                                             .scene = retrainer->session.scene,
+                                             .config = &config,
+                                             .effects = retrainer->session.effects,
+                                             .effect_count = retrainer->session.effect_count};
+    return vw_trainer_create(&params, trainer);
+}
+
+// What all retrainings share is in the run_id of one of them.
+static enum vw_status name_base(struct vw_retrainer *retrainer) {
+    struct vw_trainer *trainer = NULL;
+    uint8_t run_id[VW_HASH_BYTES];
+    enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, &trainer);
+    if (!status) status = vw_trainer_run_id(trainer, run_id);
+    vw_trainer_destroy(&trainer);
+    if (status) return status;
+    vw_hash_to_hex(run_id, retrainer->base_id);
+    vw_hash_to_hex(retrainer->session.scene->hash, retrainer->scene_hash);
+    return VW_OK;
+}
+
+static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
+    char *path = vw_path_join(retrainer->options->out, "retrainings.db");
+    enum vw_status status = path ? vw_retrainings_open(path, &retrainer->retrainings) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
+}
+
+enum vw_status vw_retrainer_open(const struct vw_options *options, struct vw_retrainer *retrainer) {
+    retrainer->options = options;
+    enum vw_status status = vw_session_open(options, &retrainer->session);
+    if (!status) status = vw_session_decide_effects(options, &retrainer->session);
+    if (!status)
+        status = vw_scene_list_views(retrainer->session.scene, VW_SPLIT_TRAIN, &retrainer->train_views,
+                                     &retrainer->train_count);
+    if (!status) status = name_base(retrainer);
+    if (!status) status = open_retrainings(retrainer);
+    return status;
+}
+
+void vw_retrainer_close(struct vw_retrainer *retrainer) {
+    vw_retrainings_close(&retrainer->retrainings);
+    vw_session_close(&retrainer->session);
+    free(retrainer->train_views);
+}
+
+const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known) {
+    const char **ground_truths = vw_allocate(retrainer->train_count, sizeof *ground_truths);
+    *known = false;
+    for (uint32_t i = 0; ground_truths && i < retrainer->train_count; i++) {
+        const char *ground_truth = retrainer->session.scene->views[retrainer->train_views[i]].ground_truth;
+        ground_truths[i] = ground_truth ? ground_truth : "clean";
+        *known |= ground_truth != NULL;
+    }
+    return ground_truths;
+}
+
+// Photos are named, as in a run's subset_hash, so that an id does not depend on where they stand in the scene.
+void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                       char id[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "viewworth retraining 1");
+    vw_hasher_add_text(&hasher, retrainer->base_id);
+    vw_hasher_add_integer(&hasher, epochs_of(retrainer, retraining));
+    vw_hasher_add_integer(&hasher, retrainer->whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
+    for (uint32_t i = 0; i < retraining->view_count; i++)
+        vw_hasher_add_text(&hasher, retrainer->session.scene->views[retraining->views[i]].name);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, id);
+}
+
+// Leaves the split train to the views of the retraining, or (NULL) to all that may be trained on.
+static void choose_views(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
+    struct vw_scene *scene = retrainer->session.scene;
+    for (uint32_t i = 0; i < retrainer->train_count; i++)
+        scene->views[retrainer->train_views[i]].split = retraining ? VW_SPLIT_EXCLUDED : VW_SPLIT_TRAIN;
+    for (uint32_t i = 0; retraining && i < retraining->view_count; i++)
+        scene->views[retraining->views[i]].split = VW_SPLIT_TRAIN;
+    scene->split_count[VW_SPLIT_EXCLUDED] += scene->split_count[VW_SPLIT_TRAIN];
+    scene->split_count[VW_SPLIT_TRAIN] = retraining ? retraining->view_count : retrainer->train_count;
+    scene->split_count[VW_SPLIT_EXCLUDED] -= scene->split_count[VW_SPLIT_TRAIN];
+}
+
+static enum vw_status train(struct vw_trainer *trainer) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 1;
+    enum vw_status status = VW_OK;
+    while (!status && count > 0) status = vw_trainer_advance(trainer, &records, &count);
+    return status;
+}
+
+// What was measured of views, one by one.
+struct measured_views {
+    uint32_t *views, count; // scene indices
+    struct vw_view_error *errors;
+    double *ssims; // NaN of a view that has none
+};
+
+static enum vw_status list_measured_views(const struct vw_scene *scene, struct measured_views *measured) {
+    *measured = (struct measured_views){.views = vw_allocate(scene->view_count, sizeof *measured->views),
+                                        .errors = vw_allocate(scene->view_count, sizeof *measured->errors),
+                                        .ssims = vw_allocate(scene->view_count, sizeof *measured->ssims)};
+    if (!measured->views || !measured->errors || !measured->ssims) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (scene->views[v].split != VW_SPLIT_VAL && scene->views[v].split != VW_SPLIT_TEST) continue;
+        measured->ssims[measured->count] = NAN;
+        measured->views[measured->count++] = v;
+    }
+    return VW_OK;
+}
+
+// The means over the measured views of a split.
+static void average_split(const struct vw_scene *scene, enum vw_split split, const struct measured_views *measured,
+                          double *psnr_db, double *ssim, double *l1) {
+    uint32_t of_split = scene->split_count[split], with_ssim = 0;
+    double ssim_sum = 0;
+    *psnr_db = *l1 = of_split ? 0 : NAN;
+    for (uint32_t i = 0; i < measured->count; i++) {
+        if (scene->views[measured->views[i]].split != split) continue;
+        *psnr_db += vw_psnr_db(measured->errors[i].mse) / of_split;
+        *l1 += measured->errors[i].l1 / of_split;
+        if (isnan(measured->ssims[i])) continue;
+        ssim_sum += measured->ssims[i];
+        with_ssim++;
+    }
+    *ssim = with_ssim ? ssim_sum / with_ssim : NAN;
+}
+
+static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw_scene *scene,
+                                     struct measured_views *measured) {
+    uint32_t larger = scene->split_count[VW_SPLIT_VAL];
+    if (larger < scene->split_count[VW_SPLIT_TEST]) larger = scene->split_count[VW_SPLIT_TEST];
+    uint32_t pixels = PIXELS_OF_SPLIT / (larger ? larger : 1);
+    if (pixels < PIXELS_OF_VIEW_MIN) pixels = PIXELS_OF_VIEW_MIN;
+    return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
+}
+
+// Both splits at once: of shares of views, setting up is most of the cost.
+static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_trainer *trainer, const char *id,
+                              struct vw_retrain_result *outcome) {
+    const struct vw_scene *scene = retrainer->session.scene;
+    struct measured_views measured;
+    enum vw_status status = list_measured_views(scene, &measured);
+    if (!status && retrainer->whole_views)
+        status = vw_whole_views_measure(trainer, measured.views, measured.count, &retrainer->kept, id, measured.errors,
+                                        measured.ssims);
+    else if (!status) status = measure_shares(trainer, scene, &measured);
+    if (!status) {
+        average_split(scene, VW_SPLIT_VAL, &measured, &outcome->val_psnr, &outcome->val_ssim, &outcome->val_l1);
+        average_split(scene, VW_SPLIT_TEST, &measured, &outcome->test_psnr, &outcome->test_ssim, &outcome->test_l1);
+    }
+    free(measured.views);
+    free(measured.errors);
+    free(measured.ssims);
+    return status;
+}
+
+static enum vw_status train_and_measure(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                        const char *id, struct vw_retrain_result *outcome) {
+    struct vw_trainer *trainer = NULL;
+    double started_s = vw_cpu_s();
+    enum vw_status status = create_trainer(retrainer, retraining, &trainer);
+    if (!status) status = train(trainer);
+    if (!status) status = measure(retrainer, trainer, id, outcome);
+    vw_trainer_destroy(&trainer);
+    outcome->seconds = vw_cpu_s() - started_s;
+    return status;
+}
+
+static enum vw_status make(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining, const char *id,
+                           struct vw_retrain_result *outcome) {
+    if (vw_interrupt_requested())
+        return vw_fail(VW_ERROR_INTERRUPTED,
+                       "interrupted; %s keeps the retrainings that ended; the same command goes on",
+                       retrainer->options->out);
+    choose_views(retrainer, retraining);
+    enum vw_status status = train_and_measure(retrainer, retraining, id, outcome);
+    choose_views(retrainer, NULL);
+    struct vw_retrain_params made = *retraining;
+    made.epochs = epochs_of(retrainer, retraining);
+    if (!status) status = vw_retrainings_add(retrainer->retrainings, id, retrainer->scene_hash, &made, outcome);
+    if (status) return status;
+    retrainer->made++;
+    return VW_OK;
+}
+
+// Every so often, and at the end, what is done and what is left.
+static void say_progress(struct vw_retrainer *retrainer) {
+    double now_s = vw_now_s();
+    uint64_t done = retrainer->made + retrainer->recalled;
+    if (retrainer->made == 1) retrainer->started_s = retrainer->said_s = now_s;
+    if (now_s - retrainer->said_s < PROGRESS_S && done < retrainer->planned) return;
+    retrainer->said_s = now_s;
+    double each_s = retrainer->made > 1 ? (now_s - retrainer->started_s) / (double)(retrainer->made - 1) : NAN;
+    uint64_t left = retrainer->planned > done ? retrainer->planned - done : 0;
+    vw_log_info("retrainings   %" PRIu64 " of %" PRIu64 ", %.2g s each, about %.0f min left", done, retrainer->planned,
+                each_s, ceil(each_s * (double)left / 60));
+}
+
+enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining,
+                          struct vw_retrain_result *outcome) {
+    struct vw_retrainer *retrainer = context;
+    char id[VW_HASH_HEX_BYTES];
+    bool found = false;
+    vw_retrainer_name(retrainer, retraining, id);
+    enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, outcome);
+    if (status) return status;
+    found = found && vw_saved_views_exist(&retrainer->kept, id);
+    if (!found) status = make(retrainer, retraining, id, outcome);
+    else retrainer->recalled++;
+    if (!status && !found) say_progress(retrainer);
+    return status;
+}

@@ -1,0 +1,217 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "run/scoring.h"
+#include "experiment/seed_runs.h"
+#include "experiment/sweep/sweep.h"
+#include "value/evaluation/agreement.h"
+#include "value/evaluation/evaluation.h"
+#include "value/evaluation/pareto_front.h"
+#include "value/evaluation/score_tables.h"
+#include "base/memory.h"
+
+enum { SEEDS_MAX = 50 };
+
+// ---- From ledgers to score tables
+// ---------------------------------------------------------------------------------------
+
+// The scores of a configuration's runs, method by method: values[seed * photo_count + photo].
+static enum vw_status read_tables(const struct vw_sweep *sweep, uint32_t configuration,
+                                  struct vw_score_tables *tables) {
+    const struct vw_config *config = &sweep->configurations.configurations[configuration].config;
+    struct vw_ledger *ledgers[SEEDS_MAX] = {0};
+    struct vw_value_input runs[SEEDS_MAX] = {0};
+    uint32_t count = sweep->options->seeds;
+    char *folder = vw_sweep_folder(sweep, configuration);
+    enum vw_status status = folder ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count && !status; i++) {
+        status = vw_seed_run_open(folder, config->seed + i, &ledgers[i]);
+        if (!status) status = vw_scoring_load(ledgers[i], config, &runs[i]);
+    }
+    if (!status) status = vw_score_tables_make(runs, count, config->epochs, tables); // a run may hold more
+    for (uint32_t i = 0; i < count; i++) {
+        vw_scoring_unload(&runs[i]);
+        vw_ledger_close(&ledgers[i]);
+    }
+    free(folder);
+    return status;
+}
+
+// ---- Correlations
+// -------------------------------------------------------------------------------------------------------
+
+// Of the same method's scores with the same seeds at two configurations: means over the seeds. NaN where one
+// configuration lacks the method.
+static enum vw_status compare_configurations(const struct vw_score_tables *ours, const struct vw_score_table *table,
+                                             const struct vw_score_tables *theirs, double *pearson, double *spearman) {
+    struct vw_agreement pairs[SEEDS_MAX];
+    uint32_t photos = ours->photo_count;
+    const struct vw_score_table *other = theirs ? vw_score_tables_find(theirs, table->method) : NULL;
+    enum vw_status status = VW_OK;
+    *pearson = *spearman = NAN;
+    if (!other || theirs->photo_count != photos) return VW_OK;
+    for (uint32_t i = 0; i < ours->run_count && !status; i++)
+        status = vw_agreement_of_pair(table->values + (size_t)i * photos, other->values + (size_t)i * photos, NULL,
+                                      photos, &pairs[i]);
+    if (status) return status;
+    *pearson = vw_agreement_summarise(pairs, ours->run_count, VW_AGREEMENT_PEARSON).mean;
+    *spearman = vw_agreement_summarise(pairs, ours->run_count, VW_AGREEMENT_SPEARMAN).mean;
+    return VW_OK;
+}
+
+static enum vw_status compare_seeds(const struct vw_score_tables *tables, const struct vw_score_table *table,
+                                    struct vw_sweep_metrics *metric) {
+    struct vw_agreement *pairs = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_agreement_of_pairs(tables, table, &pairs, &count);
+    if (status) return status;
+    metric->seed_pearson = vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).mean;
+    metric->seed_spearman = vw_agreement_summarise(pairs, count, VW_AGREEMENT_SPEARMAN).mean;
+    free(pairs);
+    return VW_OK;
+}
+
+// ---- Truth
+// --------------------------------------------------------------------------------------------------------------
+
+// The methods that have a score for every photo: one that is missing cannot be summed over halves. Owned by the caller.
+static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint32_t *count) {
+    struct vw_scorer *scorers = vw_allocate(tables->count, sizeof *scorers);
+    *count = 0;
+    for (uint32_t i = 0; i < tables->count && scorers; i++) {
+        bool complete = true;
+        for (size_t j = 0; j < (size_t)tables->run_count * tables->photo_count; j++)
+            complete &= isfinite(tables->tables[i].values[j]) != 0;
+        if (complete) scorers[(*count)++] = (struct vw_scorer){tables->tables[i].method, tables->tables[i].values};
+    }
+    return scorers;
+}
+
+// How well the methods find what is corrupted, and predict what halves reach. `metrics` has one for each table.
+static enum vw_status evaluate(const struct vw_sweep *sweep, const struct vw_score_tables *tables,
+                               const char *const *ground_truths, struct vw_sweep_metrics *metrics) {
+    uint32_t count = 0;
+    struct vw_metrics evaluated = {0};
+    struct vw_scorer *scorers = list_scorers(tables, &count);
+    const struct vw_evaluation evaluation = {.photos = sweep->retrainer.train_views,
+                                             .ground_truths = ground_truths,
+                                             .photo_count = tables->photo_count,
+                                             .scorers = scorers,
+                                             .scorer_count = count,
+                                             .seed_count = tables->run_count};
+    enum vw_status status = scorers ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && tables->clean) status = vw_evaluate_detection(&evaluation, &evaluated);
+    if (!status && sweep->subsets.count) status = vw_evaluate_subsets(&evaluation, &sweep->subsets, &evaluated);
+    for (uint32_t i = 0; i < tables->count && !status; i++) {
+        const struct vw_metric *auc = vw_metrics_find(&evaluated, "auc", "corrupted", metrics[i].method);
+        const struct vw_metric *lds = vw_metrics_find(&evaluated, "lds", "val_psnr", metrics[i].method);
+        if (auc) metrics[i].auc = auc->value;
+        if (lds)
+            metrics[i].lds = lds->value, metrics[i].lds_ci_low = lds->ci_low, metrics[i].lds_ci_high = lds->ci_high;
+    }
+    free(evaluated.rows);
+    free(scorers);
+    return status;
+}
+
+// ---- Figures
+// ------------------------------------------------------------------------------------------------------------
+
+static struct vw_sweep_metrics begin_metric(const struct vw_sweep *sweep, uint32_t configuration) {
+    const struct vw_sweep_configuration *of_configuration = &sweep->configurations.configurations[configuration];
+    const struct vw_measured_configuration *measured = &sweep->measured[configuration];
+    double train_ms, value_ms;
+    vw_sweep_step_ms(sweep, configuration, &train_ms, &value_ms);
+    uint64_t steps = vw_sweep_steps(sweep, configuration);
+    return (struct vw_sweep_metrics){.configuration = of_configuration->name,
+                                     .parameter = of_configuration->parameter,
+                                     .value = of_configuration->value,
+                                     .base = configuration == 0,
+                                     .epochs = of_configuration->config.epochs,
+                                     .steps = (uint32_t)steps,
+                                     .train_ms = train_ms,
+                                     .value_ms = value_ms,
+                                     .scoring_ratio = value_ms / train_ms,
+                                     .run_seconds = 1e-3 * value_ms * (double)steps,
+                                     .device_mib = measured->device_bytes / 0x1p20,
+                                     .val_psnr = measured->val_psnr,
+                                     .all_pixels_pearson = NAN,
+                                     .all_pixels_spearman = NAN,
+                                     .auc = NAN,
+                                     .lds = NAN,
+                                     .lds_ci_low = NAN,
+                                     .lds_ci_high = NAN};
+}
+
+static enum vw_status add_metrics(struct vw_sweep *sweep, const struct vw_score_tables *all, uint32_t configuration,
+                                  size_t *capacity, const char *const *ground_truths) {
+    const struct vw_score_tables *tables = &all[configuration];
+    const struct vw_sweep_configurations *configurations = &sweep->configurations;
+    bool same_trainings =
+        configuration == 0 || !strcmp(configurations->configurations[configuration].parameter, "val-rays");
+    const struct vw_score_tables *all_pixels =
+        same_trainings && configurations->all_pixels != UINT32_MAX ? &all[configurations->all_pixels] : NULL;
+    enum vw_status status =
+        vw_grow((void **)&sweep->metrics, capacity, sweep->metric_count + tables->count, sizeof *sweep->metrics);
+    for (uint32_t i = 0; i < tables->count && !status; i++) {
+        const struct vw_score_table *table = &tables->tables[i];
+        struct vw_sweep_metrics *metric = &sweep->metrics[sweep->metric_count + i];
+        *metric = begin_metric(sweep, configuration);
+        metric->method = table->method;
+        status = compare_seeds(tables, table, metric);
+        if (!status)
+            status = compare_configurations(tables, table, &all[configurations->full_resolution],
+                                            &metric->agreement_pearson, &metric->agreement_spearman);
+        if (!status)
+            status = compare_configurations(tables, table, all_pixels, &metric->all_pixels_pearson,
+                                            &metric->all_pixels_spearman);
+    }
+    if (!status) status = evaluate(sweep, tables, ground_truths, sweep->metrics + sweep->metric_count);
+    if (!status) sweep->metric_count += tables->count;
+    return status;
+}
+
+// Marks the fronts among the metrics of one method, which has one for every configuration at most. The full_resolution
+// configuration agrees with itself, and is no choice.
+static void mark_fronts(struct vw_sweep *sweep, const char *method) {
+    struct vw_sweep_metrics *metrics[VW_CONFIGURATIONS_MAX];
+    double seconds[VW_CONFIGURATIONS_MAX] = {0}, psnr_db[VW_CONFIGURATIONS_MAX] = {0},
+           agreement[VW_CONFIGURATIONS_MAX] = {0};
+    bool psnr_pareto_front[VW_CONFIGURATIONS_MAX], score_pareto_front[VW_CONFIGURATIONS_MAX];
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < sweep->metric_count; i++) {
+        struct vw_sweep_metrics *metric = &sweep->metrics[i];
+        if (strcmp(metric->method, method) != 0) continue;
+        bool full_resolution = !strcmp(metric->parameter, "full_resolution");
+        seconds[count] = metric->run_seconds;
+        psnr_db[count] = metric->val_psnr;
+        agreement[count] = full_resolution ? NAN : metric->agreement_pearson;
+        metrics[count++] = metric;
+    }
+    vw_pareto_front_mark(seconds, psnr_db, count, psnr_pareto_front);
+    vw_pareto_front_mark(seconds, agreement, count, score_pareto_front);
+    for (uint32_t i = 0; i < count; i++)
+        metrics[i]->psnr_pareto_front = psnr_pareto_front[i], metrics[i]->score_pareto_front = score_pareto_front[i];
+}
+
+enum vw_status vw_sweep_make_metrics(struct vw_sweep *sweep) {
+    uint32_t point_count = sweep->configurations.count;
+    struct vw_score_tables *all = vw_allocate(point_count, sizeof *all);
+    bool known = false; // says score_tables, too
+    const char **ground_truths = vw_retrainer_list_labels(&sweep->retrainer, &known);
+    size_t capacity = 0;
+    enum vw_status status = all && ground_truths ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < point_count && !status; i++) status = read_tables(sweep, i, &all[i]);
+    for (uint32_t i = 0; i < point_count && !status; i++) status = add_metrics(sweep, all, i, &capacity, ground_truths);
+    for (uint32_t i = 0; i < sweep->metric_count && !status; i++) {
+        bool first = true;
+        for (uint32_t j = 0; j < i && first; j++)
+            first = strcmp(sweep->metrics[j].method, sweep->metrics[i].method) != 0;
+        if (first) mark_fronts(sweep, sweep->metrics[i].method);
+    }
+    for (uint32_t i = 0; i < point_count && all; i++) vw_score_tables_free(&all[i]);
+    free(ground_truths);
+    free(all);
+    return status;
+}

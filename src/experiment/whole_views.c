@@ -1,0 +1,70 @@
+#include "experiment/whole_views.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
+#include "train/trainer.h"
+#include "image/ssim.h"
+
+enum { ID_DIGITS = 16 }; // of a retraining's 64: enough to tell them apart in a folder
+
+char *vw_saved_view_path(const struct vw_saved_views *kept, const char *retraining_id, uint32_t view) {
+    return vw_format_text("%s/%.*s_%u.png", kept->folder, ID_DIGITS, retraining_id, view);
+}
+
+bool vw_saved_views_exist(const struct vw_saved_views *kept, const char *retraining_id) {
+    bool exist = true;
+    for (uint32_t i = 0; exist && i < kept->count; i++) {
+        char *path = vw_saved_view_path(kept, retraining_id, kept->views[i]);
+        exist = path && vw_file_exists(path);
+        free(path);
+    }
+    return exist;
+}
+
+static float clamp_unit(float value) { return fminf(fmaxf(value, 0), 1); } // a gain and a bias may leave [0,1]
+
+static enum vw_status save_picture(const struct vw_whole_view *whole, const char *path) {
+    size_t width_px = whole->width_px, row = 3 * width_px;
+    float *picture = vw_allocate(2 * width_px * whole->height_px, 3 * sizeof *picture);
+    if (!picture) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < row * whole->height_px; i++) {
+        float *photo = picture + i / row * 2 * row + i % row;
+        photo[0] = clamp_unit(whole->photo[i]);
+        photo[row] = clamp_unit(whole->rendered[i]);
+    }
+    enum vw_status status = vw_image_save(path, 2 * whole->width_px, whole->height_px, 3, picture);
+    free(picture);
+    return status;
+}
+
+static enum vw_status keep(const struct vw_saved_views *kept, const char *retraining_id, uint32_t view,
+                           const struct vw_whole_view *whole) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < kept->count; i++) {
+        if (kept->views[i] != view) continue;
+        char *path = vw_saved_view_path(kept, retraining_id, view);
+        status = path ? save_picture(whole, path) : VW_ERROR_MEMORY;
+        free(path);
+    }
+    return status;
+}
+
+enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
+                                      const struct vw_saved_views *kept, const char *retraining_id,
+                                      struct vw_view_error *errors, double *ssims) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < view_count; i++) {
+        struct vw_whole_view whole;
+        status = vw_trainer_measure_whole(trainer, views[i], &whole);
+        if (status) break;
+        errors[i] = whole.error;
+        status = vw_ssim(whole.rendered, whole.photo, whole.counts, whole.width_px, whole.height_px, &ssims[i]);
+        if (!status) status = keep(kept, retraining_id, views[i], &whole);
+        vw_whole_view_free(&whole);
+    }
+    return status;
+}

@@ -1,0 +1,186 @@
+#include "ledger/retrainings.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ledger/database.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
+
+// Tells the file from a ledger, which counts its user_version from 1.
+enum { RETRAININGS_VERSION = 1003 };
+
+static const char schema_sql[] =
+    "CREATE TABLE retraining ("
+    " retraining_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL, view_count INTEGER NOT "
+    "NULL,"
+    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_ssim REAL, val_l1 REAL, test_psnr REAL, "
+    "test_ssim REAL,"
+    " test_l1 REAL, seconds REAL, row_hash TEXT NOT NULL);"
+    "CREATE TABLE metric ("
+    " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL, method TEXT "
+    "NOT NULL,"
+    " value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, config_hash, place));"
+    "PRAGMA user_version = 1003;";
+_Static_assert(RETRAININGS_VERSION == 1003, "write it into schema_sql, too");
+
+struct vw_retrainings {
+    struct vw_database database;
+};
+
+enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings) {
+    struct vw_retrainings *opened = vw_allocate(1, sizeof *opened);
+    if (!opened) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_open(path, true, &opened->database);
+    if (!status)
+        status = vw_database_make_tables(&opened->database, schema_sql, RETRAININGS_VERSION,
+                                         "the retrainings of a benchmark or comparison");
+    if (status) vw_retrainings_close(&opened);
+    else *retrainings = opened;
+    return status;
+}
+
+void vw_retrainings_close(struct vw_retrainings **retrainings) {
+    if (!*retrainings) return;
+    vw_database_close(&(*retrainings)->database);
+    free(*retrainings);
+    *retrainings = NULL;
+}
+
+// In this order they are hashed.
+#define RETRAINING_COLUMNS                                                                                             \
+    "retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr, test_ssim, "   \
+    "test_l1, seconds"
+enum { VAL_PSNR = 6, ROW_HASH = 13 };
+
+static const char hashed_as[] = "viewworth retraining row 2";
+
+enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
+                                   struct vw_retrain_result *outcome) {
+    struct vw_database *database = &retrainings->database;
+    sqlite3_stmt *statement = NULL;
+    bool there = false;
+    enum vw_status status = vw_database_prepare(
+        database, "SELECT " RETRAINING_COLUMNS ", row_hash FROM retraining WHERE retraining_id = ?", &statement);
+    if (!status && sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK)
+        status = vw_database_fail(database, "look for a retraining");
+    if (!status) status = vw_database_next(database, statement, &there);
+    if (!status && there && !vw_row_fits_hash(statement, ROW_HASH, hashed_as))
+        status =
+            vw_fail(VW_ERROR_MISMATCH,
+                    "%s: retraining %s was edited: its row_hash does not fit; delete the row, and it is trained again",
+                    database->path, retraining_id);
+    if (!status) *found = there;
+    if (!status && there)
+        *outcome = (struct vw_retrain_result){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
+                                              .val_ssim = vw_row_read_real(statement, VAL_PSNR + 1),
+                                              .val_l1 = vw_row_read_real(statement, VAL_PSNR + 2),
+                                              .test_psnr = vw_row_read_real(statement, VAL_PSNR + 3),
+                                              .test_ssim = vw_row_read_real(statement, VAL_PSNR + 4),
+                                              .test_l1 = vw_row_read_real(statement, VAL_PSNR + 5),
+                                              .seconds = vw_row_read_real(statement, VAL_PSNR + 6)};
+    sqlite3_finalize(statement);
+    return status;
+}
+
+static char *list_views(const struct vw_retrain_params *retraining) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    FILE *stream = open_memstream(&text, &size_bytes);
+    for (uint32_t i = 0; stream && i < retraining->view_count; i++)
+        fprintf(stream, "%s%" PRIu32, i ? " " : "", retraining->views[i]);
+    bool failed = !stream || ferror(stream);
+    if (stream && fclose(stream)) failed = true;
+    if (!failed) return text;
+    free(text);
+    vw_fail(VW_ERROR_MEMORY, "out of memory for the list of a retraining's photos");
+    return NULL;
+}
+
+enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *outcome) {
+    struct vw_database *database = &retrainings->database;
+    struct vw_hasher hasher;
+    struct vw_row row = {.hasher = &hasher};
+    char hash[VW_HASH_HEX_BYTES];
+    char *views = list_views(retraining);
+    if (!views) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_begin(database);
+    if (status) goto done;
+    status = vw_database_prepare(database,
+                                 "INSERT INTO retraining (" RETRAINING_COLUMNS
+                                 ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+                                 " ON CONFLICT DO NOTHING",
+                                 &row.statement);
+    vw_row_begin_hash(&hasher, hashed_as);
+    vw_row_add_text(&row, retraining_id);
+    vw_row_add_text(&row, scene_hash);
+    vw_row_add_text(&row, views);
+    vw_row_add_integer(&row, retraining->view_count);
+    vw_row_add_integer(&row, (int64_t)retraining->seed);
+    vw_row_add_integer(&row, retraining->epochs);
+    vw_row_add_real(&row, outcome->val_psnr);
+    vw_row_add_real(&row, outcome->val_ssim);
+    vw_row_add_real(&row, outcome->val_l1);
+    vw_row_add_real(&row, outcome->test_psnr);
+    vw_row_add_real(&row, outcome->test_ssim);
+    vw_row_add_real(&row, outcome->test_l1);
+    vw_row_add_real(&row, outcome->seconds);
+    vw_row_end_hash(&hasher, hash);
+    row.hasher = NULL;
+    vw_row_add_text(&row, hash);
+    if (!status) status = vw_row_write(&row, database, "record a retraining");
+    sqlite3_finalize(row.statement);
+    status = vw_database_end(database, status);
+done:
+    free(views);
+    return status;
+}
+
+static enum vw_status remove_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash) {
+    struct vw_row row = {0};
+    enum vw_status status =
+        vw_database_prepare(database, "DELETE FROM metric WHERE scene_hash = ? AND config_hash = ?", &row.statement);
+    vw_row_add_text(&row, scene_hash);
+    vw_row_add_text(&row, config_hash);
+    if (!status) status = vw_row_write(&row, database, "remove old metrics");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status insert_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash,
+                                     const struct vw_metric *metrics, uint32_t count) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(
+        database,
+        "INSERT INTO metric (scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        &row.statement);
+    for (uint32_t i = 0; !status && i < count; i++) {
+        vw_row_add_text(&row, scene_hash);
+        vw_row_add_text(&row, config_hash);
+        vw_row_add_integer(&row, i);
+        vw_row_add_text(&row, metrics[i].metric);
+        vw_row_add_text(&row, metrics[i].method);
+        vw_row_add_real(&row, metrics[i].value);
+        vw_row_add_real(&row, metrics[i].ci_low);
+        vw_row_add_real(&row, metrics[i].ci_high);
+        vw_row_add_integer(&row, metrics[i].count);
+        status = vw_row_write(&row, database, "record a metric");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
+                                          const char *config_hash, const struct vw_metric *metrics, uint32_t count) {
+    struct vw_database *database = &retrainings->database;
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = remove_metrics(database, scene_hash, config_hash);
+    if (!status) status = insert_metrics(database, scene_hash, config_hash, metrics, count);
+    return vw_database_end(database, status);
+}

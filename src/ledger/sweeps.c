@@ -1,0 +1,208 @@
+#include "ledger/sweeps.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "ledger/database.h"
+#include "base/hash.h"
+#include "base/memory.h"
+
+// Tells the file from a ledger, whose user_version counts from 1, and from retrainings.
+enum { TRADEOFFS_VERSION = 2001 };
+static const char hashed_as[] = "viewworth measured row 1";
+
+#define COLUMN(member, of_kind)                                                                                        \
+    { #member, VW_TRADEOFF_##of_kind, offsetof(struct vw_sweep_metrics, member) }
+static const struct vw_sweep_column columns[] = {
+    COLUMN(configuration, TEXT),
+    COLUMN(parameter, TEXT),
+    COLUMN(value, TEXT),
+    COLUMN(base, WHOLE),
+    COLUMN(epochs, WHOLE),
+    COLUMN(steps, WHOLE),
+    COLUMN(train_ms, REAL),
+    COLUMN(value_ms, REAL),
+    COLUMN(scoring_ratio, REAL),
+    COLUMN(run_seconds, REAL),
+    COLUMN(device_mib, REAL),
+    COLUMN(val_psnr, REAL),
+    COLUMN(psnr_pareto_front, WHOLE),
+    COLUMN(method, TEXT),
+    COLUMN(score_pareto_front, WHOLE),
+    COLUMN(seed_pearson, REAL),
+    COLUMN(seed_spearman, REAL),
+    COLUMN(agreement_pearson, REAL),
+    COLUMN(agreement_spearman, REAL),
+    COLUMN(all_pixels_pearson, REAL),
+    COLUMN(all_pixels_spearman, REAL),
+    COLUMN(auc, REAL),
+    COLUMN(lds, REAL),
+    COLUMN(lds_ci_low, REAL),
+    COLUMN(lds_ci_high, REAL),
+};
+
+const struct vw_sweep_column *vw_sweep_columns(uint32_t *count) {
+    *count = VW_ARRAY_COUNT(columns);
+    return columns;
+}
+
+struct vw_sweeps {
+    struct vw_database database;
+};
+
+// ---- The file
+// -----------------------------------------------------------------------------------------------------------
+
+static const char *const types[] = {
+    [VW_TRADEOFF_TEXT] = "TEXT NOT NULL", [VW_TRADEOFF_WHOLE] = "INTEGER NOT NULL", [VW_TRADEOFF_REAL] = "REAL"};
+
+// A statement with a part for every column: its definition, or the place of its value. Owned by the caller.
+static char *write_sql(const char *before, bool defines, const char *behind) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    FILE *stream = open_memstream(&text, &size_bytes);
+    if (stream) fputs(before, stream);
+    for (size_t i = 0; stream && i < VW_ARRAY_COUNT(columns); i++)
+        if (defines) fprintf(stream, ", %s %s", columns[i].name, types[columns[i].kind]);
+        else fputs(", ?", stream);
+    if (stream) fputs(behind, stream);
+    bool failed = !stream || ferror(stream);
+    if (stream && fclose(stream)) failed = true;
+    if (!failed) return text;
+    free(text);
+    vw_fail(VW_ERROR_MEMORY, "out of memory for a statement");
+    return NULL;
+}
+
+static enum vw_status make_tables(struct vw_database *database) {
+    char *schema_sql = write_sql(
+        "CREATE TABLE measured (point_id TEXT NOT NULL, measure TEXT NOT NULL, value REAL, row_hash TEXT NOT NULL,"
+        " PRIMARY KEY (point_id, measure)) WITHOUT ROWID;"
+        "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
+        true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2001;");
+    _Static_assert(TRADEOFFS_VERSION == 2001, "write it into the statement, too");
+    enum vw_status status = schema_sql ? vw_database_make_tables(database, schema_sql, TRADEOFFS_VERSION,
+                                                                 "the metrics of a sweep over settings")
+                                       : VW_ERROR_MEMORY;
+    free(schema_sql);
+    return status;
+}
+
+enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **tradeoffs) {
+    struct vw_sweeps *opened = vw_allocate(1, sizeof *opened);
+    if (!opened) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_open(path, true, &opened->database);
+    if (!status) status = make_tables(&opened->database);
+    if (status) vw_sweeps_close(&opened);
+    else *tradeoffs = opened;
+    return status;
+}
+
+void vw_sweeps_close(struct vw_sweeps **tradeoffs) {
+    if (!*tradeoffs) return;
+    vw_database_close(&(*tradeoffs)->database);
+    free(*tradeoffs);
+    *tradeoffs = NULL;
+}
+
+// ---- What was measured
+// --------------------------------------------------------------------------------------------------
+
+enum { VALUE = 2, ROW_HASH = 3 }; // columns
+
+enum vw_status vw_sweeps_find(struct vw_sweeps *tradeoffs, const char *point_id, const char *measure, bool *found,
+                              double *value) {
+    struct vw_database *database = &tradeoffs->database;
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(
+        database, "SELECT point_id, measure, value, row_hash FROM measured WHERE point_id = ? AND measure = ?",
+        &row.statement);
+    vw_row_add_text(&row, point_id);
+    vw_row_add_text(&row, measure);
+    if (!status && row.failed) status = vw_database_fail(database, "look for a measure");
+    if (!status) status = vw_database_next(database, row.statement, found);
+    if (!status && *found) *value = vw_row_read_real(row.statement, VALUE);
+    if (!status && *found && !vw_row_fits_hash(row.statement, ROW_HASH, hashed_as))
+        status = vw_fail(
+            VW_ERROR_MISMATCH,
+            "%s: measured %s of %s was edited: its row_hash does not fit; delete the row, and it is measured again",
+            database->path, measure, point_id);
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_sweeps_keep(struct vw_sweeps *tradeoffs, const char *point_id,
+                              const struct vw_sweep_measure *measures, uint32_t count) {
+    struct vw_database *database = &tradeoffs->database;
+    struct vw_hasher hasher;
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = vw_database_prepare(
+        database, "INSERT OR REPLACE INTO measured (point_id, measure, value, row_hash) VALUES (?, ?, ?, ?)",
+        &row.statement);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        char hash[VW_HASH_HEX_BYTES];
+        row.hasher = &hasher;
+        vw_row_begin_hash(&hasher, hashed_as);
+        vw_row_add_text(&row, point_id);
+        vw_row_add_text(&row, measures[i].name);
+        vw_row_add_real(&row, measures[i].value);
+        vw_row_end_hash(&hasher, hash);
+        row.hasher = NULL;
+        vw_row_add_text(&row, hash);
+        status = vw_row_write(&row, database, "record what was measured");
+    }
+    sqlite3_finalize(row.statement);
+    return vw_database_end(database, status);
+}
+
+// ---- Figures
+// ------------------------------------------------------------------------------------------------------------
+
+static enum vw_status remove_metrics(struct vw_database *database, const char *sweep_id) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(database, "DELETE FROM metric WHERE sweep_id = ?", &row.statement);
+    vw_row_add_text(&row, sweep_id);
+    if (!status) status = vw_row_write(&row, database, "remove old metrics");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static void add_metric(struct vw_row *row, const struct vw_sweep_metrics *metric) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(columns); i++) {
+        const void *value = (const char *)metric + columns[i].offset;
+        switch (columns[i].kind) {
+        case VW_TRADEOFF_TEXT: vw_row_add_text(row, *(const char *const *)value); break;
+        case VW_TRADEOFF_WHOLE: vw_row_add_integer(row, *(const uint32_t *)value); break;
+        case VW_TRADEOFF_REAL: vw_row_add_real(row, *(const double *)value); break;
+        }
+    }
+}
+
+static enum vw_status insert_metrics(struct vw_database *database, const char *sweep_id,
+                                     const struct vw_sweep_metrics *metrics, uint32_t count) {
+    struct vw_row row = {0};
+    char *sql = write_sql("INSERT INTO metric VALUES (?, ?", false, ")");
+    if (!sql) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_database_prepare(database, sql, &row.statement);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        vw_row_add_text(&row, sweep_id);
+        vw_row_add_integer(&row, i);
+        add_metric(&row, &metrics[i]);
+        status = vw_row_write(&row, database, "record a metric");
+    }
+    sqlite3_finalize(row.statement);
+    free(sql);
+    return status;
+}
+
+enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *tradeoffs, const char *sweep_id,
+                                     const struct vw_sweep_metrics *metrics, uint32_t count) {
+    struct vw_database *database = &tradeoffs->database;
+    enum vw_status status = vw_database_begin(database);
+    if (status) return status;
+    status = remove_metrics(database, sweep_id);
+    if (!status) status = insert_metrics(database, sweep_id, metrics, count);
+    return vw_database_end(database, status);
+}

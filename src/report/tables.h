@@ -1,0 +1,33 @@
+// Tables beside scores.csv, for people and other programs: CSV (RFC 4180, but lines end with LF), reals so that they
+// read back to the same double. Each function writes its file whole or not at all.
+#ifndef VIEWWORTH_TABLES_H
+#define VIEWWORTH_TABLES_H
+
+#include <stdint.h>
+
+#include "value/duplicate_scores.h"
+#include "viewworth/ledger.h"
+#include "value/matrix.h"
+#include "value/providers.h"
+#include "viewworth/status.h"
+
+// providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank 1 =
+// most valuable.
+enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count);
+// payout.csv: provider,method,value,unit,photos,share,amount; the amounts, with two decimals, add up to the whole.
+enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count);
+// duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo, groups
+// from 0.
+enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
+// matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name; per
+// photo a row of dv_psnr and one of dv_loss. The latter has neither mean nor jackknife_stderr: dv_loss is the mean
+// weighted by the views' pixels, which the matrix does not hold (scores.csv has it). VW_ERROR_INPUT when the images
+// lack one of the matrix.
+enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
+                                     const struct vw_ledger_image *images, uint32_t image_count);
+
+// Cents as "12.34".
+enum { VW_AMOUNT_BYTES = 24 };
+void vw_amount_to_text(uint64_t cents, char text[VW_AMOUNT_BYTES]);
+
+#endif

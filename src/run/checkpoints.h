@@ -1,0 +1,35 @@
+// The checkpoints of a run: two files in its folder, of which the older is overwritten (decision 11). They trail the
+// ledger: a checkpoint holds a step that is recorded.
+#ifndef VIEWWORTH_CHECKPOINTS_H
+#define VIEWWORTH_CHECKPOINTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+#include "train/trainer.h"
+#include "viewworth/train.h"
+
+struct vw_checkpoints {
+    char *paths[2]; // owned
+    int next;       // the one to overwrite
+    double due_s;   // when the next is to be saved
+    double interval_s;
+};
+
+enum vw_status vw_checkpoints_open(const char *out, struct vw_checkpoints *checkpoints);
+void vw_checkpoints_close(struct vw_checkpoints *checkpoints);
+
+// Puts the trainer where the newest usable checkpoint of a step up to `last_step` is; says so when one is not usable.
+// `*step` is 0, and the trainer at its start, when there is none.
+enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer, uint64_t last_step,
+                                   bool *found, uint64_t *step);
+// Begins the time until the first one is due.
+void vw_checkpoints_begin(struct vw_checkpoints *checkpoints);
+// Whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and seldom enough to cost no more than a
+// twentieth of the time.
+bool vw_checkpoints_due(const struct vw_checkpoints *checkpoints);
+// Saves the trainer's state; nothing may be in flight. A failure is a warning: the ledger is what counts.
+void vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
+
+#endif

@@ -1,0 +1,67 @@
+#include "run/open.h"
+
+#include <jansson.h>
+
+#include "viewworth/log.h"
+
+enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu) {
+    enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = device, .timers = timers}, gpu);
+    if (status) return status;
+    const struct vw_gpu_info *info = vw_gpu_get_info(*gpu);
+    vw_log_info("device   %u: %s (%s)", info->index, info->name, info->driver);
+    return VW_OK;
+}
+
+enum vw_status vw_open_scene(const struct vw_options *options, const char *path, struct vw_gpu *gpu, bool headers_only,
+                             struct vw_scene **scene) {
+    const struct vw_scene_params params = {
+        .path = path,
+        .format = options->format,
+        .pool = options->pool,
+        .train_list = options->train_list,
+        .val_list = options->val_list,
+        .test_list = options->test_list,
+        .providers = options->providers,
+        .downscale = options->downscale,
+        .corrupt = options->corrupt,
+        .headers_only = headers_only,
+        .gpu = gpu,
+    };
+    return vw_scene_open(&params, scene);
+}
+
+char *vw_scene_options_to_json(const struct vw_options *options) {
+    json_t *downscale = options->downscale > 1 ? json_integer(options->downscale) : NULL;
+    json_t *corrupt = options->corrupt ? json_integer(options->corrupt) : NULL;
+    json_t *object =
+        json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format, "pool", options->pool,
+                  "train", options->train_list, "val", options->val_list, "test", options->test_list, "providers",
+                  options->providers, "downscale", downscale, "corrupt", corrupt);
+    char *json = object ? json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT) : NULL;
+    json_decref(object);
+    if (!json) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
+    return json;
+}
+
+enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu,
+                               struct vw_scene **scene) {
+    struct vw_options options = {0};
+    json_error_t error;
+    json_int_t downscale = 1, corrupt = 0;
+    json_t *object = json_loads(scene_options_json, 0, &error);
+    enum vw_status status = VW_OK;
+    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format",
+                                  &options.format, "pool", &options.pool, "train", &options.train_list, "val",
+                                  &options.val_list, "test", &options.test_list, "providers", &options.providers,
+                                  "downscale", &downscale, "corrupt", &corrupt))
+        status =
+            vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", scene_options_json, error.text);
+    if (!status && (downscale < 1 || downscale > UINT32_MAX || corrupt < 0 || corrupt > UINT32_MAX))
+        status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again",
+                         scene_options_json);
+    options.downscale = (uint32_t)downscale;
+    options.corrupt = (uint32_t)corrupt;
+    if (!status) status = vw_open_scene(&options, path, gpu, false, scene);
+    json_decref(object); // and with it the texts of the options
+    return status;
+}

@@ -1,0 +1,46 @@
+#include "run/out_folder.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/memory.h"
+
+enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
+
+// The cause of the failure; 0 when the file could be written.
+static int try_to_write(const char *folder) {
+    static const char block[BLOCK_BYTES];
+    char *name = vw_path_join(folder, ".viewworth-XXXXXX");
+    int file = name ? mkostemp(name, O_CLOEXEC) : -1;
+    int cause = file < 0 ? errno : 0;
+    if (file >= 0) unlink(name);
+    for (int i = 0; !cause && i < BLOCK_COUNT; i++) {
+        ssize_t written = write(file, block, sizeof block);
+        if (written < (ssize_t)sizeof block) cause = written < 0 ? errno : ENOSPC;
+    }
+    if (!cause && fsync(file)) cause = errno;
+    if (file >= 0) close(file);
+    free(name);
+    return cause;
+}
+
+enum vw_status vw_out_check(const char *out) {
+    char *place = vw_copy_text(out);
+    while (place && !vw_folder_exists(place)) { // up to the nearest folder that is there; "." and "/" are
+        char *parent = vw_path_folder(place);
+        free(place);
+        place = parent;
+    }
+    if (!place) return VW_ERROR_MEMORY;
+    int cause = try_to_write(place);
+    enum vw_status status = VW_OK;
+    if (cause)
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: cannot write in %s: %s; name another folder or make room", out,
+                         place, strerror(cause));
+    free(place);
+    return status;
+}

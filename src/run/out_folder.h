@@ -1,0 +1,11 @@
+// Whether results can be written, asked before any work is done.
+#ifndef VIEWWORTH_OUT_FOLDER_H
+#define VIEWWORTH_OUT_FOLDER_H
+
+#include "viewworth/status.h"
+
+// Writes a file of 1 MiB where --out is or would be made, and removes it again; the folder itself is not created.
+// VW_ERROR_USAGE when the place is not writable or full.
+enum vw_status vw_out_check(const char *out);
+
+#endif

@@ -1,0 +1,178 @@
+#include "run/outputs/report_files.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "run/outputs/report_shape.h"
+#include "scene/safe_path.h"
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/json.h"
+#include "base/memory.h"
+
+enum { TABLE_LIMIT_BYTES = 64 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
+
+// A place for one more document; what it points to is owned from now on.
+static struct vw_report_document *add_document(struct vw_report_files *files, const char *out, const char *kind,
+                                               const char *file) {
+    if (vw_grow((void **)&files->documents, &files->capacity, files->count + 1, sizeof *files->documents)) return NULL;
+    struct vw_report_document *document = &files->documents[files->count++];
+    *document = (struct vw_report_document){.kind = kind, .label = vw_copy_text(out), .file = file};
+    return document->label ? document : NULL;
+}
+
+// ---- CSV
+// ------------------------------------------------------------------------------------------------------------------
+
+static json_t *record_to_json(const struct vw_csv *csv) {
+    json_t *array = json_array();
+    for (uint32_t i = 0; i < csv->field_count; i++)
+        if (json_array_append_new(array, vw_json_string(csv->fields[i]))) return json_decref(array), NULL;
+    return array;
+}
+
+static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
+    json_t *rows = json_array(), *header = NULL;
+    bool found = true, failed = !rows;
+    enum vw_status status = VW_OK;
+    while (!status && !failed && found) {
+        status = vw_csv_next(csv, &found);
+        if (status || !found) continue;
+        if (!header) failed = !(header = record_to_json(csv));
+        else failed = json_array_append_new(rows, record_to_json(csv));
+    }
+    if (!status && !failed && !header) status = vw_fail(VW_ERROR_INPUT, "%s: is empty; remove it", csv->path);
+    if (!status && !failed) status = vw_report_shape_of_table(csv->path, file, header);
+    json_t *table = status ? NULL : json_pack("{s:O, s:O}", "header", header, "rows", rows);
+    *json = table && !failed ? json_dumps(table, JSON_COMPACT) : NULL;
+    json_decref(table);
+    json_decref(header);
+    json_decref(rows);
+    return *json || status ? status : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for its JSON", csv->path);
+}
+
+static enum vw_status add_table(struct vw_report_files *files, const char *out, const char *file, const char *path) {
+    struct vw_csv csv;
+    char *json = NULL;
+    struct vw_report_document *document = add_document(files, out, "table", file);
+    if (!document) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_csv_open(path, TABLE_LIMIT_BYTES, &csv);
+    if (!status) status = table_to_json(&csv, file, &json);
+    vw_csv_close(&csv);
+    document->json = json;
+    return status;
+}
+
+// ---- Pictures
+// -------------------------------------------------------------------------------------------------------------
+
+// Whether a render's name stays within the folder: "renders/" and a plain name.
+static bool is_render(const char *file) {
+    static const char folder[] = "renders/";
+    return file && strncmp(file, folder, strlen(folder)) == 0 && file[strlen(folder)] &&
+           !strchr(file + strlen(folder), '/');
+}
+
+static enum vw_status read_picture(const char *out, const char *path, struct vw_report_picture *picture) {
+    static const char signature[] = "\x89PNG\r\n\x1a\n";
+    if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such file; compare again", path);
+    enum vw_status status = vw_report_files_check(out, path);
+    if (!status) status = vw_file_read(path, RENDER_LIMIT_BYTES, &picture->data, &picture->size_bytes);
+    if (!status &&
+        (picture->size_bytes < strlen(signature) || memcmp(picture->data, signature, strlen(signature)) != 0))
+        status = vw_fail(VW_ERROR_INPUT, "%s: is no PNG file; compare again", path);
+    return status;
+}
+
+static enum vw_status add_picture(const char *out, const char *file, struct vw_report_document *document) {
+    if (!is_render(file))
+        return vw_fail(VW_ERROR_INPUT, "%s/compare.json: renders: a file is none of renders/; compare again", out);
+    char *path = vw_path_join(out, file), *name = vw_copy_text(file);
+    struct vw_report_picture picture = {0};
+    enum vw_status status = path && name ? read_picture(out, path, &picture) : VW_ERROR_MEMORY;
+    free(path);
+    if (status) {
+        free(picture.data);
+        free(name);
+        return status;
+    }
+    ((const char **)document->picture_files)[document->picture_count] = name;
+    ((struct vw_report_picture *)document->pictures)[document->picture_count++] = picture;
+    return VW_OK;
+}
+
+static enum vw_status add_pictures(const char *out, const json_t *compare, struct vw_report_document *document) {
+    const json_t *renders = json_object_get(compare, "renders");
+    document->picture_files = vw_allocate(json_array_size(renders), sizeof *document->picture_files);
+    document->pictures = vw_allocate(json_array_size(renders), sizeof *document->pictures);
+    enum vw_status status = document->picture_files && document->pictures ? VW_OK : VW_ERROR_MEMORY;
+    for (size_t i = 0; i < json_array_size(renders) && !status; i++)
+        status = add_picture(out, json_string_value(json_object_get(json_array_get(renders, i), "file")), document);
+    return status;
+}
+
+// ---- A comparison
+// ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path) {
+    void *text = NULL;
+    size_t size_bytes = 0;
+    json_error_t error;
+    struct vw_report_document *document = add_document(files, out, "compare", file);
+    if (!document) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_file_read(path, TABLE_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    document->json = text;
+    json_t *compare = json_loadb(text, size_bytes, 0, &error);
+    status = compare ? vw_report_shape_of_comparison(path, compare)
+                     : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    if (!status) status = add_pictures(out, compare, document);
+    json_decref(compare);
+    return status;
+}
+
+// ---- All of them
+// ----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_report_files_check(const char *out, const char *path) {
+    if (vw_path_lies_inside(out, path)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: is a link that leads out of %s; put the file itself there, or remove it", path,
+                   out);
+}
+
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out) {
+    static const struct {
+        const char *file;
+        enum vw_status (*add)(struct vw_report_files *files, const char *out, const char *file, const char *path);
+    } known[] = {{"providers.csv", add_table}, {"payout.csv", add_table},   {"duplicates.csv", add_table},
+                 {"benchmark.csv", add_table}, {"tradeoff.csv", add_table}, {"compare.json", add_compare}};
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {
+        char *path = vw_path_join(out, known[i].file);
+        if (!path) return VW_ERROR_MEMORY;
+        bool held = vw_file_exists(path);
+        if (held) status = vw_report_files_check(out, path);
+        if (held && !status) status = known[i].add(files, out, known[i].file, path);
+        free(path);
+    }
+    return status;
+}
+
+static void free_document(struct vw_report_document *document) {
+    for (uint32_t i = 0; i < document->picture_count; i++) {
+        free((char *)document->picture_files[i]);
+        free(document->pictures[i].data);
+    }
+    free((void *)document->picture_files);
+    free((void *)document->pictures);
+    free((void *)document->thumbnail_names);
+    free((void *)document->thumbnails);
+    free((char *)document->label);
+    free((char *)document->json);
+}
+
+void vw_report_files_free(struct vw_report_files *files) {
+    for (size_t i = 0; i < files->count; i++) free_document(&files->documents[i]);
+    free(files->documents);
+    *files = (struct vw_report_files){0};
+}

@@ -1,0 +1,267 @@
+#include "run/outputs/report_folder.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "run/imported.h"
+#include "run/recorded_run.h"
+#include "run/outputs/report_files.h"
+#include "run/outputs/report_thumbnails.h"
+#include "run/scoring.h"
+#include "base/file.h"
+#include "base/json.h"
+#include "viewworth/log.h"
+#include "viewworth/version.h"
+#include "base/memory.h"
+
+// A run and what of it the page borrows.
+struct held_run {
+    char *folder; // owned
+    struct vw_recorded_run recorded;
+    struct vw_value_input input;
+    struct vw_ledger_score *scores;
+    uint32_t score_count;
+    struct vw_matrix matrix;
+    struct vw_view_evidence *views;
+    double *standard_errors;
+    const struct vw_report_picture *thumbnails; // lent by the sets
+    char head[VW_HASH_HEX_BYTES];
+};
+
+struct gathering {
+    const struct vw_report_options *options;
+    struct held_run *runs; // owned array, as those below
+    size_t run_count, run_capacity;
+    struct vw_report_files files;
+    struct vw_report_sets sets;
+};
+
+// ---- Runs
+// -----------------------------------------------------------------------------------------------------------------
+
+static enum vw_status read_matrix(struct held_run *run) {
+    enum vw_status status = vw_value_matrix(run->recorded.ledger, &run->input, &run->matrix);
+    if (status) return status;
+    run->views = vw_allocate(run->matrix.view_count, sizeof *run->views);
+    run->standard_errors = vw_allocate(run->matrix.photo_count, sizeof *run->standard_errors);
+    if (!run->views || !run->standard_errors) return VW_ERROR_MEMORY;
+    return run->matrix.visit_count ? vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors) : VW_OK;
+}
+
+static enum vw_status read_run(struct held_run *run) {
+    enum vw_status status = vw_recorded_open(run->folder, &run->recorded);
+    if (!status) status = vw_scoring_load(run->recorded.ledger, &run->recorded.config, &run->input);
+    if (!status) status = vw_ledger_get_scores(run->recorded.ledger, &run->scores, &run->score_count);
+    if (!status) status = read_matrix(run);
+    if (!status) vw_ledger_chain_head(run->recorded.ledger, run->head);
+    return status;
+}
+
+static void close_run(struct held_run *run) {
+    vw_matrix_clear(&run->matrix);
+    vw_scoring_unload(&run->input);
+    vw_recorded_close(&run->recorded);
+    free(run->views);
+    free(run->standard_errors);
+    free(run->scores);
+    free(run->folder);
+}
+
+// The same run may lie in several of the folders, or one of them be named twice: it would agree with itself.
+static bool is_held(const struct gathering *gathering, const struct held_run *run) {
+    for (const struct held_run *other = gathering->runs; other < run; other++)
+        if (!strcmp(other->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(other->head, run->head))
+            return true;
+    return false;
+}
+
+static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {
+    enum vw_status status =
+        vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
+    if (status) return status;
+    struct held_run *run = &gathering->runs[gathering->run_count++];
+    run->folder = vw_copy_text(folder);
+    status = run->folder ? read_run(run) : VW_ERROR_MEMORY;
+    if (status || !is_held(gathering, run)) return status;
+    vw_log_info("%s: holds a run that the report has already", folder);
+    close_run(run);
+    *run = (struct held_run){0};
+    gathering->run_count--;
+    return VW_OK;
+}
+
+// A folder without a ledger is no run; `found` becomes true for another one.
+static enum vw_status add_run(struct gathering *gathering, const char *out, const char *folder, bool *found) {
+    char *ledger_path = vw_path_join(folder, "ledger.db");
+    if (!ledger_path) return VW_ERROR_MEMORY;
+    bool held = vw_file_exists(ledger_path);
+    enum vw_status status = held ? vw_report_files_check(out, ledger_path) : VW_OK;
+    free(ledger_path);
+    *found |= held;
+    return held && !status ? read_ledger(gathering, folder) : status;
+}
+
+// The number behind "seed_"; false for other names.
+static bool read_seed(const char *name, uint64_t *seed) {
+    int end = 0;
+    return sscanf(name, "seed_%" SCNu64 "%n", seed, &end) == 1 && name[end] == 0;
+}
+
+static int compare_seeds(const struct dirent **left, const struct dirent **right) {
+    uint64_t a = 0, b = 0;
+    (void)read_seed((*left)->d_name, &a), (void)read_seed((*right)->d_name, &b);
+    return a < b ? -1 : a > b;
+}
+
+static int is_seed_folder(const struct dirent *entry) {
+    uint64_t seed;
+    return read_seed(entry->d_name, &seed);
+}
+
+static enum vw_status add_seeds(struct gathering *gathering, const char *out, bool *found) {
+    struct dirent **entries = NULL;
+    int count = scandir(out, &entries, is_seed_folder, compare_seeds);
+    enum vw_status status =
+        count < 0 ? vw_fail(VW_ERROR_INPUT, "%s: cannot list the folder: %s", out, strerror(errno)) : VW_OK;
+    for (int i = 0; i < count; i++) {
+        char *folder = status ? NULL : vw_path_join(out, entries[i]->d_name);
+        if (!status) status = folder ? add_run(gathering, out, folder, found) : VW_ERROR_MEMORY;
+        free(folder);
+        free(entries[i]);
+    }
+    free(entries);
+    return status;
+}
+
+// Whether an operand before this one names the same folder.
+static bool is_repeated(const char *const *outs, uint32_t place) {
+    bool repeated = false;
+    char *path = realpath(outs[place], NULL);
+    for (uint32_t i = 0; i < place && path && !repeated; i++) {
+        char *other = realpath(outs[i], NULL);
+        repeated = other && strcmp(other, path) == 0;
+        free(other);
+    }
+    free(path);
+    return repeated;
+}
+
+static enum vw_status add_folder(struct gathering *gathering, const char *out) {
+    static const char remedy[] = "give a folder that value, reproduce, compare, benchmark or tradeoff made";
+    size_t files = gathering->files.count;
+    bool found = false;
+    if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
+    enum vw_status status = add_run(gathering, out, out, &found);
+    if (!status) status = add_seeds(gathering, out, &found);
+    if (!status) status = vw_report_files_add(&gathering->files, out);
+    if (!status && !found && gathering->files.count == files)
+        status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; %s", out, remedy);
+    return status;
+}
+
+// ---- Thumbnails
+// -----------------------------------------------------------------------------------------------------------
+
+static void lend_to_run(struct gathering *gathering, struct held_run *run) {
+    const struct vw_ledger_run *row = &run->recorded.row;
+    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path,
+                                               row->scene_options_json, row->scene_hash};
+    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->options, &recorded, run->input.images,
+                                            run->input.image_count);
+}
+
+static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < gathering->files.count && !status; i++) {
+        struct vw_report_document *document = &gathering->files.documents[i];
+        if (strcmp(document->kind, "compare") != 0) continue;
+        status =
+            vw_report_sets_of_comparison(&gathering->sets, gathering->options, runs, gathering->run_count, document);
+    }
+    return status;
+}
+
+// ---- The page
+// -------------------------------------------------------------------------------------------------------------
+
+static struct vw_report_run run_of_page(const struct held_run *run) {
+    return (struct vw_report_run){
+        .label = run->folder,
+        .row = &run->recorded.row,
+        .head = run->head,
+        .images = run->input.images,
+        .image_count = run->input.image_count,
+        .scores = run->scores,
+        .score_count = run->score_count,
+        .records = run->input.records,
+        .record_count = run->input.record_count,
+        .matrix = &run->matrix,
+        .views = run->views,
+        .standard_errors = run->standard_errors,
+        .thumbnails = run->thumbnails,
+    };
+}
+
+static char *methods_to_json(void) {
+    uint32_t count;
+    const struct vw_value_method *methods = vw_value_methods(&count);
+    json_t *array = json_array();
+    int failed = 0;
+    for (uint32_t i = 0; i < count; i++)
+        failed |= json_array_append_new(array, json_pack("{s:s, s:s, s:s}", "name", methods[i].name, "unit",
+                                                         methods[i].unit, "formula", methods[i].formula));
+    char *text = failed ? NULL : json_dumps(array, JSON_COMPACT);
+    json_decref(array);
+    if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the report's methods");
+    return text;
+}
+
+static enum vw_status write_page(struct gathering *gathering, const char *to) {
+    struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
+    char *methods_json = runs ? methods_to_json() : NULL;
+    enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
+    for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(&gathering->runs[i]);
+    if (!status) status = lend_to_comparisons(gathering, runs);
+    if (!status)
+        status = vw_report_write_html(to, &(struct vw_report_page){.version = vw_version(),
+                                                                   .default_method = vw_value_default_method,
+                                                                   .methods_json = methods_json,
+                                                                   .runs = runs,
+                                                                   .run_count = (uint32_t)gathering->run_count,
+                                                                   .documents = gathering->files.documents,
+                                                                   .document_count = (uint32_t)gathering->files.count});
+    free(methods_json);
+    free(runs);
+    return status;
+}
+
+enum vw_status vw_report_folders_write(const char *const *outs, uint32_t count, const char *to,
+                                       const struct vw_report_options *options) {
+    struct gathering gathering = {.options = options};
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count && !status; i++)
+        if (!is_repeated(outs, i)) status = add_folder(&gathering, outs[i]);
+    for (size_t i = 0; i < gathering.run_count && !status; i++) lend_to_run(&gathering, &gathering.runs[i]);
+    if (!status) status = write_page(&gathering, to);
+    for (size_t i = 0; i < gathering.run_count; i++) close_run(&gathering.runs[i]);
+    free(gathering.runs);
+    vw_report_files_free(&gathering.files);
+    vw_report_sets_free(&gathering.sets);
+    return status;
+}
+
+enum vw_status vw_report_folder_write(const char *out, const struct vw_report_options *options) {
+    char *path = vw_path_join(out, "report.html");
+    enum vw_status status = path ? vw_report_folders_write(&out, 1, path, options) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
+}
+
+char *vw_report_folder_finish(const char *out, const struct vw_report_options *options) {
+    if (!vw_report_folder_write(out, options)) return vw_path_join(out, "report.html");
+    vw_log_warning("no report: %s; viewworth report %s makes it once that is mended", vw_error_message(), out);
+    return NULL;
+}

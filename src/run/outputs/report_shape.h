@@ -1,0 +1,14 @@
+// Whether a folder's files have what the page's script relies on: people may have edited them.
+#ifndef VIEWWORTH_REPORT_SHAPE_H
+#define VIEWWORTH_REPORT_SHAPE_H
+
+#include <jansson.h>
+
+#include "viewworth/status.h"
+
+// VW_ERROR_INPUT names the file and what is missing or of another kind; `path` is for messages. More than is needed may
+// be there.
+enum vw_status vw_report_shape_of_table(const char *path, const char *file, const json_t *header);
+enum vw_status vw_report_shape_of_comparison(const char *path, json_t *compare);
+
+#endif

@@ -1,0 +1,42 @@
+// A time that a run is to keep (`value --budget TIME`): pure functions of the times that were measured. What they
+// decide is which preset a run has and how long it is, never a bit of its steps.
+#ifndef VIEWWORTH_BUDGET_H
+#define VIEWWORTH_BUDGET_H
+
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+// A number and its unit, s, min or h, without a space: "90s", "10min", "1.5h". VW_ERROR_USAGE for anything else, for
+// less than 10 s, and for more than 1000 h.
+enum vw_status vw_budget_parse(const char *text, double *budget_s);
+
+// A preset that may be chosen.
+struct vw_budget_candidate {
+    double step_s;   // seconds that a step takes, validation included
+    uint32_t epochs; // that it wants: it is chosen only where these fit, and burn-in and one
+};
+
+struct vw_budget_task {
+    double left_s; // for steps
+    uint32_t photos;
+    uint32_t burn_in_epochs;
+    uint32_t epochs_most; // that are to be taken at most; more than burn-in
+};
+
+struct vw_budget_plan {
+    uint32_t candidate;
+    uint32_t epochs; // that fit with it, up to epochs_most
+};
+
+// The dearest of the candidates (cheapest first, at least one) that fits; the cheapest where none does. VW_ERROR_USAGE,
+// saying what would do, where not even burn-in and one more epoch fit with that.
+enum vw_status vw_budget_plan(const struct vw_budget_candidate *candidates, uint32_t count,
+                              const struct vw_budget_task *task, struct vw_budget_plan *plan);
+// How many epochs of `epoch_s` fit into what is left, at most `most`; 0 where a time is not positive or not finite.
+uint32_t vw_budget_epochs_that_fit(double left_s, double epoch_s, uint32_t most);
+// How many epochs to take before the clock is looked at again: half of those that fit, but one at least, so that
+// looking costs nothing while the end is far, and the end is met to the epoch. 0: the next one would end too late.
+uint32_t vw_budget_segment(double left_s, double epoch_s, uint32_t most);
+
+#endif

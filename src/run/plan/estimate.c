@@ -1,0 +1,90 @@
+#include "run/plan/estimate.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "train/trainer.h"
+#include "viewworth/log.h"
+
+static const double MEASURED_SECONDS = 0.3;
+
+static uint64_t count_host_bytes(const struct vw_scene *scene) {
+    static const uint64_t channel_bytes[] = {[VW_PIXEL_UINT8] = 1, [VW_PIXEL_UINT16] = 2, [VW_PIXEL_FLOAT32] = 4};
+    uint64_t sum = scene->point_count * sizeof *scene->points + scene->track_count * sizeof *scene->tracks;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        const struct vw_view *view = &scene->views[v];
+        uint64_t pixels = view->image.pixels ? (uint64_t)view->image.width_px * view->image.height_px : 0;
+        sum += pixels * (4 * channel_bytes[view->image.format] + (view->mask ? 1 : 0));
+    }
+    return sum;
+}
+
+// The first batch warms up; those after it are timed.
+static enum vw_status measure(struct vw_trainer *trainer, struct vw_estimate *estimate) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_trainer_advance(trainer, &records, &count);
+    double started_s = vw_now_s(), passed_s = 0;
+    while (!status && count > 0 && passed_s < MEASURED_SECONDS) {
+        status = vw_trainer_advance(trainer, &records, &count);
+        passed_s = vw_now_s() - started_s;
+        estimate->measured_steps += count;
+    }
+    if (estimate->measured_steps) estimate->seconds_per_step = passed_s / (double)estimate->measured_steps;
+    return status;
+}
+
+enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate) {
+    struct vw_trainer *trainer = NULL;
+    struct vw_trainer_stats stats;
+    enum vw_status status = vw_trainer_create(params, &trainer);
+    if (status) return status;
+    vw_trainer_get_stats(trainer, &stats);
+    estimate->param_count = stats.param_count;
+    estimate->device_bytes = stats.device_bytes;
+    estimate->steps = vw_trainer_total_steps(trainer);
+    status = measure(trainer, estimate);
+    vw_trainer_destroy(&trainer);
+    return status;
+}
+
+void vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
+                     const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate) {
+    estimate->host_bytes = count_host_bytes(scene);
+    if (!gpu) return;
+    snprintf(estimate->device, sizeof estimate->device, "%s", vw_gpu_get_info(gpu)->name);
+    const struct vw_trainer_params params = {.gpu = gpu,
+                                             .scene = scene,
+                                             .config = &options->config,
+                                             .effects = effects,
+                                             .effect_count = effect_count,
+                                             .validate = true};
+    if (vw_estimate_take_steps(&params, estimate))
+        snprintf(estimate->missing, sizeof estimate->missing, "%.*s", (int)sizeof estimate->missing - 1,
+                 vw_error_message());
+}
+
+void vw_estimate_print(const struct vw_estimate *estimate) {
+    printf("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
+    if (*estimate->missing) {
+        printf("estimate none: %s\n", estimate->missing);
+        return;
+    }
+    printf("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
+           (double)estimate->device_bytes / 0x1p20, estimate->param_count);
+    printf("time     about %.3g s for the %" PRIu64
+           " steps of value with default options (%.3g ms per step, from %" PRIu64 " steps on %s)\n",
+           estimate->seconds_per_step * (double)estimate->steps, estimate->steps, 1e3 * estimate->seconds_per_step,
+           estimate->measured_steps, estimate->device);
+}
+
+json_t *vw_estimate_to_json(const struct vw_estimate *estimate) {
+    if (*estimate->missing)
+        return json_pack("{s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes, "missing", estimate->missing);
+    return json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes,
+                     "device_bytes", (json_int_t)estimate->device_bytes, "params", (json_int_t)estimate->param_count,
+                     "steps", (json_int_t)estimate->steps, "seconds",
+                     estimate->seconds_per_step * (double)estimate->steps, "seconds_per_step",
+                     estimate->seconds_per_step, "measured_steps", (json_int_t)estimate->measured_steps, "device",
+                     estimate->device);
+}

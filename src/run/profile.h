@@ -1,0 +1,31 @@
+// --profile: where a run's time went, pass by pass, beside what the device can do.
+#ifndef VIEWWORTH_PROFILE_H
+#define VIEWWORTH_PROFILE_H
+
+#include <jansson.h>
+
+#include "viewworth/gpu.h"
+#include "gpu/compute.h"
+#include "train/trainer.h"
+#include "viewworth/train.h"
+
+struct vw_profile_row {
+    const char *name, *role;     // of the pass
+    double ms, share;            // per step; of all passes' time
+    double bytes, multiply_adds; // per step
+    double bytes_per_s, multiply_adds_per_s;
+};
+
+struct vw_profile {
+    struct vw_profile_row rows[VW_PASS_COSTS_MAX];
+    uint32_t row_count;
+    double ms; // of all passes, per step
+    struct vw_gpu_peaks peaks;
+};
+
+// After the steps were taken. Measures the peaks now, on the same device.
+enum vw_status vw_profile_make(const struct vw_trainer *trainer, struct vw_gpu *gpu, struct vw_profile *profile);
+void vw_profile_print(const struct vw_profile *profile);      // nothing without rows
+json_t *vw_profile_to_json(const struct vw_profile *profile); // NULL when memory is short
+
+#endif

@@ -1,0 +1,44 @@
+#include "run/recorded_run.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/output/effects_output.h"
+#include "run/imported.h"
+#include "run/open.h"
+#include "base/hash.h"
+#include "base/file.h"
+
+enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
+    *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, "ledger.db")};
+    if (!run->ledger_path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_ledger_open(run->ledger_path, &run->ledger);
+    if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
+    if (status) return status;
+    status = vw_is_imported(&run->row) ? vw_imported_config_from_json(run->row.config_json, &run->config)
+                                       : vw_config_from_json(run->row.config_json, &run->config);
+    if (!status) status = vw_effects_from_json(run->row.effects_json, run->effects, &run->effect_count);
+    return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
+}
+
+enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device) {
+    if (vw_is_imported(&run->row))
+        return vw_fail(VW_ERROR_USAGE, "%s: was imported from %s: it has steps and scores, but no scene and no field",
+                       run->ledger_path, run->row.scene_path);
+    enum vw_status status = vw_open_gpu(device, false, &run->gpu);
+    if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
+    if (status) return status;
+    char hash[VW_HASH_HEX_BYTES];
+    vw_hash_to_hex(run->scene->hash, hash);
+    if (strcmp(hash, run->row.scene_hash) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: no longer the scene that %s was trained on; restore it and the files of its lists",
+                   run->row.scene_path, run->out);
+}
+
+void vw_recorded_close(struct vw_recorded_run *run) {
+    vw_scene_close(&run->scene);
+    (void)vw_gpu_close(&run->gpu); // reports only what validation layers said, which are off here
+    vw_ledger_close(&run->ledger);
+    free(run->ledger_path);
+}

@@ -1,0 +1,185 @@
+#include "scene/formats/colmap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/bounds.h"
+#include "scene/camera_fit.h"
+#include "scene/builder.h"
+#include "scene/near_far.h"
+#include "scene/safe_path.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
+
+enum { TRACK_VIEWS_MIN = 2 };
+
+bool vw_colmap_probe(const char *path) {
+    char *model_folder = vw_folder_exists(path) ? vw_colmap_find(path) : NULL;
+    bool found = model_folder != NULL;
+    free(model_folder);
+    return found;
+}
+
+// ---- Points
+// -----------------------------------------------------------------------------------------------------------
+
+// A feature's place in a view's photo, which may have another size than the model's.
+static struct vw_track track_in_view(const struct vw_colmap_model *model, const struct vw_colmap_track *track,
+                                     uint32_t view_index, const struct vw_scene *scene) {
+    const struct vw_colmap_image *image = &model->images[track->image];
+    const struct vw_colmap_feature *feature = &model->features[image->first_feature + track->feature];
+    const struct vw_camera *given = &model->cameras[image->camera].camera, *camera = &scene->views[view_index].camera;
+    return (struct vw_track){
+        .view = view_index,
+        .x_px = (float)(feature->x_px * camera->width_px / given->width_px),
+        .y_px = (float)(feature->y_px * camera->height_px / given->height_px),
+    };
+}
+
+// Appends a point, unless too few of the scene's views see it; there is room for it.
+static void take_point(const struct vw_colmap_model *model, const struct vw_colmap_point *given, const uint32_t *views,
+                       struct vw_scene *scene) {
+    struct vw_point point = {.first_track = scene->track_count};
+    for (uint64_t t = given->first_track; t < given->first_track + given->track_count; t++) {
+        uint32_t view = views[model->tracks[t].image];
+        if (view != UINT32_MAX)
+            scene->tracks[point.first_track + point.track_count++] =
+                track_in_view(model, &model->tracks[t], view, scene);
+    }
+    if (point.track_count < TRACK_VIEWS_MIN) return;
+    memcpy(point.position_world, given->position_world, sizeof point.position_world);
+    for (int i = 0; i < 3; i++) point.rgb[i] = (float)given->rgb[i] / 255;
+    scene->points[scene->point_count++] = point;
+    scene->track_count += point.track_count;
+}
+
+enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const uint32_t *views,
+                                     struct vw_scene *scene) {
+    struct vw_point *points = vw_allocate(model->point_count, sizeof *points);
+    struct vw_track *tracks = vw_allocate(model->track_count, sizeof *tracks);
+    if (!points || !tracks || model->track_count > UINT32_MAX) {
+        free(points);
+        free(tracks);
+        return points && tracks
+                   ? vw_fail(VW_ERROR_INPUT, "%zu observations in the COLMAP model; at most %u are supported",
+                             model->track_count, UINT32_MAX)
+                   : VW_ERROR_MEMORY;
+    }
+    free(scene->points);
+    free(scene->tracks);
+    scene->points = points;
+    scene->tracks = tracks;
+    scene->point_count = scene->track_count = 0;
+    for (size_t p = 0; p < model->point_count; p++) take_point(model, &model->points[p], views, scene);
+    return vw_near_far_measure(scene);
+}
+
+// ---- Views
+// ------------------------------------------------------------------------------------------------------------
+
+struct repairs {
+    uint32_t missing_count;   // images without a photo
+    const char *missing_name; // of the first of them
+    uint32_t rescaled_count;  // photos of another size than their camera
+};
+
+static enum vw_status add_view(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                               const struct vw_colmap_image *image, const char *name, const char *path,
+                               struct repairs *repairs) {
+    struct vw_camera camera = model->cameras[image->camera].camera;
+    uint32_t width_px, height_px;
+    bool rescaled = false;
+    if (!vw_path_lies_inside(builder->folder, path))
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: image %u: field name leaves the scene folder through a link; copy the photo into it", path,
+                       image->id);
+    enum vw_status status = vw_image_probe(path, &width_px, &height_px);
+    if (!status) status = vw_camera_fit(path, width_px, height_px, &camera, &rescaled);
+    if (status) return status;
+    struct vw_view *view = vw_scene_builder_add_view(builder, name, path);
+    if (!view) return VW_ERROR_MEMORY;
+    view->camera = camera;
+    memcpy(view->camera_to_world, image->camera_to_world, sizeof view->camera_to_world);
+    repairs->rescaled_count += rescaled;
+    return VW_OK;
+}
+
+// Leaves *view alone when the photo is missing.
+static enum vw_status add_image(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                                const struct vw_colmap_image *image, const char *photo_folder, struct repairs *repairs,
+                                uint32_t *view) {
+    char *name = vw_format_text("%s/%s", photo_folder, image->name);
+    char *path = name ? vw_path_join(builder->folder, name) : NULL;
+    enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && vw_file_exists(path)) {
+        status = add_view(builder, model, image, name, path, repairs);
+        if (!status) *view = builder->scene->view_count - 1;
+    } else if (!status && !repairs->missing_count++) {
+        repairs->missing_name = image->name;
+    }
+    free(name);
+    free(path);
+    return status;
+}
+
+static enum vw_status note_repairs(const struct repairs *repairs, const char *photo_folder, struct vw_scene *scene) {
+    enum vw_status status = VW_OK;
+    if (repairs->missing_count)
+        status = vw_scene_note(scene, "%u images skipped: their photo is not in %s (first: %s)", repairs->missing_count,
+                               photo_folder, repairs->missing_name);
+    if (!status && repairs->rescaled_count)
+        status =
+            vw_scene_note(scene, "%u photos: intrinsics scaled from the size of the COLMAP camera to that of the photo",
+                          repairs->rescaled_count);
+    return status;
+}
+
+enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                                   const char *photo_folder, uint32_t *views) {
+    struct repairs repairs = {0};
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; !status && i < model->image_count; i++) {
+        views[i] = UINT32_MAX;
+        status = add_image(builder, model, &model->images[i], photo_folder, &repairs, &views[i]);
+    }
+    if (status) return status;
+    if (repairs.missing_count == model->image_count)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s/%s: none of the %zu photos of the COLMAP model is there (first: %s); put them there",
+                       builder->folder, photo_folder, model->image_count, repairs.missing_name);
+    return note_repairs(&repairs, photo_folder, builder->scene);
+}
+
+// ---- The loader
+// -------------------------------------------------------------------------------------------------------
+
+const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder) {
+    return strstr(model_folder + strlen(scene_folder), "dense/") ? "dense/images" : "images";
+}
+
+static enum vw_status load_model(struct vw_scene_builder *builder, const char *model_folder,
+                                 struct vw_colmap_model *model, uint32_t **views) {
+    enum vw_status status = vw_colmap_read(model_folder, builder->folder, model);
+    if (status) return status;
+    *views = vw_allocate(model->image_count, sizeof **views);
+    if (!*views) return VW_ERROR_MEMORY;
+    status = vw_colmap_add_views(builder, model, vw_colmap_photo_folder(builder->folder, model_folder), *views);
+    if (!status) status = vw_colmap_take_points(model, *views, builder->scene);
+    return status ? status : vw_bounds_choose(NULL, builder->scene);
+}
+
+enum vw_status vw_colmap_load(struct vw_scene_builder *builder) {
+    struct vw_colmap_model model = {0};
+    uint32_t *views = NULL;
+    char *model_folder = vw_colmap_find(builder->folder);
+    if (!model_folder)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: no COLMAP model; give a folder with sparse/0 that holds cameras, images and points3D",
+                       builder->folder);
+    enum vw_status status = load_model(builder, model_folder, &model, &views);
+    vw_colmap_clear(&model);
+    free(model_folder);
+    free(views);
+    return status;
+}

@@ -1,0 +1,92 @@
+// COLMAP models: cameras, images and points3D, binary or text, in sparse/0, sparse/ or dense/sparse.
+//
+// vw_colmap_read() reads a model as it stands and checks it; vw_colmap_load() makes a scene of one. PhotoTourism and
+// transforms.json read a model for their poses or for its points alone.
+#ifndef VIEWWORTH_COLMAP_H
+#define VIEWWORTH_COLMAP_H
+
+#include "viewworth/scene.h"
+
+struct vw_scene_builder;
+
+// The camera of an image, for the photo size that the model was made with.
+struct vw_colmap_camera {
+    uint32_t id;
+    struct vw_camera camera; // all numbers finite; sizes and focal lengths above 0
+};
+
+// Where an image sees something. COLMAP and viewworth agree that the centre of the top left pixel is (0.5, 0.5).
+struct vw_colmap_feature {
+    double x_px, y_px;
+};
+
+// A registered image.
+struct vw_colmap_image {
+    uint32_t id;
+    char *name;      // owned; relative to the folder of the photos; safe (see vw_path_leaves_folder) and unique
+    uint32_t camera; // index in cameras
+    double camera_to_world[3][4];          // OpenGL axes, as in vw_view
+    uint64_t first_feature, feature_count; // range in features
+};
+
+// That an image's feature is the picture of a point.
+struct vw_colmap_track {
+    uint32_t image;   // index in images
+    uint32_t feature; // index among the image's features
+};
+
+struct vw_colmap_point {
+    double position_world[3]; // finite
+    uint8_t rgb[3];
+    double error_px;                   // mean reprojection error as COLMAP wrote it; below 0 when unknown
+    uint64_t first_track, track_count; // range in tracks
+};
+
+// A model in the order of its files. Everything in it has been checked: ids and names are unique, indices are in range.
+struct vw_colmap_model {
+    struct vw_colmap_camera *cameras;   // owned
+    struct vw_colmap_image *images;     // owned
+    struct vw_colmap_feature *features; // owned
+    struct vw_colmap_point *points;     // owned
+    struct vw_colmap_track *tracks;     // owned
+    size_t camera_count, image_count, feature_count, point_count, track_count;
+};
+
+// The folder of the model within a scene folder, to be freed by the caller: the first of sparse/0, sparse,
+// dense/sparse/0 and dense/sparse that holds cameras.bin or cameras.txt. NULL when there is none; no message is
+// recorded for that.
+char *vw_colmap_find(const char *scene_folder);
+
+// Where the photos of a model lie that was found in a scene folder, relative to that: "images" or "dense/images".
+const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder);
+
+// Reads a model; binary files win over text. `scene_folder` is what nothing may lie outside of: model files that leave
+// it through links are refused, and so are image names that would. Whether photos exist is not looked at. Fails with
+// VW_ERROR_INPUT and one line naming file and field; `*model` is then untouched. The caller frees a model with
+// vw_colmap_clear().
+enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder, struct vw_colmap_model *model);
+// Frees what a model owns and empties it; accepts an empty or half-read one.
+void vw_colmap_clear(struct vw_colmap_model *model);
+
+// Index in images of the one with that name (a leading "./" is ignored); -1 when the model has none.
+ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *name);
+
+// Appends a view for each image whose photo is in `photo_folder` ("images"), which is relative to the scene folder as
+// the views' names are: "images/<name of the image>". Cameras are fitted to photos of another size. views[i] becomes
+// the view of image i, UINT32_MAX where the photo is missing; what was skipped or rescaled is noted. Refused when no
+// photo is there.
+enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                                   const char *photo_folder, uint32_t *views);
+
+// Takes the model's points into the scene and measures near and far of its views from them: image i is view views[i] of
+// the scene, UINT32_MAX when it is none of them. A feature's place is scaled from the model's camera to the view's
+// (which may have another size, of the same shape). Points that fewer than two views see are left out. Replaces points
+// the scene had. Call it once all views are there and before --downscale is applied.
+enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const uint32_t *views,
+                                     struct vw_scene *scene);
+
+// The loader of --format colmap: photos in images/, or beside dense/sparse in dense/images.
+bool vw_colmap_probe(const char *path);
+enum vw_status vw_colmap_load(struct vw_scene_builder *builder);
+
+#endif

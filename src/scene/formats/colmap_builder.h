@@ -1,0 +1,66 @@
+// A COLMAP model while it is read: what the binary and the text reader share. They take files apart; what the numbers
+// mean and whether they can be true is decided here, once, so that both give the same model and the same refusals.
+// Messages of this file name the record and the field; the readers put the file, and the line of a text, before them.
+#ifndef VIEWWORTH_COLMAP_BUILDER_H
+#define VIEWWORTH_COLMAP_BUILDER_H
+
+#include "scene/formats/colmap.h"
+
+enum { COLMAP_PARAMS_MAX = 12 };
+
+struct colmap_builder {
+    struct vw_colmap_model *model;
+    size_t camera_capacity, image_capacity, feature_capacity, point_capacity, track_capacity;
+    struct colmap_id *camera_ids,
+        *image_ids;      // owned; sorted; of the model's cameras and images, once their file is read
+    uint64_t *point_ids; // owned; in the order of the points
+    size_t point_id_capacity;
+};
+
+// Where the camera or image of an id is.
+struct colmap_id {
+    uint32_t id, index;
+};
+
+struct colmap_image_fields {
+    uint32_t id, camera_id;
+    double rotation[4];    // quaternion w x y z, world to camera
+    double translation[3]; // world to camera
+    const char *name;
+};
+
+struct colmap_point_fields {
+    uint64_t id;
+    double position_world[3], error_px;
+    uint8_t rgb[3];
+};
+
+// colmap_camera.c: the model with that number or name, refused unless it is supported. `camera` in messages is its id.
+struct colmap_camera_model;
+enum vw_status colmap_camera_model_by_id(uint32_t camera, int32_t id, const struct colmap_camera_model **model);
+enum vw_status colmap_camera_model_by_name(uint32_t camera, const char *name, const struct colmap_camera_model **model);
+uint32_t colmap_camera_param_count(const struct colmap_camera_model *model);
+enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_model *model, uint64_t width_px,
+                                  uint64_t height_px, const double params[COLMAP_PARAMS_MAX], struct vw_camera *made);
+
+// colmap_builder.c: one record after another. The features and tracks that are added belong to the last image or point.
+enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera);
+enum vw_status colmap_cameras_done(struct colmap_builder *builder);
+enum vw_status colmap_add_image(struct colmap_builder *builder, const struct colmap_image_fields *fields);
+enum vw_status colmap_add_feature(struct colmap_builder *builder, double x_px, double y_px);
+enum vw_status colmap_images_done(struct colmap_builder *builder);
+enum vw_status colmap_add_point(struct colmap_builder *builder, const struct colmap_point_fields *fields);
+enum vw_status colmap_add_track(struct colmap_builder *builder, uint32_t image_id, uint32_t feature);
+enum vw_status colmap_points_done(struct colmap_builder *builder);
+void colmap_builder_clear(struct colmap_builder *builder); // its own memory, not the model's
+
+// colmap_binary.c and colmap_text.c: one file each.
+struct colmap_file_reader {
+    const char *extension;
+    enum vw_status (*cameras)(const char *path, struct colmap_builder *builder);
+    enum vw_status (*images)(const char *path, struct colmap_builder *builder);
+    enum vw_status (*points)(const char *path, struct colmap_builder *builder);
+};
+extern const struct colmap_file_reader colmap_binary_reader, colmap_text_reader;
+
+#endif

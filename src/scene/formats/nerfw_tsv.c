@@ -1,0 +1,159 @@
+#include "scene/formats/nerfw_tsv.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/safe_path.h"
+#include "base/file.h"
+#include "base/memory.h"
+
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
+enum { HEADER_LIMIT_BYTES = 1024 };
+
+// ---- Lines
+// -----------------------------------------------------------------------------------------------------------------
+
+static char *next_line(char **rest) {
+    char *line = strsep(rest, "\n");
+    size_t length = strlen(line);
+    if (length && line[length - 1] == '\r') line[length - 1] = 0;
+    return line;
+}
+
+static int count_fields(const char *line) {
+    int count = 1;
+    for (; *line; line++) count += *line == '\t';
+    return count;
+}
+
+// Finds the columns in a header without cutting it.
+static struct vw_tsv_columns find_columns(const char *line) {
+    struct vw_tsv_columns columns = {-1, -1, -1, 0};
+    for (const char *name = line; name; columns.count++) {
+        size_t length = strcspn(name, "\t");
+        if (length == 8 && !strncmp(name, "filename", length)) columns.filename = columns.count;
+        if (length == 5 && !strncmp(name, "split", length)) columns.split = columns.count;
+        if (length == 2 && !strncmp(name, "id", length)) columns.id = columns.count;
+        name = name[length] ? name + length + 1 : NULL;
+    }
+    return columns;
+}
+
+static bool is_header(const struct vw_tsv_columns *columns) { return columns->filename >= 0 && columns->split >= 0; }
+
+// Reads the row whose fields were taken last.
+static enum vw_status take_row(const char *path, int line, const struct vw_tsv *tsv, struct vw_tsv_row *row) {
+    char *const *fields = vw_tsv_fields(tsv, tsv->row_count);
+    const char *filename = fields[tsv->columns.filename], *split = fields[tsv->columns.split];
+    if (!*filename || !vw_name_is_clean(filename) || vw_path_leaves_folder(filename))
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%d: field filename: \"%s\" is not the name of a photo in dense/images; correct it", path,
+                       line, filename);
+    bool test = !strcmp(split, "test");
+    if (!test && strcmp(split, "train") != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: field split: \"%s\" is neither train nor test; correct it", path, line,
+                       split);
+    bool has_id = tsv->columns.id >= 0 && *fields[tsv->columns.id];
+    *row = (struct vw_tsv_row){.name = filename, .test = test, .has_id = has_id, .line = line};
+    return VW_OK;
+}
+
+// ---- Files
+// -----------------------------------------------------------------------------------------------------------------
+
+static int compare_names(const void *a, const void *b) {
+    const struct vw_tsv_row *left = *(const struct vw_tsv_row *const *)a, *right = *(const struct vw_tsv_row *const *)b;
+    int order = strcmp(left->name, right->name);
+    return order ? order : (left->line > right->line) - (left->line < right->line);
+}
+
+static enum vw_status check_unique(const char *path, const struct vw_tsv *tsv) {
+    const struct vw_tsv_row **sorted = vw_allocate(tsv->row_count, sizeof *sorted);
+    if (!sorted) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < tsv->row_count; i++) sorted[i] = &tsv->rows[i];
+    qsort(sorted, tsv->row_count, sizeof *sorted, compare_names);
+    enum vw_status status = VW_OK;
+    for (size_t i = 1; !status && i < tsv->row_count; i++) {
+        const struct vw_tsv_row *first = sorted[i - 1], *second = sorted[i];
+        if (strcmp(first->name, second->name) != 0) continue;
+        const char *what = first->test == second->test ? "appears twice" : "is in two splits, train and test";
+        status = vw_fail(VW_ERROR_INPUT, "%s:%d: %s %s (first in line %d); keep one row", path, second->line,
+                         second->name, what, first->line);
+    }
+    free(sorted);
+    return status;
+}
+
+// Cuts a line into the next fields; it has as many as the header.
+static enum vw_status take_fields(char *line, struct vw_tsv *tsv, size_t *capacity) {
+    size_t count = (size_t)tsv->columns.count, used = count * (tsv->row_count + (tsv->fields != NULL));
+    enum vw_status status = vw_grow((void **)&tsv->fields, capacity, used + count, sizeof *tsv->fields);
+    char **next = tsv->fields + used;
+    for (char *field; !status && (field = strsep(&line, "\t"));) *next++ = field;
+    return status;
+}
+
+static enum vw_status read_row(const char *path, int line, char *text, struct vw_tsv *tsv, size_t *row_capacity,
+                               size_t *field_capacity) {
+    if (count_fields(text) != tsv->columns.count)
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %d fields under a header of %d columns; separate them by tabs", path,
+                       line, count_fields(text), tsv->columns.count);
+    enum vw_status status = take_fields(text, tsv, field_capacity);
+    if (!status) status = vw_grow((void **)&tsv->rows, row_capacity, tsv->row_count + 1, sizeof *tsv->rows);
+    if (!status) status = take_row(path, line, tsv, &tsv->rows[tsv->row_count]);
+    if (!status) tsv->test_count += tsv->rows[tsv->row_count++].test;
+    return status;
+}
+
+static enum vw_status read_rows(const char *path, struct vw_tsv *tsv) {
+    char *rest = tsv->text, *header = next_line(&rest);
+    size_t row_capacity = 0, field_capacity = 0;
+    tsv->columns = find_columns(header);
+    if (!is_header(&tsv->columns))
+        return vw_fail(VW_ERROR_INPUT, "%s:1: the header lacks filename or split; give a NeRF-W TSV with both columns",
+                       path);
+    enum vw_status status = take_fields(header, tsv, &field_capacity);
+    for (int line = 2; !status && rest; line++) {
+        char *text = next_line(&rest);
+        if (*text) status = read_row(path, line, text, tsv, &row_capacity, &field_capacity);
+    }
+    if (status) return status;
+    if (!tsv->row_count) return vw_fail(VW_ERROR_INPUT, "%s: lists no photo below its header; add rows", path);
+    return check_unique(path, tsv);
+}
+
+enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv) {
+    struct vw_tsv read = {0};
+    void *text;
+    size_t size_bytes;
+    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    read.text = text;
+    if (memchr(text, 0, size_bytes)) status = vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
+    if (!status) status = read_rows(path, &read);
+    if (status) vw_tsv_clear(&read);
+    else *tsv = read;
+    return status;
+}
+
+char *const *vw_tsv_fields(const struct vw_tsv *tsv, size_t row) {
+    return tsv->fields + (row + 1) * (size_t)tsv->columns.count;
+}
+
+void vw_tsv_clear(struct vw_tsv *tsv) {
+    free(tsv->rows);
+    free(tsv->fields);
+    free(tsv->text);
+    *tsv = (struct vw_tsv){0};
+}
+
+bool vw_tsv_has_header(const char *path) {
+    char text[HEADER_LIMIT_BYTES] = "";
+    FILE *file = vw_file_exists(path) ? fopen(path, "r") : NULL;
+    if (!file) return false;
+    char *read = fgets(text, sizeof text, file), *rest = text;
+    fclose(file);
+    struct vw_tsv_columns columns = find_columns(next_line(&rest));
+    return read && is_header(&columns);
+}

@@ -1,0 +1,44 @@
+// The split files of NeRF-W: tab-separated, with a header that has at least the columns filename and split, in any
+// order. The column id tells nothing: ids are written as whole numbers or as "1091.0", are empty for some rows, and do
+// not match the COLMAP models; photos are known by their file names.
+#ifndef VIEWWORTH_NERFW_TSV_H
+#define VIEWWORTH_NERFW_TSV_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "viewworth/status.h"
+
+struct vw_tsv_row {
+    const char *name; // of the photo; relative and safe (see vw_path_leaves_folder), unique in the file
+    bool test;        // split is test; else train
+    bool has_id;      // programs that look photos up by id drop the rows without
+    int line;
+};
+
+// Which column holds what; -1: none.
+struct vw_tsv_columns {
+    int filename, split, id, count;
+};
+
+struct vw_tsv {
+    char *text;              // owned; all names and fields point into it
+    struct vw_tsv_row *rows; // owned; in file order
+    size_t row_count, test_count;
+    struct vw_tsv_columns columns;
+    char **fields; // owned: the header's, then those of each row, by column
+};
+
+// Fails with VW_ERROR_INPUT and one line that names the file and the line. The caller ends it with vw_tsv_clear().
+enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv);
+void vw_tsv_clear(struct vw_tsv *tsv); // accepts an empty one
+// All fields of a row.
+char *const *vw_tsv_fields(const struct vw_tsv *tsv, size_t row);
+
+// Whether a file begins with such a header.
+bool vw_tsv_has_header(const char *path);
+
+// phototourism.c: reads the one TSV of a scene folder.
+enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv);
+
+#endif

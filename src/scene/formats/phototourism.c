@@ -1,0 +1,201 @@
+// PhotoTourism scenes as NeRF-W uses them: dense/images, a COLMAP model in dense/sparse, and a TSV that says which
+// photos test.
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/bounds.h"
+#include "scene/formats/colmap.h"
+#include "scene/builder.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "scene/safe_path.h"
+#include "base/file.h"
+#include "base/memory.h"
+
+// ---- Finding the TSV
+// ---------------------------------------------------------------------------------------------------------
+
+// Looks for *.tsv with the header of a NeRF-W TSV; `*path` (owned by the caller) is the first by name, `*count` how
+// many there are.
+static enum vw_status find_tsv(const char *folder, char **path, int *count) {
+    struct dirent **entries = NULL;
+    int entry_count = scandir(folder, &entries, NULL, alphasort);
+    enum vw_status status = VW_OK;
+    for (int i = 0; i < entry_count; i++) {
+        const char *dot = strrchr(entries[i]->d_name, '.');
+        char *file = dot && !strcmp(dot, ".tsv") ? vw_path_join(folder, entries[i]->d_name) : NULL;
+        if (file && vw_path_lies_inside(folder, file) && vw_tsv_has_header(file)) {
+            (*count)++;
+            if (!*path) *path = vw_copy_text(file);
+            if (!*path) status = VW_ERROR_MEMORY;
+        }
+        free(file);
+        free(entries[i]);
+    }
+    free(entries);
+    return status;
+}
+
+bool vw_phototourism_probe(const char *path) {
+    char *tsv_path = NULL, *dense = vw_path_join(path, "dense");
+    int count = 0;
+    bool found = dense && vw_folder_exists(dense) && !find_tsv(path, &tsv_path, &count) && count > 0;
+    free(tsv_path);
+    free(dense);
+    return found;
+}
+
+enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) {
+    char *path = NULL;
+    int count = 0;
+    enum vw_status status = find_tsv(folder, &path, &count);
+    if (!status && !count)
+        status = vw_fail(
+            VW_ERROR_INPUT,
+            "%s: holds no TSV with the columns filename and split; add the one of NeRF-W, or use --format colmap",
+            folder);
+    if (!status && count > 1)
+        status = vw_fail(VW_ERROR_INPUT, "%s: holds %d TSV files with the columns filename and split; keep one of them",
+                         folder, count);
+    if (!status) status = vw_tsv_read(path, tsv);
+    free(path);
+    return status;
+}
+
+// ---- Rows to splits
+// ------------------------------------------------------------------------------------------------------------
+
+// A registered photo, to be looked up by name.
+struct registered {
+    const char *name;
+    uint32_t view;
+};
+
+struct assignment {
+    struct vw_scene *scene;
+    struct registered *photos; // owned; sorted by name
+    size_t photo_count;
+    bool *listed;         // owned; of each view
+    uint32_t *test_views; // owned; in the order of the TSV
+    uint32_t test_count;
+    size_t skipped_count, skipped_test_count, no_id_count;
+    const char *first_skipped;
+};
+
+static int compare_photos(const void *a, const void *b) {
+    return strcmp(((const struct registered *)a)->name, ((const struct registered *)b)->name);
+}
+
+static enum vw_status prepare(const struct vw_colmap_model *model, const uint32_t *views, const struct vw_tsv *tsv,
+                              struct assignment *assignment) {
+    assignment->photos = vw_allocate(model->image_count, sizeof *assignment->photos);
+    assignment->listed = vw_allocate(assignment->scene->view_count, sizeof *assignment->listed);
+    assignment->test_views = vw_allocate(tsv->test_count, sizeof *assignment->test_views);
+    if (!assignment->photos || !assignment->listed || !assignment->test_views) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < model->image_count; i++)
+        if (views[i] != UINT32_MAX)
+            assignment->photos[assignment->photo_count++] =
+                (struct registered){vw_view_name_of(model->images[i].name), views[i]};
+    qsort(assignment->photos, assignment->photo_count, sizeof *assignment->photos, compare_photos);
+    return VW_OK;
+}
+
+static void assign_row(const struct vw_tsv_row *row, struct assignment *assignment) {
+    const struct registered key = {.name = vw_view_name_of(row->name)};
+    const struct registered *photo =
+        bsearch(&key, assignment->photos, assignment->photo_count, sizeof key, compare_photos);
+    if (!photo) {
+        if (!assignment->skipped_count++) assignment->first_skipped = row->name;
+        assignment->skipped_test_count += row->test;
+        return;
+    }
+    assignment->listed[photo->view] = true;
+    assignment->no_id_count += !row->has_id;
+    if (row->test) assignment->test_views[assignment->test_count++] = photo->view;
+}
+
+// The first half of the test rows validates, the second tests.
+static void apply(struct assignment *assignment, bool list_only) {
+    struct vw_view *views = assignment->scene->views;
+    for (uint32_t v = 0; v < assignment->scene->view_count; v++)
+        if (list_only && !assignment->listed[v]) views[v].split = VW_SPLIT_EXCLUDED;
+    for (uint32_t i = 0; i < assignment->test_count; i++)
+        views[assignment->test_views[i]].split = i < (assignment->test_count + 1) / 2 ? VW_SPLIT_VAL : VW_SPLIT_TEST;
+}
+
+static enum vw_status note_rows(const struct vw_tsv *tsv, const struct assignment *assignment, bool list_only) {
+    struct vw_scene *scene = assignment->scene;
+    size_t listed_count = tsv->row_count - assignment->skipped_count;
+    enum vw_status status = VW_OK;
+    if (assignment->skipped_count)
+        status = vw_scene_note(
+            scene,
+            "%zu of %zu TSV rows skipped (%zu of them test): their photo is not registered or not there (first: %s)",
+            assignment->skipped_count, tsv->row_count, assignment->skipped_test_count, assignment->first_skipped);
+    if (!status && assignment->no_id_count)
+        status = vw_scene_note(scene, "%zu TSV rows have no id and are used: photos are known by file name",
+                               assignment->no_id_count);
+    if (!status && listed_count < scene->view_count)
+        status =
+            vw_scene_note(scene, "%zu registered photos are not in the TSV and %s", scene->view_count - listed_count,
+                          list_only ? "are excluded (--pool list)" : "train (--pool list excludes them)");
+    if (!status && !assignment->test_count)
+        status = vw_scene_note(scene, "the TSV has no test row with a registered photo: every eighth photo validates");
+    return status;
+}
+
+static enum vw_status assign_splits(const struct vw_scene_builder *builder, const struct vw_colmap_model *model,
+                                    const uint32_t *views, const struct vw_tsv *tsv) {
+    const bool list_only = builder->params->pool && !strcmp(builder->params->pool, "list");
+    struct assignment assignment = {.scene = builder->scene};
+    enum vw_status status = prepare(model, views, tsv, &assignment);
+    for (size_t i = 0; !status && i < tsv->row_count; i++) assign_row(&tsv->rows[i], &assignment);
+    if (!status) {
+        apply(&assignment, list_only);
+        status = note_rows(tsv, &assignment, list_only);
+    }
+    free(assignment.photos);
+    free(assignment.listed);
+    free(assignment.test_views);
+    return status;
+}
+
+// ---- Loading
+// ---------------------------------------------------------------------------------------------------------------
+
+// The scene from its TSV and its model, which lies in `model_folder`.
+static enum vw_status load_model(struct vw_scene_builder *builder, const struct vw_tsv *tsv, const char *model_folder,
+                                 struct vw_colmap_model *model) {
+    enum vw_status status = vw_colmap_read(model_folder, builder->folder, model);
+    if (status) return status;
+    uint32_t *views = vw_allocate(model->image_count, sizeof *views);
+    if (!views) return VW_ERROR_MEMORY;
+    status = vw_colmap_add_views(builder, model, "dense/images", views);
+    if (!status) status = assign_splits(builder, model, views, tsv);
+    if (!status) status = vw_colmap_take_points(model, views, builder->scene);
+    if (!status) status = vw_bounds_choose(NULL, builder->scene);
+    free(views);
+    return status;
+}
+
+static enum vw_status load_dense(struct vw_scene_builder *builder, const struct vw_tsv *tsv) {
+    char *dense = vw_path_join(builder->folder, "dense");
+    if (!dense) return VW_ERROR_MEMORY;
+    struct vw_colmap_model model = {0};
+    char *model_folder = vw_colmap_find(dense);
+    enum vw_status status =
+        model_folder ? load_model(builder, tsv, model_folder, &model)
+                     : vw_fail(VW_ERROR_INPUT, "%s/sparse: no COLMAP model; give cameras, images and points3D", dense);
+    vw_colmap_clear(&model);
+    free(model_folder);
+    free(dense);
+    return status;
+}
+
+enum vw_status vw_phototourism_load(struct vw_scene_builder *builder) {
+    struct vw_tsv tsv = {0};
+    enum vw_status status = vw_phototourism_read_tsv(builder->folder, &tsv);
+    if (!status) status = load_dense(builder, &tsv);
+    vw_tsv_clear(&tsv);
+    return status;
+}

@@ -1,0 +1,142 @@
+// The NeRF-W TSV of chosen photos.
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/formats/colmap.h"
+#include "scene/builder.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "scene/formats/photo_list_writers.h"
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/memory.h"
+
+static const char photo_folder[] = "dense/images/"; // what the names of views begin with and those in the TSV do not
+
+struct tsv_list {
+    const struct vw_photo_list *list;
+    struct vw_tsv tsv;
+    struct vw_colmap_model model;
+    const struct vw_listed_photo **photos; // owned: of each row; NULL where it was not valued
+    bool *has_row;                         // owned: of each photo
+};
+
+// ---- Reading
+// ------------------------------------------------------------------------------------------------------------
+
+// The photo's name as the TSV and the model have it; NULL when it is none of theirs.
+static const char *name_of(const struct vw_listed_photo *photo) {
+    size_t length = strlen(photo_folder);
+    return strncmp(photo->name, photo_folder, length) == 0 ? vw_view_name_of(photo->name + length) : NULL;
+}
+
+static enum vw_status match_rows(struct tsv_list *made) {
+    const struct vw_photo_list *list = made->list;
+    made->photos = vw_allocate(made->tsv.row_count, sizeof *made->photos);
+    made->has_row = vw_allocate(list->photo_count, sizeof *made->has_row);
+    if (!made->photos || !made->has_row) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < list->photo_count; i++) {
+        const char *name = name_of(&list->photos[i]);
+        if (!name || vw_colmap_find_image(&made->model, name) < 0)
+            return vw_photo_list_refuse_missing(list, &list->photos[i]);
+        for (size_t row = 0; !made->has_row[i] && row < made->tsv.row_count; row++) {
+            made->has_row[i] = strcmp(vw_view_name_of(made->tsv.rows[row].name), name) == 0;
+            if (made->has_row[i]) made->photos[row] = &list->photos[i];
+        }
+    }
+    return VW_OK;
+}
+
+static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
+    char *dense = vw_path_join(folder, "dense"), *model_folder = dense ? vw_colmap_find(dense) : NULL;
+    enum vw_status status = dense ? vw_phototourism_read_tsv(folder, &made->tsv) : VW_ERROR_MEMORY;
+    if (!status && !model_folder) status = vw_fail(VW_ERROR_INPUT, "%s/sparse: no COLMAP model; restore it", dense);
+    if (!status) status = vw_colmap_read(model_folder, folder, &made->model);
+    if (!status) status = match_rows(made);
+    free(model_folder);
+    free(dense);
+    return status;
+}
+
+// A second TSV in the scene's folder would make it ambiguous.
+static enum vw_status check_target(const struct vw_photo_list *list, const char *folder) {
+    const char *dot = strrchr(list->to, '.');
+    char *way = NULL, *parent = vw_path_folder(list->to);
+    enum vw_status status = parent ? vw_photo_list_check_new(list->to) : VW_ERROR_MEMORY;
+    if (!status) status = vw_photo_list_way(list, parent, &way);
+    if (!status && !*way && dot && strcmp(dot, ".tsv") == 0)
+        status = vw_fail(VW_ERROR_USAGE, "--to %s: a scene folder may hold one TSV, and %s does; write it elsewhere",
+                         list->to, folder);
+    free(way);
+    free(parent);
+    return status;
+}
+
+// ---- Writing
+// ------------------------------------------------------------------------------------------------------------
+
+// What becomes of a row: NULL when it is left out. Rows of photos that were not valued stay when they test.
+static const char *split_of(const struct vw_tsv_row *row, const struct vw_listed_photo *photo) {
+    if (photo && photo->chosen) return "train";
+    if (photo && photo->split == VW_SPLIT_TRAIN) return NULL;
+    return row->test || (photo && vw_photo_list_keeps(photo)) ? "test" : NULL;
+}
+
+static void print_id(FILE *stream, const struct tsv_list *made, const char *name) {
+    ptrdiff_t image = vw_colmap_find_image(&made->model, name);
+    if (image >= 0) fprintf(stream, "%u", made->model.images[image].id);
+}
+
+static void print_row(FILE *stream, const struct tsv_list *made, size_t row, const char *split) {
+    const struct vw_tsv_columns *columns = &made->tsv.columns;
+    const struct vw_tsv_row *of = &made->tsv.rows[row];
+    char *const *fields = vw_tsv_fields(&made->tsv, row);
+    for (int c = 0; c < columns->count; c++) {
+        if (c > 0) fputc('\t', stream);
+        if (c == columns->id && !of->has_id && made->photos[row] && made->photos[row]->chosen)
+            print_id(stream, made, of->name);
+        else fputs(c == columns->split ? split : fields[c], stream);
+    }
+    fputc('\n', stream);
+}
+
+// A row of a photo that the TSV lacks; its dataset is that of the others.
+static void print_added(FILE *stream, const struct tsv_list *made, const char *name) {
+    const struct vw_tsv_columns *columns = &made->tsv.columns;
+    char *const *header = made->tsv.fields, *const *first = vw_tsv_fields(&made->tsv, 0);
+    for (int c = 0; c < columns->count; c++) {
+        if (c > 0) fputc('\t', stream);
+        if (c == columns->filename) fputs(name, stream);
+        else if (c == columns->split) fputs("train", stream);
+        else if (c == columns->id) print_id(stream, made, name);
+        else if (strcmp(header[c], "dataset") == 0) fputs(first[c], stream);
+    }
+    fputc('\n', stream);
+}
+
+static void print_tsv(FILE *stream, const void *context) {
+    const struct tsv_list *made = context;
+    for (int c = 0; c < made->tsv.columns.count; c++) fprintf(stream, "%s%s", c > 0 ? "\t" : "", made->tsv.fields[c]);
+    fputc('\n', stream);
+    for (size_t row = 0; row < made->tsv.row_count; row++) {
+        const char *split = split_of(&made->tsv.rows[row], made->photos[row]);
+        if (split) print_row(stream, made, row, split);
+    }
+    for (uint32_t i = 0; i < made->list->photo_count; i++)
+        if (made->list->photos[i].chosen && !made->has_row[i])
+            print_added(stream, made, name_of(&made->list->photos[i]));
+}
+
+enum vw_status vw_phototourism_write_list(const struct vw_photo_list *list, bool *opens) {
+    (void)opens;
+    struct tsv_list made = {.list = list};
+    char *folder = vw_photo_list_scene_folder(list);
+    enum vw_status status = folder ? check_target(list, folder) : VW_ERROR_MEMORY;
+    if (!status) status = read_scene(folder, &made);
+    if (!status) status = vw_csv_write_file(list->to, print_tsv, &made);
+    vw_tsv_clear(&made.tsv);
+    vw_colmap_clear(&made.model);
+    free(made.photos);
+    free(made.has_row);
+    free(folder);
+    return status;
+}

@@ -1,0 +1,162 @@
+#include "scene/formats/train_list.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "scene/builder.h"
+#include "scene/formats/name_list.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "scene/formats/transforms.h"
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/memory.h"
+
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
+
+struct reading {
+    const struct vw_scene *scene;
+    const char *path;
+    bool *chosen;          // by view
+    uint32_t *passed_over; // photos that do not train
+};
+
+static enum vw_status refuse_unknown(const struct reading *reading, uint32_t line, const char *name) {
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: %s is not in the scene; write names as the scene file spells them",
+                   reading->path, line, name);
+}
+
+// Takes a photo that is known, if it trains.
+static void take(const struct reading *reading, const struct vw_view *view) {
+    if (view->split == VW_SPLIT_TRAIN) reading->chosen[view - reading->scene->views] = true;
+    else ++*reading->passed_over;
+}
+
+// ---- Names, one a line
+// --------------------------------------------------------------------------------------------------
+
+static enum vw_status take_name(void *context, int line, const char *name) {
+    const struct reading *reading = context;
+    const struct vw_view *view = vw_scene_find_named(reading->scene, name);
+    if (!view) return refuse_unknown(reading, (uint32_t)line, name);
+    if (view->split != VW_SPLIT_TRAIN)
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is no photo to train on: its split is %s; remove the line",
+                       reading->path, line, name, vw_split_name(view->split));
+    take(reading, view);
+    return VW_OK;
+}
+
+static enum vw_status read_names(struct reading *reading) {
+    uint32_t count;
+    return vw_names_read(reading->path, take_name, reading, &count);
+}
+
+// ---- A NeRF-W TSV
+// -------------------------------------------------------------------------------------------------------
+
+static enum vw_status read_tsv(const struct reading *reading) {
+    struct vw_tsv tsv = {0};
+    enum vw_status status = vw_tsv_read(reading->path, &tsv);
+    for (size_t i = 0; !status && i < tsv.row_count; i++) {
+        if (tsv.rows[i].test || !tsv.rows[i].has_id) continue;
+        const struct vw_view *view = vw_scene_find_named(reading->scene, tsv.rows[i].name);
+        if (view) take(reading, view);
+        else ++*reading->passed_over;
+    }
+    vw_tsv_clear(&tsv);
+    return status;
+}
+
+// ---- A transforms file
+// --------------------------------------------------------------------------------------------------
+
+static const struct vw_view *find_framed(const struct vw_scene *scene, const char *file_path) {
+    const struct vw_view *view = NULL;
+    for (const char *name = file_path; name && !view; name = strchr(name, '/') ? strchr(name, '/') + 1 : NULL)
+        view = vw_scene_find_named(scene, name);
+    return view;
+}
+
+static enum vw_status take_frame(const struct reading *reading, size_t place, const json_t *frame) {
+    const char *name = json_string_value(json_object_get(frame, "file_path"));
+    if (!name)
+        return vw_fail(VW_ERROR_INPUT, "%s: frame %zu: field file_path is missing or not a text", reading->path, place);
+    const struct vw_view *view = find_framed(reading->scene, name);
+    if (!view)
+        return vw_fail(VW_ERROR_INPUT, "%s: frame %zu (%s) is not in the scene; give a file that was written for it",
+                       reading->path, place, vw_name_is_clean(name) ? name : "its name holds control characters");
+    take(reading, view);
+    return VW_OK;
+}
+
+static enum vw_status read_transforms(const struct reading *reading) {
+    json_t *file = NULL;
+    enum vw_status status = vw_transforms_parse(NULL, reading->path, &file);
+    if (status) return status;
+    const json_t *frames = json_object_get(file, "frames");
+    if (!json_is_array(frames))
+        status = vw_fail(VW_ERROR_INPUT, "%s: field frames is missing; give a transforms file", reading->path);
+    for (size_t i = 0; !status && i < json_array_size(frames); i++)
+        status = take_frame(reading, i, json_array_get(frames, i));
+    json_decref(file);
+    return status;
+}
+
+// ---- Scores
+// -------------------------------------------------------------------------------------------------------------
+
+static enum vw_status take_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
+    if (csv->field_count != 2)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,score", csv->path, csv->line);
+    const char *name = csv->fields[0];
+    const struct vw_view *view = vw_scene_find_named(reading->scene, name);
+    char *end = NULL;
+    double score = strtod(csv->fields[1], &end);
+    if (!view) return refuse_unknown(reading, csv->line, name);
+    if (end == csv->fields[1] || *end || !isfinite(score))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: field score: \"%s\" is no number; correct it", csv->path, csv->line,
+                       csv->fields[1]);
+    if (scored[view - reading->scene->views])
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a score already; keep one row of it", csv->path, csv->line, name);
+    scored[view - reading->scene->views] = true;
+    if (score >= least) take(reading, view);
+    else ++*reading->passed_over;
+    return VW_OK;
+}
+
+static enum vw_status read_scores(const struct reading *reading, double least) {
+    struct vw_csv csv;
+    bool found = false, *scored = vw_allocate(reading->scene->view_count, sizeof *scored);
+    if (!scored) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_csv_open(reading->path, FILE_LIMIT_BYTES, &csv);
+    if (!status) status = vw_csv_next(&csv, &found);
+    if (!status &&
+        (!found || csv.field_count != 2 || strcmp(csv.fields[0], "name") != 0 || strcmp(csv.fields[1], "score") != 0))
+        status = vw_fail(VW_ERROR_INPUT, "%s:1: the header is not name,score; add it", reading->path);
+    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = take_score(reading, &csv, least, scored);
+    vw_csv_close(&csv);
+    free(scored);
+    return status;
+}
+
+// -------------------------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path, const double *least, bool *chosen,
+                                  uint32_t *passed_over) {
+    struct reading reading = {scene, path, chosen, passed_over};
+    const char *extension = strrchr(path, '.');
+    bool any = false;
+    *passed_over = 0;
+    enum vw_status status;
+    if (least) status = read_scores(&reading, *least);
+    else if (vw_tsv_has_header(path)) status = read_tsv(&reading);
+    else if (extension && !strcasecmp(extension, ".json")) status = read_transforms(&reading);
+    else status = read_names(&reading);
+    for (uint32_t v = 0; v < scene->view_count; v++) any |= chosen[v];
+    if (status || any) return status;
+    if (least)
+        return vw_fail(VW_ERROR_INPUT, "%s: no photo to train on is scored %g or more; take a lower threshold", path,
+                       *least);
+    return vw_fail(VW_ERROR_INPUT, "%s: names no photo to train on; give another list", path);
+}

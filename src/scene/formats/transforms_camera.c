@@ -1,0 +1,209 @@
+#include <math.h>
+#include <string.h>
+
+#include "scene/formats/transforms.h"
+#include "base/memory.h"
+
+enum key {
+    FL_X,
+    FL_Y,
+    FOV_X,
+    FOV_Y,
+    ANGLE_X,
+    ANGLE_Y,
+    CX,
+    CY,
+    WIDTH,
+    HEIGHT,
+    K1,
+    K2,
+    K3,
+    K4,
+    K5,
+    K6,
+    P1,
+    P2,
+    KEY_COUNT
+};
+static const char *const key_names[KEY_COUNT] = {
+    "fl_x", "fl_y", "x_fov", "y_fov", "camera_angle_x", "camera_angle_y", "cx", "cy", "w", "h", "k1", "k2", "k3", "k4",
+    "k5",   "k6",   "p1",    "p2"};
+
+static const char *const refused_keys[] = {"latlong",   "orthographic", "equirectangular", "rolling_shutter",
+                                           "ftheta_p0", "ftheta_p1",    "ftheta_p2",       "ftheta_p3",
+                                           "ftheta_p4", "from_mitsuba"};
+
+// What distorts in each camera model. Without a model, and as OPENCV is used with these files, k1 to k3 are those of a
+// polynomial; a k4 could be the fourth of that polynomial or the first of FULL_OPENCV's denominator, and is refused.
+static const struct model {
+    const char *name;
+    enum vw_lens lens;
+    bool distorts[KEY_COUNT];
+} models[] = {
+    {"OPENCV",
+     VW_LENS_POLYNOMIAL,
+     {[K1] = true, [K2] = true, [K3] = true, [P1] = true, [P2] = true}}, // also stands for no model
+    {"OPENCV_FISHEYE", VW_LENS_FISHEYE, {[K1] = true, [K2] = true, [K3] = true, [K4] = true}},
+    {"FULL_OPENCV",
+     VW_LENS_POLYNOMIAL,
+     {[K1] = true, [K2] = true, [K3] = true, [K4] = true, [K5] = true, [K6] = true, [P1] = true, [P2] = true}},
+    {"SIMPLE_PINHOLE", VW_LENS_POLYNOMIAL, {false}},
+    {"PINHOLE", VW_LENS_POLYNOMIAL, {false}},
+    {"SIMPLE_RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true}},
+    {"RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true, [K2] = true}},
+};
+enum { MODEL_OPENCV, MODEL_OPENCV_FISHEYE };
+
+static const double NUMBER_LIMIT = 1e9; // of every field; beyond it products lose their meaning in 32-bit floats
+
+static bool is_set(const json_t *value) {
+    if (json_is_number(value)) return json_number_value(value) != 0;
+    if (!json_is_array(value)) return value && !json_is_false(value) && !json_is_null(value);
+    for (size_t i = 0; i < json_array_size(value); i++)
+        if (is_set(json_array_get(value, i))) return true;
+    return false;
+}
+
+enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *object) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(refused_keys); i++)
+        if (is_set(json_object_get(object, refused_keys[i])))
+            return vw_fail(
+                VW_ERROR_INPUT,
+                "%s: field %s is not supported; undistort the photos to a pinhole or OPENCV k1 k2 p1 p2 camera", where,
+                refused_keys[i]);
+    return VW_OK;
+}
+
+// The model that one object names; `*model` is left alone when it names none.
+static enum vw_status read_model(const char *where, const json_t *object, const struct model **model) {
+    const json_t *given = json_object_get(object, "camera_model");
+    const char *name = json_string_value(given);
+    bool fisheye = is_set(json_object_get(object, "is_fisheye"));
+    const struct model *found = fisheye ? &models[MODEL_OPENCV_FISHEYE] : NULL;
+    if (is_set(given)) {
+        found = NULL;
+        for (size_t i = 0; name && i < VW_ARRAY_COUNT(models); i++)
+            if (!strcmp(name, models[i].name)) found = &models[i];
+        if (!found)
+            return vw_fail(
+                VW_ERROR_INPUT,
+                "%s: field camera_model: %s is not supported; undistort the photos to a PINHOLE or OPENCV camera",
+                where, name ? name : "this value");
+    }
+    if (fisheye && found->lens != VW_LENS_FISHEYE)
+        return vw_fail(VW_ERROR_INPUT, "%s: field is_fisheye contradicts camera_model %s; keep the right one", where,
+                       found->name);
+    if (found) *model = found;
+    return VW_OK;
+}
+
+// The intrinsics that an object holds; NaN where it does not.
+static enum vw_status read_keys(const char *where, const json_t *object, double values[KEY_COUNT]) {
+    for (int key = 0; key < KEY_COUNT; key++) {
+        const json_t *value = json_object_get(object, key_names[key]);
+        if (value && !json_is_null(value) && !json_is_number(value))
+            return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a number; give a number or leave it out", where,
+                           key_names[key]);
+        values[key] = json_is_number(value) ? json_number_value(value) : NAN;
+    }
+    return VW_OK;
+}
+
+static enum vw_status check_range(const char *where, enum key key, double value, double above, double below) {
+    if (isnan(value) || (value > above && value < below)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s is %g; it must be above %g and below %g", where, key_names[key], value,
+                   above, below);
+}
+
+static enum vw_status check_keys(const char *where, const double values[KEY_COUNT]) {
+    enum vw_status status = VW_OK;
+    for (enum key key = 0; !status && key < KEY_COUNT; key++)
+        status = check_range(where, key, values[key], -NUMBER_LIMIT, NUMBER_LIMIT);
+    for (enum key axis = 0; !status && axis < 2; axis++) {
+        status = check_range(where, FL_X + axis, values[FL_X + axis], 0, NUMBER_LIMIT);
+        if (!status) status = check_range(where, FOV_X + axis, values[FOV_X + axis], 0, 180);
+        if (!status) status = check_range(where, ANGLE_X + axis, values[ANGLE_X + axis], 0, M_PI);
+        if (!status) status = check_range(where, WIDTH + axis, values[WIDTH + axis], 0, NUMBER_LIMIT);
+    }
+    return status;
+}
+
+static double first_known(double first, double second) { return isnan(first) ? second : first; }
+
+// In pixels of an image `scale` times as large as the fields w and h say; NaN when the object tells nothing of this
+// axis. A focal length wins over an angle.
+static double focal_px(const double values[KEY_COUNT], enum key axis, double side_px, double scale) {
+    double from_fov = 0.5 * side_px / tan(0.5 * values[FOV_X + axis] * M_PI / 180);
+    double from_angle = 0.5 * side_px / tan(0.5 * values[ANGLE_X + axis]);
+    return first_known(values[FL_X + axis] * scale, first_known(from_fov, from_angle));
+}
+
+// The frame's keys, then the file's, then defaults.
+static struct vw_camera combine(const double file[KEY_COUNT], const double frame[KEY_COUNT],
+                                const double given[KEY_COUNT], uint32_t width_px, uint32_t height_px, double scale) {
+    double focal_x = first_known(focal_px(frame, 0, width_px, scale), focal_px(file, 0, width_px, scale));
+    double focal_y = first_known(focal_px(frame, 1, height_px, scale), focal_px(file, 1, height_px, scale));
+    return (struct vw_camera){
+        .width_px = width_px,
+        .height_px = height_px,
+        .focal_x_px = first_known(focal_x, focal_y),
+        .focal_y_px = first_known(focal_y, focal_x),
+        .centre_x_px = first_known(given[CX] * scale, 0.5 * width_px),
+        .centre_y_px = first_known(given[CY] * scale, 0.5 * height_px),
+        .k1 = first_known(given[K1], 0),
+        .k2 = first_known(given[K2], 0),
+        .k3 = first_known(given[K3], 0),
+        .k4 = first_known(given[K4], 0),
+        .k5 = first_known(given[K5], 0),
+        .k6 = first_known(given[K6], 0),
+        .p1 = first_known(given[P1], 0),
+        .p2 = first_known(given[P2], 0),
+    };
+}
+
+static enum vw_status check_distortion(const char *where, const double given[KEY_COUNT], const struct model *model) {
+    for (enum key key = K1; key <= P2; key++)
+        if (!isnan(given[key]) && given[key] != 0 && !model->distorts[key])
+            return vw_fail(
+                VW_ERROR_INPUT,
+                "%s: field %s is not supported with camera_model %s; set it to 0, name the right model, or undistort "
+                "the photos",
+                where, key_names[key], model->name);
+    return VW_OK;
+}
+
+// How many times as large as the fields w and h say the image is; they must have its shape.
+static enum vw_status find_scale(const char *where, double given_width_px, double given_height_px, uint32_t width_px,
+                                 uint32_t height_px, double *scale) {
+    *scale = first_known(width_px / given_width_px, first_known(height_px / given_height_px, 1));
+    if (isnan(given_width_px) || isnan(given_height_px) || given_width_px * height_px == given_height_px * width_px)
+        return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: fields w and h say %g x %g pixels but the image has %u x %u; correct them or the image", where,
+                   given_width_px, given_height_px, width_px, height_px);
+}
+
+enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px,
+                                    uint32_t height_px, struct vw_camera *camera, bool *rescaled) {
+    double of_file[KEY_COUNT], of_frame[KEY_COUNT], given[KEY_COUNT], scale = 1;
+    const struct model *model = &models[MODEL_OPENCV];
+    enum vw_status status = read_model(where, file, &model);
+    if (!status) status = read_model(where, frame, &model); // the frame's wins
+    if (!status) status = read_keys(where, file, of_file);
+    if (!status) status = read_keys(where, frame, of_frame);
+    if (!status) status = check_keys(where, of_file);
+    if (!status) status = check_keys(where, of_frame);
+    if (status) return status;
+    for (int key = 0; key < KEY_COUNT; key++) given[key] = first_known(of_frame[key], of_file[key]);
+    status = check_distortion(where, given, model);
+    if (!status) status = find_scale(where, given[WIDTH], given[HEIGHT], width_px, height_px, &scale);
+    if (status) return status;
+    struct vw_camera combined = combine(of_file, of_frame, given, width_px, height_px, scale);
+    if (isnan(combined.focal_x_px))
+        return vw_fail(VW_ERROR_INPUT, "%s: no focal length; give one of the fields fl_x, camera_angle_x, x_fov",
+                       where);
+    combined.lens = model->lens;
+    *camera = combined;
+    *rescaled = scale != 1;
+    return VW_OK;
+}

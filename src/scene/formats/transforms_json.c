@@ -1,0 +1,315 @@
+// transforms.json as Blender's NeRF scenes, instant-ngp and nerfstudio write it: one file, or
+// transforms_{train,val,test}.json.
+#include <errno.h>
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "scene/bounds.h"
+#include "scene/builder.h"
+#include "scene/safe_path.h"
+#include "scene/formats/transforms.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
+
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a frame takes about 1 KiB
+static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
+static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_train.json", "transforms_val.json",
+                                                                  "transforms_test.json"}; // by enum vw_split
+
+struct reader {
+    struct vw_scene_builder *builder;
+    struct vw_ngp_box box;   // of the first file that has one
+    json_t *splits;          // of the file being read, by its own keys; NULL without
+    uint32_t missing_count;  // frames without an image
+    char *missing_name;      // owned; of the first of them
+    uint32_t rescaled_count; // frames whose intrinsics are for another image size
+};
+
+// ---- Finding files
+// -----------------------------------------------------------------------------------------------------
+
+static bool has_file(const char *folder, const char *name) {
+    char *path = vw_path_join(folder, name);
+    bool exists = path && vw_file_exists(path);
+    free(path);
+    return exists;
+}
+
+bool vw_transforms_is_scene_file(const char *name) {
+    bool is_split_file = false;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++) is_split_file |= !strcmp(name, split_files[i]);
+    return is_split_file || !strcmp(name, "transforms.json");
+}
+
+bool vw_transforms_probe(const char *path) {
+    if (!vw_folder_exists(path)) return vw_file_exists(path);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(split_files); i++)
+        if (has_file(path, split_files[i])) return true;
+    return has_file(path, "transforms.json");
+}
+
+enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
+                                  size_t *count) {
+    bool is_folder = vw_folder_exists(path), whole = true;
+    *count = 0;
+    for (enum vw_split split = 0; is_folder && split < VW_SPLIT_EXCLUDED; split++)
+        if (has_file(path, split_files[split]))
+            files[(*count)++] = (struct vw_transforms_file){vw_path_join(path, split_files[split]), split};
+    if (*count == 0)
+        files[(*count)++] =
+            (struct vw_transforms_file){is_folder ? vw_path_join(path, "transforms.json") : vw_copy_text(path), 0};
+    for (size_t i = 0; i < *count; i++) whole &= files[i].path != NULL;
+    return whole ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// Refuses what is there but may not be read: `field` names the path, which is relative to the scene folder, and `file`
+// is where it leads.
+static enum vw_status check_file(const struct vw_scene_builder *builder, const char *where, const char *field,
+                                 const char *file) {
+    if (!vw_path_lies_inside(builder->folder, file))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder through a link; copy the file into it",
+                       where, field);
+    if (access(file, R_OK))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s: %s: %s; check its permissions", where, field, file,
+                       strerror(errno));
+    return VW_OK;
+}
+
+static enum vw_status check_name(const char *where, const char *field, const char *name) {
+    if (!vw_name_is_clean(name))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s holds control characters; rename the file", where, field);
+    if (!vw_path_leaves_folder(name)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder; use a path relative to it without ..", where,
+                   field);
+}
+
+// The photo that a frame names, its extension perhaps left out; `*path` (owned by the caller) stays NULL when there is
+// none.
+static enum vw_status find_image(const struct reader *reader, const char *where, const char *name, char **path) {
+    enum vw_status status = check_name(where, "file_path", name);
+    bool other_kind = false; // a folder, pipe or device has the very name
+    for (size_t i = 0; !status && !*path && i < VW_ARRAY_COUNT(extensions); i++) {
+        char *file = vw_format_text("%s/%s%s", reader->builder->folder, name, extensions[i]);
+        if (!file) return VW_ERROR_MEMORY;
+        if (vw_file_exists(file)) *path = vw_copy_text(file);
+        else other_kind |= i == 0 && access(file, F_OK) == 0;
+        if (*path) status = check_file(reader->builder, where, "file_path", file);
+        free(file);
+    }
+    if (!status && !*path && other_kind)
+        status = vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s is not a plain file; name a photo", where, name);
+    return status;
+}
+
+// Gives the view added last the mask that its frame names, if it does.
+static enum vw_status take_mask(const struct reader *reader, const char *where, const json_t *frame) {
+    const json_t *given = json_object_get(frame, "mask_path");
+    if (!given || json_is_null(given)) return VW_OK;
+    if (!json_is_string(given))
+        return vw_fail(VW_ERROR_INPUT, "%s: field mask_path is not a text; name the mask or leave it out", where);
+    enum vw_status status = check_name(where, "mask_path", json_string_value(given));
+    if (status) return status;
+    char *path = vw_format_text("%s/%s", reader->builder->folder, vw_view_name_of(json_string_value(given)));
+    if (!path) return VW_ERROR_MEMORY;
+    status = vw_file_exists(path)
+                 ? check_file(reader->builder, where, "mask_path", path)
+                 : vw_fail(VW_ERROR_INPUT, "%s: field mask_path: %s does not exist; add the mask or remove the field",
+                           where, path);
+    if (!status) status = vw_scene_builder_set_mask(reader->builder, path);
+    free(path);
+    return status;
+}
+
+// ---- Frames
+// --------------------------------------------------------------------------------------------------------------
+
+static enum vw_status add_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame,
+                                enum vw_split split, const char *name, const char *image_path) {
+    struct vw_camera camera;
+    double camera_to_world[3][4];
+    bool rescaled = false;
+    uint32_t width_px, height_px;
+    enum vw_status status = vw_transforms_refuse_unknown(where, frame);
+    if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
+    if (!status) {
+        status = vw_image_probe(image_path, &width_px, &height_px);
+        if (status) vw_fail_context(status, "%s", where);
+    }
+    if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
+    if (status) return status;
+    struct vw_view *view = vw_scene_builder_add_view(reader->builder, name, image_path);
+    if (!view) return VW_ERROR_MEMORY;
+    view->split = split;
+    view->camera = camera;
+    memcpy(view->camera_to_world, camera_to_world, sizeof camera_to_world);
+    reader->rescaled_count += rescaled;
+    return take_mask(reader, where, frame);
+}
+
+static enum vw_status count_missing(struct reader *reader, const char *name) {
+    reader->missing_count++;
+    if (!reader->missing_name) reader->missing_name = vw_copy_text(name);
+    return reader->missing_name ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static enum vw_status load_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame,
+                                 enum vw_split split) {
+    const char *spelled = json_string_value(json_object_get(frame, "file_path"));
+    if (!spelled || !*vw_view_name_of(spelled))
+        return vw_fail(VW_ERROR_INPUT, "%s: field file_path is missing or not a text; name the frame's photo", where);
+    const char *name = vw_view_name_of(spelled);
+    const json_t *own = json_object_get(reader->splits, name);
+    if (reader->splits) split = own ? (enum vw_split)json_integer_value(own) : VW_SPLIT_EXCLUDED;
+    const struct vw_view *same = vw_scene_find_view(reader->builder->scene, name);
+    if (same && same->split != split)
+        return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name,
+                       vw_split_name(same->split), vw_split_name(split));
+    if (same)
+        return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
+    char *image_path = NULL;
+    enum vw_status status = find_image(reader, where, name, &image_path);
+    if (!status)
+        status =
+            image_path ? add_frame(reader, where, file, frame, split, name, image_path) : count_missing(reader, name);
+    free(image_path);
+    return status;
+}
+
+// ---- Files
+// ---------------------------------------------------------------------------------------------------------------
+
+static enum vw_status positive_number(const char *path, const json_t *file, const char *key, double fallback,
+                                      double *value) {
+    const json_t *given = json_object_get(file, key);
+    *value = given ? json_number_value(given) : fallback;
+    if (*value > 0 || (!given && fallback == 0)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: field %s must be a number above 0; correct it or leave it out", path, key);
+}
+
+// `offset` is one number for all axes, or three.
+static enum vw_status read_offset(const char *path, const json_t *file, double offset[3]) {
+    const json_t *given = json_object_get(file, "offset");
+    for (size_t i = 0; i < 3; i++) {
+        const json_t *value = json_is_array(given) ? json_array_get(given, i) : given;
+        if (given && !json_is_number(value))
+            return vw_fail(VW_ERROR_INPUT, "%s: field offset must be a number or three; correct it or leave it out",
+                           path);
+        offset[i] = given ? json_number_value(value) : 0.5;
+    }
+    return VW_OK;
+}
+
+// The defaults are instant-ngp's.
+static enum vw_status read_box(const char *path, const json_t *file, struct vw_ngp_box *box) {
+    enum vw_status status = positive_number(path, file, "aabb_scale", 0, &box->aabb_scale);
+    if (!status) status = positive_number(path, file, "scale", 0.33, &box->scale);
+    if (!status) status = read_offset(path, file, box->offset);
+    return status;
+}
+
+enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file) {
+    void *text;
+    size_t size_bytes;
+    if (folder && vw_file_exists(path) && !vw_path_lies_inside(folder, path))
+        return vw_fail(VW_ERROR_INPUT, "%s: this file leaves the scene folder through a link; copy it into the folder",
+                       path);
+    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    json_error_t error;
+    *file = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    free(text);
+    if (*file) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%d:%d: not valid JSON: %s; correct this line", path, error.line, error.column,
+                   error.text);
+}
+
+static enum vw_status load_frames(struct reader *reader, const char *path, const json_t *file, enum vw_split split) {
+    const json_t *frames = json_object_get(file, "frames");
+    if (!json_array_size(frames))
+        return vw_fail(VW_ERROR_INPUT, "%s: field frames is missing or empty; give a scene file with posed photos",
+                       path);
+    if (!reader->box.aabb_scale) {
+        enum vw_status status = read_box(path, file, &reader->box);
+        if (status) return status;
+    }
+    enum vw_status status = vw_transforms_refuse_unknown(path, file);
+    for (size_t i = 0; !status && i < json_array_size(frames); i++) {
+        const json_t *frame = json_array_get(frames, i);
+        const char *name = json_string_value(json_object_get(frame, "file_path"));
+        char *where = vw_format_text("%s: frame %zu (%s)", path, i, name ? name : "unnamed");
+        status = where ? load_frame(reader, where, file, frame, split) : VW_ERROR_MEMORY;
+        free(where);
+    }
+    return status;
+}
+
+static const char *first_name(const json_t *file) {
+    const char *name =
+        json_string_value(json_object_get(json_array_get(json_object_get(file, "frames"), 0), "file_path"));
+    return name ? vw_view_name_of(name) : "unnamed";
+}
+
+static enum vw_status load_file(struct reader *reader, const char *path, enum vw_split split) {
+    json_t *file = NULL;
+    uint32_t view_count = reader->builder->scene->view_count, missing_count = reader->missing_count;
+    const char *given = reader->builder->params->path;
+    enum vw_status status = vw_transforms_parse(vw_folder_exists(given) ? given : NULL, path, &file);
+    if (!status) status = vw_transforms_read_splits(path, file, &reader->splits);
+    if (!status) status = load_frames(reader, path, file, split);
+    if (!status && reader->builder->scene->view_count == view_count)
+        status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
+                         reader->missing_count - missing_count, first_name(file));
+    json_decref(file);
+    json_decref(reader->splits);
+    reader->splits = NULL;
+    return status;
+}
+
+// Test rows stand in for missing validation rows: the first half, in file order.
+static void halve_test(struct vw_scene *scene) {
+    uint32_t count = 0, test_count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (scene->views[v].split == VW_SPLIT_VAL) return;
+        test_count += scene->views[v].split == VW_SPLIT_TEST;
+    }
+    if (test_count == scene->view_count) return; // none trains
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_TEST && count++ < (test_count + 1) / 2)
+            scene->views[v].split = VW_SPLIT_VAL;
+}
+
+static enum vw_status load_all(struct reader *reader, const char *path) {
+    struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST] = {0};
+    size_t count = 0;
+    enum vw_status status = vw_transforms_find(path, files, &count);
+    for (size_t i = 0; !status && i < count; i++) status = load_file(reader, files[i].path, files[i].split);
+    for (size_t i = 0; i < count; i++) free(files[i].path);
+    if (!status) halve_test(reader->builder->scene);
+    return status;
+}
+
+static enum vw_status note_repairs(const struct reader *reader) {
+    struct vw_scene *scene = reader->builder->scene;
+    enum vw_status status = VW_OK;
+    if (reader->missing_count)
+        status = vw_scene_note(scene, "%u frames skipped: their image file does not exist (first: %s)",
+                               reader->missing_count, reader->missing_name);
+    if (!status && reader->rescaled_count)
+        status =
+            vw_scene_note(scene, "%u frames: intrinsics scaled from the size given by w and h to that of the image",
+                          reader->rescaled_count);
+    return status;
+}
+
+enum vw_status vw_transforms_load(struct vw_scene_builder *builder) {
+    struct reader reader = {.builder = builder};
+    enum vw_status status = load_all(&reader, builder->params->path);
+    if (!status) status = note_repairs(&reader);
+    if (!status) status = vw_sfm_evidence_find(builder);
+    if (!status) status = vw_bounds_choose(&reader.box, builder->scene);
+    free(reader.missing_name);
+    return status;
+}

@@ -1,0 +1,91 @@
+#include <math.h>
+#include <string.h>
+
+#include "scene/formats/transforms.h"
+
+static const double TOLERANCE = 1e-3; // poses are often written with few digits
+enum { POLAR_STEPS = 3 };             // from 1e-3 away: 1e-6, 1e-12, exact
+static const double POSITION_LIMIT_WORLD = 1e12;
+
+static enum vw_status read_matrix(const char *where, const json_t *value, double matrix[4][4]) {
+    size_t rows = json_array_size(value); // 0 for anything but an array
+    bool complete = rows == 3 || rows == 4;
+    for (size_t i = 0; complete && i < rows; i++) {
+        const json_t *row = json_array_get(value, i);
+        complete = json_array_size(row) == 4;
+        for (size_t j = 0; complete && j < 4; j++) {
+            complete = json_is_number(json_array_get(row, j));
+            matrix[i][j] = json_number_value(json_array_get(row, j));
+        }
+    }
+    if (complete) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: field transform_matrix is missing or not 4 rows of 4 numbers; export the pose again", where);
+}
+
+static double determinant(double m[4][4]) {
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// How far the columns, divided by `scale`, are from orthonormal.
+static double distance_from_rotation(double m[4][4], double scale) {
+    double worst = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            double product = 0;
+            for (int k = 0; k < 3; k++) product += m[k][i] / scale * (m[k][j] / scale);
+            worst = fmax(worst, fabs(product - (i == j)));
+        }
+    }
+    return worst;
+}
+
+// Makes the nearest rotation of a matrix that almost is one, by Newton's iteration for the polar decomposition: R = (R
+// + inverse transpose of R) / 2. Written with few digits, a matrix bends rays by its own rounding; other exports of the
+// same pose are rounded differently.
+static void make_rotation(double m[4][4], double scale) {
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) m[i][j] /= scale;
+    for (int step = 0; step < POLAR_STEPS; step++) {
+        double cofactors[3][3], divisor = determinant(m);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) {
+                int below = (i + 1) % 3, last = (i + 2) % 3, right = (j + 1) % 3, end = (j + 2) % 3;
+                cofactors[i][j] = m[below][right] * m[last][end] - m[below][end] * m[last][right];
+            }
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) m[i][j] = 0.5 * (m[i][j] + cofactors[i][j] / divisor);
+    }
+}
+
+static enum vw_status check_matrix(const char *where, double m[4][4], double *scale) {
+    const double last_row[4] = {0, 0, 0, 1};
+    for (int j = 0; j < 4; j++)
+        if (fabs(m[3][j] - last_row[j]) > TOLERANCE)
+            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: last row is not 0 0 0 1; give camera to world",
+                           where);
+    for (int i = 0; i < 3; i++)
+        if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
+            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g lies beyond %g; correct the pose",
+                           where, m[i][3], POSITION_LIMIT_WORLD);
+    *scale = cbrt(determinant(m));
+    if (*scale < 0)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: field transform_matrix: mirrored (negative determinant); give right-handed OpenGL axes",
+                       where);
+    if (!(*scale > 0 && isfinite(*scale)) || !(distance_from_rotation(m, *scale) <= TOLERANCE))
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: field transform_matrix: its 3 x 3 part is not a rotation; export the pose again", where);
+    return VW_OK;
+}
+
+enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]) {
+    double matrix[4][4] = {[3] = {0, 0, 0, 1}}, scale = 1;
+    enum vw_status status = read_matrix(where, json_object_get(frame, "transform_matrix"), matrix);
+    if (!status) status = check_matrix(where, matrix, &scale);
+    if (status) return status;
+    make_rotation(matrix, scale);
+    memcpy(camera_to_world, matrix, 3 * sizeof matrix[0]);
+    return VW_OK;
+}

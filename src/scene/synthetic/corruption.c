@@ -1,0 +1,182 @@
+// Defects: what happens to a photo, or to its recorded pose. Deterministic: every random number is keyed by seed, view
+// and pixel.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/synthetic/recipe_private.h"
+#include "base/memory.h"
+#include "base/random.h"
+
+static float clamp_unit(float value) { return fminf(fmaxf(value, 0), 1); }
+
+static size_t pixel_count(const struct vw_recipe_photo *photo) { return (size_t)photo->width_px * photo->height_px; }
+
+// Box and Muller.
+void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]) {
+    float radius = sqrtf(-2 * logf(1 - vw_random_unit(word_a)));
+    float angle = 6.28318531f * vw_random_unit(word_b);
+    normals[0] = radius * cosf(angle);
+    normals[1] = radius * sinf(angle);
+}
+
+static void add_noise(const struct vw_recipe *recipe, uint32_t view, float deviation, struct vw_recipe_photo *photo) {
+    for (size_t i = 0; i < pixel_count(photo); i++) {
+        uint32_t words[4];
+        float normals[4];
+        vw_random_words(recipe->seed, VW_RANDOM_RECIPE, i, view, VW_DRAW_NOISE, words);
+        vw_recipe_draw_normals(words[0], words[1], normals);
+        vw_recipe_draw_normals(words[2], words[3], normals + 2);
+        vw_float4 *p = &photo->pixels[i].rgba;
+        p->x = clamp_unit(p->x + deviation * normals[0]);
+        p->y = clamp_unit(p->y + deviation * normals[1]);
+        p->z = clamp_unit(p->z + deviation * normals[2]);
+    }
+}
+
+static void expose(const float gain[3], const float bias[3], struct vw_recipe_photo *photo) {
+    for (size_t i = 0; i < pixel_count(photo); i++) {
+        vw_float4 *p = &photo->pixels[i].rgba;
+        p->x = clamp_unit(gain[0] * p->x + bias[0]);
+        p->y = clamp_unit(gain[1] * p->y + bias[1]);
+        p->z = clamp_unit(gain[2] * p->z + bias[2]);
+    }
+}
+
+// What the photo was taken with: formation of the image, no defect.
+static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
+    float normals[8], gain[3], bias[3];
+    for (uint32_t i = 0; i < 2; i++) {
+        uint32_t words[4];
+        vw_random_words(recipe->seed, VW_RANDOM_RECIPE, i, view, VW_DRAW_EXPOSURE, words);
+        vw_recipe_draw_normals(words[0], words[1], normals + 4 * i);
+        vw_recipe_draw_normals(words[2], words[3], normals + 4 * i + 2);
+    }
+    for (int c = 0; c < 3; c++) {
+        gain[c] = (float)exp(recipe->gain_spread * normals[0] + recipe->tint_spread * normals[1 + c]);
+        bias[c] = (float)recipe->bias_spread * normals[4 + c];
+    }
+    if (recipe->gain_spread > 0 || recipe->tint_spread > 0 || recipe->bias_spread > 0) expose(gain, bias, photo);
+}
+
+// ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha
+// ----------------------------------------
+
+static void weigh_by_alpha(vw_float4 *p) { *p = (vw_float4){p->x * p->w, p->y * p->w, p->z * p->w, p->w}; }
+
+static void unweigh_by_alpha(vw_float4 *p) {
+    if (p->w > 0)
+        *p = (vw_float4){clamp_unit(p->x / p->w), clamp_unit(p->y / p->w), clamp_unit(p->z / p->w), clamp_unit(p->w)};
+}
+
+enum { REACH_MAX_PX = 3 * 64 }; // three standard deviations of the strongest blur allowed
+
+struct gaussian {
+    int reach_px;
+    float weights[REACH_MAX_PX + 1]; // by distance; sum to 1 over both sides
+};
+
+static void make_gaussian(double deviation_px, struct gaussian *gaussian) {
+    double weights[REACH_MAX_PX + 1], total = 0;
+    gaussian->reach_px = (int)ceil(3 * deviation_px);
+    for (int i = 0; i <= gaussian->reach_px; i++) {
+        weights[i] = exp(-0.5 * i * i / (deviation_px * deviation_px));
+        total += i ? 2 * weights[i] : weights[i];
+    }
+    for (int i = 0; i <= gaussian->reach_px; i++) gaussian->weights[i] = (float)(weights[i] / total);
+}
+
+// Blurs `count` pixels that lie `stride` apart, in place; beyond the ends the last pixel repeats. `line` is room for a
+// copy.
+static void blur_line(const struct gaussian *gaussian, struct vw_recipe_pixel *pixels, size_t stride, int count,
+                      vw_float4 *line) {
+    for (int i = 0; i < count; i++) line[i] = pixels[(size_t)i * stride].rgba;
+    for (int i = 0; i < count; i++) {
+        vw_float4 sum = {0};
+        for (int offset = -gaussian->reach_px; offset <= gaussian->reach_px; offset++) {
+            int from = i + offset < 0 ? 0 : i + offset >= count ? count - 1 : i + offset;
+            float weight = gaussian->weights[abs(offset)];
+            sum.x += weight * line[from].x;
+            sum.y += weight * line[from].y;
+            sum.z += weight * line[from].z;
+            sum.w += weight * line[from].w;
+        }
+        pixels[(size_t)i * stride].rgba = sum;
+    }
+}
+
+static enum vw_status blur(double deviation_px, struct vw_recipe_photo *photo) {
+    uint32_t width_px = photo->width_px, height_px = photo->height_px;
+    vw_float4 *line = vw_allocate(width_px > height_px ? width_px : height_px, sizeof *line);
+    if (!line) return VW_ERROR_MEMORY;
+    struct gaussian gaussian;
+    make_gaussian(deviation_px, &gaussian);
+    for (size_t i = 0; i < pixel_count(photo); i++) weigh_by_alpha(&photo->pixels[i].rgba);
+    for (uint32_t y = 0; y < height_px; y++)
+        blur_line(&gaussian, photo->pixels + (size_t)y * width_px, 1, (int)width_px, line);
+    for (uint32_t x = 0; x < width_px; x++) blur_line(&gaussian, photo->pixels + x, width_px, (int)height_px, line);
+    for (size_t i = 0; i < pixel_count(photo); i++) unweigh_by_alpha(&photo->pixels[i].rgba);
+    free(line);
+    return VW_OK;
+}
+
+// ---- Occluder
+// ---------------------------------------------------------------------------------------------------------------
+
+// A striped rectangle of random shape, place and colours in front of everything.
+static void occlude(const struct vw_recipe *recipe, uint32_t view, double share, struct vw_recipe_photo *photo) {
+    uint32_t place[4], colours[2][4];
+    vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_OCCLUDER, place);
+    for (uint32_t i = 0; i < 2; i++)
+        vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 1 + i, view, VW_DRAW_OCCLUDER, colours[i]);
+    double across =
+        share + (1 - share) * vw_random_unit(place[0]); // share of the width; the height's is share / across
+    uint32_t width_px = (uint32_t)fmax(1, round(across * photo->width_px));
+    uint32_t height_px = (uint32_t)fmax(1, round(share / across * photo->height_px));
+    uint32_t left = vw_random_below(place[1], photo->width_px - width_px + 1);
+    uint32_t top = vw_random_below(place[2], photo->height_px - height_px + 1);
+    uint32_t stripe_px = 1 + photo->width_px / 12;
+    for (uint32_t y = top; y < top + height_px; y++)
+        for (uint32_t x = left; x < left + width_px; x++) {
+            const uint32_t *words = colours[(x + y) / stripe_px & 1];
+            photo->pixels[(size_t)y * photo->width_px + x] = (struct vw_recipe_pixel){
+                .rgba = {vw_random_unit(words[0]), vw_random_unit(words[1]), vw_random_unit(words[2]), 1}, .depth = 0};
+        }
+}
+
+enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
+    const struct vw_recipe_defect *defect = &recipe->defects[view];
+    const float gain = (float)defect->strength, bias = (float)defect->bias;
+    expose_photo(recipe, view, photo);
+    switch (defect->kind) {
+    case VW_DEFECT_NOISE: add_noise(recipe, view, (float)defect->strength, photo); break;
+    case VW_DEFECT_BLUR: return blur(defect->strength, photo);
+    case VW_DEFECT_OCCLUDER: occlude(recipe, view, defect->strength, photo); break;
+    case VW_DEFECT_EXPOSURE: expose((float[]){gain, gain, gain}, (float[]){bias, bias, bias}, photo); break;
+    case VW_DEFECT_NONE:
+    case VW_DEFECT_WRONG_POSE: break;
+    }
+    return VW_OK;
+}
+
+// Turns the camera in place, about a random axis across its line of sight, so that the content shifts by the whole
+// angle.
+void vw_corrupt_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]) {
+    if (recipe->defects[view].kind != VW_DEFECT_WRONG_POSE) return;
+    uint32_t words[4];
+    vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_POSE, words);
+    double around = 2 * M_PI * vw_random_unit(words[0]), angle = recipe->defects[view].strength * M_PI / 180;
+    double x = cos(around), y = sin(around), c = cos(angle), s = sin(angle);
+    const double turn[3][3] = {
+        // about the axis (x, y, 0), in camera axes
+        {c + x * x * (1 - c), x * y * (1 - c), y * s},
+        {x * y * (1 - c), c + y * y * (1 - c), -x * s},
+        {-y * s, x * s, c},
+    };
+    for (int i = 0; i < 3; i++) {
+        double row[3] = {0};
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) row[j] += camera_to_world[i][k] * turn[k][j];
+        memcpy(camera_to_world[i], row, sizeof row);
+    }
+}

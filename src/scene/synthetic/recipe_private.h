@@ -1,0 +1,104 @@
+// What the files of a recipe share: its description after reading, and the steps from it to a scene.
+#ifndef VIEWWORTH_RECIPE_PRIVATE_H
+#define VIEWWORTH_RECIPE_PRIVATE_H
+
+#include <stdbool.h>
+
+#include "interface.h"
+#include "scene/synthetic/recipe.h"
+#include "scene/synthetic/recipe_json.h"
+
+enum {
+    VW_RECIPE_SHAPES_MAX = 256,
+    VW_RECIPE_VIEWS_MAX = 4096,
+    VW_RECIPE_DEFECTS_MAX = 64,
+    VW_RECIPE_SIDE_MAX_PX = 4096
+};
+
+// The kinds of defects, as vw_view.ground_truth names them (vw_recipe_ground_truths).
+enum vw_recipe_defect_kind {
+    VW_DEFECT_NONE,
+    VW_DEFECT_NOISE,
+    VW_DEFECT_BLUR,
+    VW_DEFECT_OCCLUDER,
+    VW_DEFECT_EXPOSURE,
+    VW_DEFECT_WRONG_POSE,
+};
+extern const char *const vw_recipe_ground_truths[];
+
+struct vw_recipe_defect {
+    enum vw_recipe_defect_kind kind;
+    double strength; // noise: standard deviation; blur: px; occluder: share; exposure: gain; wrong_pose: degrees
+    double bias;     // of an exposure
+};
+
+// What random numbers of a recipe are for: the last counter word of VW_RANDOM_RECIPE.
+enum vw_recipe_draw {
+    VW_DRAW_CHOICE,
+    VW_DRAW_NOISE,
+    VW_DRAW_OCCLUDER,
+    VW_DRAW_POSE,
+    VW_DRAW_EXPOSURE,
+    VW_DRAW_TRANSIENT,
+    VW_DRAW_SUN
+};
+
+struct vw_recipe {
+    const char *path;
+    uint32_t downscale;
+    uint64_t seed;
+    uint32_t width_px, height_px; // after downscale
+    uint32_t samples_side;        // squared: samples per pixel
+    uint32_t background;          // BACKGROUND_*
+    float background_colour[3];
+    double sun_direction[3]; // unit vector
+    double sun_intensity, ambient, sun_spread_deg;
+    double gain_spread, tint_spread, bias_spread; // of all photos
+    double transient_share, transient_size;
+    struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];
+    uint32_t shape_count;
+    struct vw_recipe_defect *defects; // per view; owned
+};
+
+// recipe_parse.c: image, box, light and shapes; the box goes to the scene.
+void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
+                          struct vw_box *box);
+// recipe_cameras.c: appends a view per camera to the scene, with its true pose, and assigns the splits.
+void vw_recipe_read_cameras(struct vw_json_reader *reader, const json_t *root, const struct vw_recipe *recipe,
+                            struct vw_scene *scene);
+// recipe_defects.c: decides which views are corrupted how, and writes every view's truth.
+void vw_recipe_read_defects(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
+                            struct vw_scene *scene);
+
+// A photo as it is traced and corrupted, before it becomes 8 bit.
+struct vw_recipe_photo {
+    uint32_t width_px, height_px;
+    struct vw_recipe_pixel *pixels; // depth in world units; 0 where nothing or only an occluder is seen
+};
+
+// recipe.c: rounds a photo to 8 bit, gives it to a view without one, and hashes it.
+enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view);
+
+// recipe_trace.c
+struct vw_recipe_tracer;
+enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recipe *recipe, const struct vw_scene *scene,
+                                       struct vw_recipe_tracer **tracer);
+void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
+enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
+
+// recipe_capture.c: what passes by before a photo is taken: a transient disc, whose mask goes to the view.
+enum vw_status vw_recipe_capture(const struct vw_recipe *recipe, uint32_t index, struct vw_recipe_photo *photo,
+                                 struct vw_view *view);
+
+// recipe_spoil.c: exposure and defect of one view's pixels; and the recorded pose of one with a wrong pose.
+enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo);
+void vw_corrupt_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]);
+
+// Two independent standard normal numbers.
+void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]);
+
+// recipe_points.c: points and tracks from the depths of all views, [view][pixel], while the scene still has the true
+// poses.
+enum vw_status vw_recipe_make_points(const struct vw_recipe *recipe, const float *depths, struct vw_scene *scene);
+
+#endif

@@ -1,0 +1,165 @@
+// Runs trace_recipe over one view after another, in ranges of pixels that fit one buffer.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gpu/shaders.h"
+#include "scene/synthetic/recipe_private.h"
+#include "viewworth/gpu.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "base/random.h"
+
+enum { RANGE_PIXELS_MAX = 1 << 20 };
+
+struct vw_recipe_tracer {
+    const struct vw_recipe *recipe;
+    double edge_world;
+    uint32_t range_pixels; // at most this many at a time
+    struct vw_buffer *cameras, *shapes, *pixels;
+    struct vw_pass *pass;
+    struct vw_batch *batch;
+};
+
+// The reference is the camera itself: recipes stay near their boxes.
+static struct vw_gpu_camera to_gpu_camera(const struct vw_view *view, const struct vw_box *box) {
+    float axes[3][3], position[3];
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) axes[j][i] = (float)view->camera_to_world[i][j];
+        position[i] =
+            (float)((view->camera_to_world[i][3] - box->centre_world[i]) / (2 * box->half_extent_world) + 0.5);
+    }
+    const struct vw_camera *camera = &view->camera;
+    return (struct vw_gpu_camera){
+        .right = {axes[0][0], axes[0][1], axes[0][2], (float)camera->focal_x_px},
+        .up = {axes[1][0], axes[1][1], axes[1][2], (float)camera->focal_y_px},
+        .back = {axes[2][0], axes[2][1], axes[2][2], (float)camera->centre_x_px},
+        .reference = {position[0], position[1], position[2], 0},
+        .distortion = {(float)camera->k1, (float)camera->k2, (float)camera->p1, (float)camera->p2},
+        .more = {.x = (float)camera->centre_y_px},
+    };
+}
+
+static enum vw_status make_cameras(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_buffer **buffer) {
+    size_t size_bytes = scene->view_count * sizeof(struct vw_gpu_camera);
+    struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
+    if (!cameras) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) cameras[v] = to_gpu_camera(&scene->views[v], &scene->box);
+    enum vw_status status =
+        vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "recipe cameras", .size_bytes = size_bytes}, buffer);
+    if (!status) status = vw_buffer_write(*buffer, 0, cameras, size_bytes);
+    free(cameras);
+    return status;
+}
+
+static enum vw_status make_shapes(struct vw_gpu *gpu, const struct vw_recipe *recipe, struct vw_buffer **buffer) {
+    size_t size_bytes = recipe->shape_count * sizeof recipe->shapes[0];
+    const struct vw_buffer_params params = {.name = "recipe shapes",
+                                            .size_bytes = size_bytes ? size_bytes : sizeof recipe->shapes[0]};
+    enum vw_status status = vw_buffer_create(gpu, &params, buffer);
+    if (!status && size_bytes) status = vw_buffer_write(*buffer, 0, recipe->shapes, size_bytes);
+    return status;
+}
+
+static bool any_distortion(const struct vw_scene *scene) {
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (vw_camera_is_distorted(&scene->views[v].camera)) return true;
+    return false;
+}
+
+static enum vw_status make_pass(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_recipe_tracer *tracer) {
+    const struct vw_specialization specialization = {
+        .samples = 1,
+        .seed_low = (uint32_t)tracer->recipe->seed,
+        .seed_high = (uint32_t)(tracer->recipe->seed >> 32),
+        .effect_distortion = any_distortion(scene) ? DISTORTION_BASIC : DISTORTION_NONE,
+    };
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_CAMERAS, .buffer = tracer->cameras},
+        {.slot = VW_SLOT_RECIPE_SHAPES, .buffer = tracer->shapes},
+        {.slot = VW_SLOT_RECIPE_PIXELS, .buffer = tracer->pixels},
+    };
+    uint32_t words[VW_SPECIALIZATION_COUNT];
+    memcpy(words, &specialization, sizeof words);
+    const struct vw_pass_params params = {.shader = &vw_shader_trace_recipe,
+                                          .specialization = words,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings,
+                                          .binding_count = VW_ARRAY_COUNT(bindings)};
+    return vw_pass_create(gpu, &params, &tracer->pass);
+}
+
+enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recipe *recipe, const struct vw_scene *scene,
+                                       struct vw_recipe_tracer **tracer) {
+    struct vw_recipe_tracer *made = vw_allocate(1, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    uint32_t pixel_count = recipe->width_px * recipe->height_px;
+    made->recipe = recipe;
+    made->edge_world = 2 * scene->box.half_extent_world;
+    made->range_pixels = pixel_count < RANGE_PIXELS_MAX ? pixel_count : RANGE_PIXELS_MAX;
+    const struct vw_buffer_params pixels = {.name = "recipe pixels",
+                                            .size_bytes = made->range_pixels * sizeof(struct vw_recipe_pixel),
+                                            .memory = VW_BUFFER_READBACK};
+    enum vw_status status = make_cameras(gpu, scene, &made->cameras);
+    if (!status) status = make_shapes(gpu, recipe, &made->shapes);
+    if (!status) status = vw_buffer_create(gpu, &pixels, &made->pixels);
+    if (!status) status = make_pass(gpu, scene, made);
+    if (!status) status = vw_batch_create(gpu, &made->batch);
+    if (status) vw_recipe_tracer_destroy(&made);
+    else *tracer = made;
+    return status;
+}
+
+void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer) {
+    struct vw_recipe_tracer *ending = *tracer;
+    if (!ending) return;
+    vw_batch_destroy(&ending->batch);
+    vw_pass_destroy(&ending->pass);
+    vw_buffer_destroy(&ending->pixels);
+    vw_buffer_destroy(&ending->shapes);
+    vw_buffer_destroy(&ending->cameras);
+    free(ending);
+    *tracer = NULL;
+}
+
+// The sun of one photo: turned about z, by chance.
+static void sun_of_view(const struct vw_recipe *recipe, uint32_t view, double sun[3]) {
+    uint32_t words[4];
+    float normals[2];
+    vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_SUN, words);
+    vw_recipe_draw_normals(words[0], words[1], normals);
+    double turn = recipe->sun_spread_deg * normals[0] * M_PI / 180, c = cos(turn), s = sin(turn);
+    const double *mean = recipe->sun_direction;
+    memcpy(sun, (double[3]){c * mean[0] - s * mean[1], s * mean[0] + c * mean[1], mean[2]}, 3 * sizeof *sun);
+}
+
+enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo) {
+    const struct vw_recipe *recipe = tracer->recipe;
+    double sun[3];
+    sun_of_view(recipe, view, sun);
+    const float *background = recipe->background_colour;
+    struct vw_push_recipe push = {
+        .view = view,
+        .width_px = recipe->width_px,
+        .samples_side = recipe->samples_side,
+        .shape_count = recipe->shape_count,
+        .background = recipe->background,
+        .ambient = (float)recipe->ambient,
+        .sun = {(float)sun[0], (float)sun[1], (float)sun[2], (float)recipe->sun_intensity},
+        .background_colour = {background[0], background[1], background[2], 1},
+    };
+    uint32_t pixel_count = recipe->width_px * recipe->height_px;
+    for (; push.first_pixel < pixel_count; push.first_pixel += push.pixel_count) {
+        uint32_t left = pixel_count - push.first_pixel;
+        push.pixel_count = left < tracer->range_pixels ? left : tracer->range_pixels;
+        vw_batch_begin(tracer->batch);
+        vw_batch_dispatch(tracer->batch, tracer->pass, &push, sizeof push, push.pixel_count);
+        enum vw_status status = vw_batch_submit(tracer->batch);
+        if (!status) status = vw_batch_wait(tracer->batch);
+        if (status) return status;
+        memcpy(photo->pixels + push.first_pixel, vw_buffer_map(tracer->pixels),
+               push.pixel_count * sizeof *photo->pixels);
+    }
+    for (uint32_t i = 0; i < pixel_count; i++) photo->pixels[i].depth *= (float)tracer->edge_world;
+    return VW_OK;
+}

@@ -1,0 +1,16 @@
+// What the effect unbounded sees: the inner region that its contraction leaves as it is, and how near and how far rays
+// are sampled.
+#ifndef VIEWWORTH_TRAIN_CONTRACTION_H
+#define VIEWWORTH_TRAIN_CONTRACTION_H
+
+#include "viewworth/scene.h"
+#include "interface.h"
+
+// The box whose inscribed ball is the inner region: around the cameras and the nearer half of the points, but never
+// larger than the box of the scene. A function of poses and points alone.
+enum vw_status contraction_box(const struct vw_scene *scene, struct vw_box *box);
+
+// Replaces the depths of a view's camera (pixels_camera) by the near and far ones for sampling in disparity.
+void contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera);
+
+#endif

@@ -1,0 +1,36 @@
+// The effect `occupancy`: training leaves out samples in empty cells of the box (shaders/occupancy.glsl); validation
+// never does. The kept samples of a chunk move together, by a prefix sum, so that the passes over them are shorter:
+//   mark_samples: bits and counts per ray -> place_rays: where rays begin, how many workgroups -> list_samples: slot to
+//   sample
+// What is empty is asked of the field every OCCUPANCY_STEPS steps; the answers so far (field->occupancy) are training
+// state.
+#ifndef VIEWWORTH_TRAIN_OCCUPANCY_H
+#define VIEWWORTH_TRAIN_OCCUPANCY_H
+
+#include "gpu/compute.h"
+#include "train/field.h"
+
+enum { OCCUPANCY_STEPS = 16 };
+
+struct occupancy {                                         // all NULL when the effect is off
+    struct vw_buffer *bits, *begins, *kept_samples, *kept; // of one chunk, see the slots VW_SLOT_KEPT_*
+    struct vw_pass *refresh, *mark, *place, *list;
+};
+
+enum vw_status occupancy_create_buffers(const struct field *field, struct occupancy *occupancy);
+// Bindings of the chunk's kept samples for passes that may skip; some other buffer of the field where the effect is
+// off. Writes them behind
+// `*count` and advances it.
+void occupancy_bind(const struct field *field, const struct occupancy *occupancy, struct vw_binding *bindings,
+                    uint32_t *count);
+// `bindings`: those of occupancy_bind, field_bind, and the step's rays and d_field.
+enum vw_status occupancy_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
+                                       struct occupancy *occupancy);
+void occupancy_destroy(struct occupancy *occupancy);
+
+// Records what step `number` does before its rays are sampled.
+void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number);
+void occupancy_record_chunk(const struct occupancy *occupancy, struct vw_batch *batch,
+                            const struct vw_push_samples *push);
+
+#endif

@@ -1,0 +1,29 @@
+// What near-duplicates are worth together: a copy shares the credit of its original.
+#ifndef VIEWWORTH_DUPLICATE_SCORES_H
+#define VIEWWORTH_DUPLICATE_SCORES_H
+
+#include <stdint.h>
+
+#include "base/duplicate.h"
+#include "viewworth/ledger.h"
+#include "viewworth/status.h"
+
+// A duplicate beside its score.
+struct vw_duplicate_score {
+    uint32_t group;
+    double similarity;
+    const struct vw_ledger_image *image; // borrowed
+    const struct vw_ledger_score *score; // borrowed; NULL for a photo that is not valued, such as one that validates
+    double group_value;                  // sum of the group's scores
+    uint32_t provider_count;             // different ones in the group; photos without one are not counted
+    uint32_t validation_count; // photos of the group that validate: those that train are scored on what they have seen
+};
+
+// One per duplicate, in the same order, with the scores of one method. Of groups none of whose photos has a score none
+// is left. `*rows` is owned by the caller (free) and borrows from images and scores.
+enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32_t duplicate_count, const char *method,
+                                   const struct vw_ledger_score *scores, uint32_t score_count,
+                                   const struct vw_ledger_image *images, uint32_t image_count,
+                                   struct vw_duplicate_score **rows, uint32_t *row_count);
+
+#endif

@@ -1,0 +1,96 @@
+#include "value/evaluation/agreement.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+
+const char *vw_agreement_name(enum vw_agreement_measure measure) {
+    static const char *const names[] = {"pearson",          "spearman",  "clean_pearson", "clean_spearman",
+                                        "positive_jaccard", "same_sign", "sign_kappa"};
+    _Static_assert(VW_ARRAY_COUNT(names) == VW_AGREEMENT_COUNT, "a measure has no name");
+    return names[measure];
+}
+
+static double ratio(double part, double whole) { return whole > 0 ? part / whole : NAN; }
+
+// From counts, so that no rounding decides what is chance.
+static void compare_signs(const double *a, const double *b, uint32_t count, struct vw_agreement *agreement) {
+    double both = 0, of_a = 0, of_b = 0, all = count;
+    for (uint32_t i = 0; i < count; i++) {
+        of_a += a[i] > 0;
+        of_b += b[i] > 0;
+        both += a[i] > 0 && b[i] > 0;
+    }
+    double same = all - of_a - of_b + 2 * both;
+    double by_chance = of_a * of_b + (all - of_a) * (all - of_b); // times the count
+    agreement->values[VW_AGREEMENT_POSITIVE_JACCARD] = ratio(both, of_a + of_b - both);
+    agreement->values[VW_AGREEMENT_SAME_SIGN] = ratio(same, all);
+    agreement->values[VW_AGREEMENT_SIGN_KAPPA] = ratio(all * same - by_chance, all * all - by_chance);
+}
+
+// Keeps the photos that both runs have scores for, and of these, where asked, the clean. Returns how many.
+static uint32_t keep(const double *a, const double *b, const bool *only, uint32_t count, double *kept_a,
+                     double *kept_b) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!isfinite(a[i]) || !isfinite(b[i]) || (only && !only[i])) continue;
+        kept_a[kept] = a[i];
+        kept_b[kept++] = b[i];
+    }
+    return kept;
+}
+
+enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool *clean, uint32_t count,
+                                    struct vw_agreement *agreement) {
+    struct vw_agreement made = {.values[VW_AGREEMENT_CLEAN_PEARSON] = NAN, .values[VW_AGREEMENT_CLEAN_SPEARMAN] = NAN};
+    double *kept = vw_allocate(count, 2 * sizeof *kept);
+    if (!kept) return VW_ERROR_MEMORY;
+    made.photos = keep(a, b, NULL, count, kept, kept + count);
+    compare_signs(kept, kept + count, made.photos, &made);
+    made.values[VW_AGREEMENT_PEARSON] = vw_pearson(kept, kept + count, made.photos);
+    enum vw_status status = vw_spearman(kept, kept + count, made.photos, &made.values[VW_AGREEMENT_SPEARMAN]);
+    if (!status && clean) {
+        made.clean = keep(a, b, clean, count, kept, kept + count);
+        made.values[VW_AGREEMENT_CLEAN_PEARSON] = vw_pearson(kept, kept + count, made.clean);
+        status = vw_spearman(kept, kept + count, made.clean, &made.values[VW_AGREEMENT_CLEAN_SPEARMAN]);
+    }
+    free(kept);
+    if (!status) *agreement = made;
+    return status;
+}
+
+enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const struct vw_score_table *table,
+                                     struct vw_agreement **pairs, uint32_t *pair_count) {
+    uint32_t runs = tables->run_count, photos = tables->photo_count, count = 0;
+    struct vw_agreement *made = vw_allocate((size_t)runs * runs / 2, sizeof *made);
+    enum vw_status status = made ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t a = 0; a < runs; a++)
+        for (uint32_t b = a + 1; b < runs && !status; b++)
+            status = vw_agreement_of_pair(table->values + (size_t)a * photos, table->values + (size_t)b * photos,
+                                          tables->clean, photos, &made[count++]);
+    if (status) {
+        free(made);
+        return status;
+    }
+    *pairs = made;
+    *pair_count = count;
+    return VW_OK;
+}
+
+struct vw_agreement_summary vw_agreement_summarise(const struct vw_agreement *pairs, uint32_t pair_count,
+                                                   enum vw_agreement_measure measure) {
+    struct vw_agreement_summary summary = {.mean = NAN, .lowest = NAN, .highest = NAN};
+    double sum = 0;
+    for (uint32_t i = 0; i < pair_count; i++) {
+        double value = pairs[i].values[measure];
+        if (isnan(value)) continue;
+        sum += value;
+        summary.lowest = fmin(summary.lowest, value); // which prefers a number to NaN
+        summary.highest = fmax(summary.highest, value);
+        summary.pairs++;
+    }
+    if (summary.pairs) summary.mean = sum / summary.pairs;
+    return summary;
+}

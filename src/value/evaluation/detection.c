@@ -1,0 +1,109 @@
+// How well scores find the photos that are corrupted, and how well they come back with another seed.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "value/evaluation/agreement.h"
+#include "value/evaluation/evaluation.h"
+#include "base/memory.h"
+
+static const char clean[] = "clean";
+
+bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo) {
+    return !strcmp(evaluation->ground_truths[photo], clean);
+}
+
+double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_kind_filter *counts, const void *context,
+              uint32_t *pairs) {
+    double won = 0;
+    *pairs = 0;
+    for (uint32_t corrupted = 0; corrupted < evaluation->photo_count; corrupted++) {
+        if (vw_photo_is_clean(evaluation, corrupted) ||
+            (counts && !counts(context, evaluation->ground_truths[corrupted])))
+            continue;
+        for (uint32_t other = 0; other < evaluation->photo_count; other++) {
+            if (!vw_photo_is_clean(evaluation, other)) continue;
+            if (isnan(scores[other]) || isnan(scores[corrupted])) return NAN;
+            won += scores[other] > scores[corrupted] ? 1 : scores[other] == scores[corrupted] ? 0.5 : 0;
+            ++*pairs;
+        }
+    }
+    return *pairs ? won / *pairs : NAN;
+}
+
+static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_filter *counts, const void *context,
+                              const char *name, struct vw_metrics *metrics) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++) {
+        const struct vw_scorer *scorer = &evaluation->scorers[i];
+        struct vw_metric row = {.method = scorer->name, .ci_low = NAN, .ci_high = NAN};
+        for (uint32_t seed = 0; seed < evaluation->seed_count; seed++) {
+            const double *scores = scorer->scores + (size_t)seed * evaluation->photo_count;
+            row.value += vw_auc(evaluation, scores, counts, context, &row.count) / evaluation->seed_count;
+        }
+        status = vw_metrics_add(metrics, "auc", name, row);
+    }
+    return status;
+}
+
+static bool is_kind(const void *context, const char *kind) { return !strcmp(kind, context); }
+
+// Whether no photo before this one has its truth.
+static bool is_first_of_kind(const struct vw_evaluation *evaluation, uint32_t photo) {
+    for (uint32_t i = 0; i < photo; i++)
+        if (!strcmp(evaluation->ground_truths[i], evaluation->ground_truths[photo])) return false;
+    return true;
+}
+
+enum vw_status vw_evaluate_detection(const struct vw_evaluation *evaluation, struct vw_metrics *metrics) {
+    enum vw_status status = VW_OK;
+    for (uint32_t photo = 0; !status && photo < evaluation->photo_count; photo++)
+        if (!vw_photo_is_clean(evaluation, photo) && is_first_of_kind(evaluation, photo))
+            status = add_auc(evaluation, is_kind, evaluation->ground_truths[photo], evaluation->ground_truths[photo],
+                             metrics);
+    return status ? status : add_auc(evaluation, NULL, NULL, "corrupted", metrics);
+}
+
+static bool is_harmful(const void *context, const char *kind) {
+    const struct vw_metric *harm = vw_metrics_find(context, "harm", kind, "retrainings");
+    return harm && harm->ci_low > 0;
+}
+
+enum vw_status vw_evaluate_harmful(const struct vw_evaluation *evaluation, struct vw_metrics *metrics) {
+    return add_auc(evaluation, is_harmful, metrics, "harmful", metrics);
+}
+
+static enum vw_status add_agreement(const char *method, const char *over, double pearson, double spearman,
+                                    uint32_t count, struct vw_metrics *metrics) {
+    struct vw_metric row = {.method = method, .value = pearson, .ci_low = NAN, .ci_high = NAN, .count = count};
+    enum vw_status status = vw_metrics_add(metrics, "seed_pearson", over, row);
+    row.value = spearman;
+    return status ? status : vw_metrics_add(metrics, "seed_spearman", over, row);
+}
+
+static enum vw_status evaluate_seeds_of(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
+                                        const bool *is_clean, struct vw_metrics *metrics) {
+    struct vw_agreement agreement;
+    const double *values = agreement.values;
+    enum vw_status status = vw_agreement_of_pair(scorer->scores, scorer->scores + evaluation->photo_count, is_clean,
+                                                 evaluation->photo_count, &agreement);
+    if (!status)
+        status = add_agreement(scorer->name, "all", values[VW_AGREEMENT_PEARSON], values[VW_AGREEMENT_SPEARMAN],
+                               agreement.photos, metrics);
+    if (!status)
+        status = add_agreement(scorer->name, clean, values[VW_AGREEMENT_CLEAN_PEARSON],
+                               values[VW_AGREEMENT_CLEAN_SPEARMAN], agreement.clean, metrics);
+    return status;
+}
+
+enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct vw_metrics *metrics) {
+    if (evaluation->seed_count < 2) return VW_OK;
+    bool *is_clean = vw_allocate(evaluation->photo_count, sizeof *is_clean);
+    enum vw_status status = is_clean ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t photo = 0; !status && photo < evaluation->photo_count; photo++)
+        is_clean[photo] = vw_photo_is_clean(evaluation, photo);
+    for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++)
+        status = evaluate_seeds_of(evaluation, &evaluation->scorers[i], is_clean, metrics);
+    free(is_clean);
+    return status;
+}

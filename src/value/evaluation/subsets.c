@@ -1,0 +1,57 @@
+#include "value/evaluation/subsets.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/random.h"
+#include "base/statistics.h"
+
+static const uint64_t SUBSET_SEED = 0x73756273657473; // of no training: --seed counts up from small numbers
+enum { DRAWS_PER_SUBSET = 100 };
+
+static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
+    for (uint32_t i = 0; i < subsets->count; i++)
+        if (!memcmp(subsets->places + (size_t)i * subsets->size, places, subsets->size * sizeof *places)) return true;
+    return false;
+}
+
+enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets) {
+    *subsets = (struct vw_subsets){.size = photo_count / 2};
+    subsets->places = vw_allocate((size_t)count * subsets->size, sizeof *subsets->places);
+    subsets->outcomes = vw_allocate((size_t)count * VW_SUBSET_SEEDS, sizeof *subsets->outcomes);
+    uint32_t *order = vw_allocate(photo_count, sizeof *order);
+    if (!subsets->places || !subsets->outcomes || !order) {
+        free(order);
+        return VW_ERROR_MEMORY;
+    }
+    for (uint64_t draw = 0; subsets->count < count && draw < (uint64_t)count * DRAWS_PER_SUBSET; draw++) {
+        vw_random_order(SUBSET_SEED, draw, photo_count, order);
+        vw_sort_places(order, subsets->size);
+        if (is_known(subsets, order)) continue;
+        memcpy(subsets->places + (size_t)subsets->count++ * subsets->size, order, subsets->size * sizeof *order);
+    }
+    free(order);
+    return VW_OK;
+}
+
+enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
+                                  vw_retrain_function *retrain, void *context) {
+    uint32_t *views = vw_allocate(subsets->size, sizeof *views);
+    enum vw_status status = views ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < subsets->count * VW_SUBSET_SEEDS; i++) {
+        const uint32_t *places = subsets->places + (size_t)(i / VW_SUBSET_SEEDS) * subsets->size;
+        const struct vw_retrain_params retraining = {
+            .views = views, .view_count = subsets->size, .seed = first_seed + i % VW_SUBSET_SEEDS};
+        for (uint32_t member = 0; member < subsets->size; member++) views[member] = photos[places[member]];
+        status = retrain(context, &retraining, &subsets->outcomes[i]);
+    }
+    free(views);
+    return status;
+}
+
+void vw_subsets_free(struct vw_subsets *subsets) {
+    free(subsets->places);
+    free(subsets->outcomes);
+}

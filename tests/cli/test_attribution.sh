@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# Providers, payouts, near-duplicates and the matrix from outside, on a run and afterwards on a finished one. Takes the program's path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+scene=$root/scenes/clean.json
+tiny=("${small[@]}" --epochs 4)
+out=$folder/run
+
+refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
+
+# fails_to_remove COMMAND...: it fails, names duplicates.csv, and leaves the ledger marked.
+fails_to_remove() {
+    ! "$@" >"$folder/stdout" 2>"$folder/stderr" && grep -q 'duplicates\.csv: cannot remove' "$folder/stderr" &&
+        [[ $(query run 'SELECT status FROM run') == failed ]] && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# table FILE SQL: the answer to a query on OUT/FILE as the table t.
+table() { sqlite3 :memory: ".mode csv" ".import '$out/$1' t" ".mode list" "$2"; }
+
+printf 'name,provider\n' >"$folder/providers.csv"
+for i in 01 02 03; do echo "view_0$i,anna" >>"$folder/providers.csv"; done
+for i in 05 06 07 09; do echo "view_0$i,\"Smith, \"\"Jo\"\"\"" >>"$folder/providers.csv"; done
+for i in 10 11; do echo "view_0$i,chris" >>"$folder/providers.csv"; done
+
+# ---- Before any step ----------------------------------------------------------------------------------------------------
+
+check "--payout without providers is refused" refuses 'no photo to train on has a provider' value "$scene" --out "$out" "${tiny[@]}" \
+    --payout 10
+for amount in 0 -5 1.005 1e3 x ''; do
+    check "--payout '$amount' is refused" refuses '--payout takes an amount' value "$scene" --out "$out" "${tiny[@]}" \
+        --providers "$folder/providers.csv" --payout "$amount"
+done
+check "--payout of a run without scores is refused" refuses 'no scores to pay by' value "$scene" --out "$out" "${tiny[@]}" \
+    --providers "$folder/providers.csv" --payout 10 --burn-in 4
+check "refused runs leave nothing" test ! -e "$out"
+
+# ---- A run --------------------------------------------------------------------------------------------------------------
+
+check "value with providers shows them" prints '^providers \(dv_psnr' "$program" value "$scene" --out "$out" "${tiny[@]}" \
+    --providers "$folder/providers.csv"
+each=' dB  (anna \(3 photos\)|Smith, "Jo" \(4 photos\)|chris \(2 photos\)|\(no provider\) \(3 photos\))$'
+check "each is there with its photos" test "$(grep -cE "$each" "$folder/stdout")" = 4
+check "providers.csv holds their sums" test "$(table providers.csv "ATTACH '$out/ledger.db' AS run;
+    SELECT count(*), max(abs(t.value - s.value)) < 1e-9, min(t.photos = s.photos), max(abs(t.stderr - s.stderr)) < 1e-9 FROM t
+    JOIN (SELECT coalesce(provider, '') AS provider, method, sum(value) AS value, count(*) AS photos, sqrt(sum(stderr * stderr)) AS stderr
+        FROM run.score JOIN run.image USING (image_id) GROUP BY 1, 2) AS s USING (provider, method)")" = \
+    "$((4 * $(query run "SELECT count(DISTINCT method) FROM score
+    WHERE method NOT IN ('root_psnr', 'root_loss', 'win_rate_psnr', 'win_rate_loss')")))|1|1|1"
+check "without --payout nobody is paid" test ! -e "$out/payout.csv"
+check "unlike photos are no duplicates" test ! -e "$out/duplicates.csv"
+check "matrix.csv has two rows per photo" test "$(table matrix.csv "SELECT count(*), count(DISTINCT name) FROM t")" = '24|12'
+check "its means are the photos' dv_psnr" test "$(table matrix.csv "ATTACH '$out/ledger.db' AS run;
+    SELECT count(*), max(abs(t.mean - s.value)) < 1e-9 FROM t JOIN run.image AS i USING (name)
+    JOIN run.score AS s ON s.image_id = i.image_id AND s.method = t.measure WHERE t.measure = 'dv_psnr'")" = '12|1'
+check "it has a column per validation photo" test "$(head -n 1 "$out/matrix.csv")" = \
+    'name,provider,measure,unit,mean,jackknife_stderr,view_000,view_008'
+check "the ranking's hold on the validation photos is told" grep -qE '^validation photos  .* \(lowest without view_0' "$folder/stdout"
+
+# ---- A finished run -----------------------------------------------------------------------------------------------------
+
+steps=$(query run 'SELECT group_concat(row_hash) FROM step')
+head=$(query run 'SELECT final_hash FROM run')
+resume=("$program" value "$scene" --out "$out" "${tiny[@]}" --resume)
+check "--resume --payout pays" prints '^payout of 1000\.01 by dv_psnr' "${resume[@]}" --providers "$folder/providers.csv" --payout 1000.01
+check "it takes no step and leaves the ledger as it was" test "$(query run 'SELECT group_concat(row_hash) FROM step')$(query run \
+    'SELECT final_hash FROM run')" = "$steps$head"
+check "payout.csv adds up to the cent" test "$(table payout.csv "SELECT printf('%.2f', sum(amount)), count(*) FROM t")" = '1000.01|3'
+check "who harms gets nothing, the others in proportion" test "$(table payout.csv "SELECT max(CASE WHEN value + 0 > 0
+    THEN abs(amount - 1000.01 * value / (SELECT sum(value) FROM t WHERE value + 0 > 0)) ELSE amount + 0 END) <= 0.01 FROM t")" = 1
+cp "$out/payout.csv" "$folder/payout.csv"
+check "paying again pays the same" prints '^payout of ' "${resume[@]}" --providers "$folder/providers.csv" --payout 1000.01
+check "to the byte" cmp "$out/payout.csv" "$folder/payout.csv"
+"${resume[@]}" --providers "$folder/providers.csv" --payout 77 --json --quiet >"$folder/answer.json"
+check "--json tells the same" bash -c "sqlite3 :memory: \"SELECT (SELECT sum(value ->> 'cents') FROM json_each(j, '\$.payout')) = 7700
+        AND (SELECT count(*) FROM json_each(j, '\$.providers') WHERE value ->> 'method' = 'dv_psnr') = 4
+        AND json_array_length(j, '\$.duplicates') = 0 AND json_array_length(j, '\$.validation_views') = 2
+        AND j ->> '\$.validation_views[0].ranking_without' <= 1 AND j ->> '\$.validation_views[1].far' = 0
+        FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
+sed 's/,chris$/,dora/' "$folder/providers.csv" >"$folder/others.csv"
+check "providers may be named afterwards" prints ' dora$' "${resume[@]}" --providers "$folder/others.csv" --payout 5
+check "that they differ from the ledger's is said" grep -q '^warning: providers are those given now' "$folder/stderr"
+check "verify finds the run intact" prints 'is intact' "$program" verify "$out"
+mkdir "$out/duplicates.csv"
+check "what cannot be removed stops the end of an extended run" fails_to_remove "${resume[@]}" --epochs 5 --quiet
+rmdir "$out/duplicates.csv"
+echo old >"$out/duplicates.csv"
+check "the run is extended" prints '' "${resume[@]}" --epochs 5 --quiet
+check "new steps make the old tables void" test "$(cd "$out" && echo *.csv)" = 'matrix.csv scores.csv'
+check "and the matrix is new" test "$(table matrix.csv "ATTACH '$out/ledger.db' AS run;
+    SELECT count(*), max(abs(t.mean - s.value)) < 1e-9 FROM t JOIN run.image AS i USING (name)
+    JOIN run.score AS s ON s.image_id = i.image_id AND s.method = t.measure WHERE t.measure = 'dv_psnr'")" = '12|1'
+
+# ---- Near-duplicates ----------------------------------------------------------------------------------------------------
+
+# The same orbit twice, by two providers: every photo has a copy, which trains, validates or is kept for tests like its original.
+sed 's/"count": 16, "field_of_view_deg": 50}/"count": 16, "field_of_view_deg": 50, "provider": "anna"},\
+    {"path": "orbit", "centre": [0, 0, -0.2], "radius": 2.6, "elevation_deg": [25, 45], "turns": 2, "count": 16,\
+     "field_of_view_deg": 50, "provider": "bob"}/' "$scene" >"$folder/twice.json"
+out=$folder/twice
+check "a scene of copies is valued" prints '^near-duplicates, together ' "$program" value "$folder/twice.json" --out "$out" "${tiny[@]}" \
+    --payout 100
+check "every group is found" test "$(table duplicates.csv 'SELECT count(*), count(DISTINCT "group") FROM t')" = '24|12'
+check "copies stand beside their originals" test "$(table duplicates.csv "SELECT DISTINCT count(*), min(provider), max(provider),
+    abs(sum(value) - max(group_value)) < 1e-9 FROM t GROUP BY \"group\"")" = '2|anna|bob|1'
+check "that they are of two providers is said" grep -q '^warning: 12 groups .* of several providers, the first that of view_001:' \
+    "$folder/stderr"
+printf 'view_016\nview_008\n' >"$folder/val.txt"
+printf 'view_00%d\n' 0 1 2 3 4 5 6 7 >"$folder/train.txt"
+out=$folder/leak
+check "copies of validation photos are valued" prints '' "$program" value "$folder/twice.json" --out "$out" "${tiny[@]}" \
+    --train "$folder/train.txt" --val "$folder/val.txt"
+check "that they know what is validated is said" grep -q '^warning: 1 groups .* both train and validate, the first that of view_000:' \
+    "$folder/stderr"
+conclude "$@"

@@ -1,0 +1,281 @@
+// The reference's analytic gradient against central differences of the reference's own loss, for parameters of every
+// matrix and every level. No GPU.
+//
+// Kinks: a difference across a changed decision (a ReLU switching, the density reaching its maximum, an L1 error
+// changing sign) is no derivative. Such a parameter is skipped; at most one in ten may be.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "reference/reference.h"
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "base/random.h"
+
+static const double STEP = 1e-5;
+// Of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 / STEP
+// of the loss.
+static const double TOLERANCE = 1e-6;
+enum { RAYS = 6, PER_RANGE = 12 };
+
+// Each of these fields is taken with every loss, without effects, with each effect alone and with all of them.
+static const struct reference_case {
+    const char *name;
+    uint64_t seed;
+    uint32_t samples, levels, features, log2_table, width;
+    double weight_scale;
+} cases[] = {
+    {"default field", 1, 16, 8, 2, 14, 32, 1.0},
+    {"four features", 2, 7, 2, 4, 8, 16, 1.5},
+    {"wide network, one entry", 3, 9, 16, 2, 0, 64, 1.0},
+    {"saturated densities", 4, 12, 4, 2, 10, 32, 4.0},
+};
+static const enum vw_loss all_losses[] = {VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER};
+
+struct fixture {
+    char where[192]; // case, seed, loss and effects, for messages
+    struct model model;
+    struct reference_params *params;
+    struct reference_step *step, *moved;
+};
+
+static double draw(uint64_t seed, uint32_t index) {
+    uint32_t words[4];
+    vw_random_words(seed, VW_RANDOM_INITIALISATION, 2, index, 0, words);
+    return 2.0 * vw_random_unit(words[0]) - 1.0;
+}
+
+enum { VIEW = 1 }; // whose step it is
+static struct vw_view empty_views[2];
+static const struct vw_scene empty_scene = {
+    .background = {0.9f, 0.4f, 0.1f}, .views = empty_views, .view_count = VW_ARRAY_COUNT(empty_views)};
+
+static void make_model(const struct reference_case *setup, enum vw_loss loss, const char *choice, struct model *model) {
+    struct vw_config config = vw_config_default;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_gpu_limits limits = vw_gpu_floor_limits;
+    uint32_t count;
+    limits.shared_memory_bytes = 1 << 16;
+    config.seed = setup->seed;
+    config.samples = setup->samples;
+    config.levels = setup->levels;
+    config.features = setup->features;
+    config.log2_table = setup->log2_table;
+    config.width = setup->width;
+    config.loss = loss;
+    if (loss == VW_LOSS_HUBER) config.background = VW_BACKGROUND_RANDOM; // the other form under the other losses
+    assert_int_equal(vw_config_check(&config), VW_OK);
+    assert_int_equal(vw_effects_decide(NULL, &empty_scene, choice, effects, &count), VW_OK);
+    assert_int_equal(
+        model_create(&config, &empty_scene, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU}, &limits, model), VW_OK);
+}
+
+static void make_rays(uint64_t seed, const struct vw_specialization *s, struct vw_ray rays[RAYS]) {
+    for (uint32_t i = 0; i < RAYS; i++) {
+        double direction[3], length = 0.0;
+        for (uint32_t k = 0; k < 3; k++) direction[k] = draw(seed, 100 + 3 * i + k);
+        for (int k = 0; k < 3; k++) length += direction[k] * direction[k];
+        for (int k = 0; k < 3; k++) direction[k] /= sqrt(length);
+        rays[i] = (struct vw_ray){
+            .origin_near = {(float)(0.5 - 0.4 * direction[0]), (float)(0.5 - 0.4 * direction[1]),
+                            (float)(0.5 - 0.4 * direction[2]), 0.05f},
+            .direction_stride = {(float)direction[0], (float)direction[1], (float)direction[2],
+                                 s->effect_unbounded
+                                     ? 3.0f
+                                     : 0.8f / (float)s->samples}, // the far distance; the length of a stratum
+            .target_weight = {(float)fabs(draw(seed, 50 + i)), (float)fabs(draw(seed, 60 + i)),
+                              (float)fabs(draw(seed, 70 + i)), i == 4 ? 0.0f : 1.0f},
+        };
+    }
+}
+
+static void draw_photos(uint64_t seed, struct reference_params *params, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t c = 0; c < 3; c++) params->photos[i].gain[c] = 0.3 * draw(seed, 2000 + 6 * i + c);
+        for (uint32_t c = 0; c < 3; c++) params->photos[i].bias[c] = 0.1 * draw(seed, 2003 + 6 * i + c);
+        for (uint32_t k = 0; k < REFERENCE_CODE; k++)
+            params->photos[i].code[k] = draw(seed, 3000 + REFERENCE_CODE * i + k);
+    }
+}
+
+static void open_fixture(const struct reference_case *setup, enum vw_loss loss, const char *choice, struct fixture *f) {
+    struct vw_ray rays[RAYS];
+    snprintf(f->where, sizeof f->where, "case \"%s\", seed %llu, loss %s, effects %s", setup->name,
+             (unsigned long long)setup->seed, vw_loss_name(loss), choice);
+    make_model(setup, loss, choice, &f->model);
+    make_rays(setup->seed, &f->model.specialization, rays);
+    float *params = vw_allocate(f->model.param_bytes, 1);
+    model_initialise(&f->model, setup->seed, params);
+    size_t grid = f->model.grid.size_bytes / sizeof *params;
+    for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
+    size_t sky = f->model.sky.offset_bytes / sizeof *params, sky_end = sky + f->model.sky.size_bytes / sizeof *params;
+    for (size_t i = grid; i < sky; i++) params[i] *= (float)setup->weight_scale;
+    for (size_t i = sky; i < sky_end; i++) params[i] = (float)draw(setup->seed, 200 + (uint32_t)(i - sky));
+    f->params = reference_params_create(&f->model, params);
+    free(params);
+    draw_photos(setup->seed, f->params, reference_photo_count(&f->model));
+    f->step = reference_step_create(&f->model, rays, RAYS);
+    f->moved = reference_step_create(&f->model, rays, RAYS);
+    f->step->view = f->moved->view = VIEW;
+    reference_step_forward(f->step, f->params, true, 1);
+    reference_step_backward(f->step, f->params);
+}
+
+static void close_fixture(struct fixture *f) {
+    reference_params_destroy(f->params);
+    reference_step_destroy(f->step);
+    reference_step_destroy(f->moved);
+}
+
+static bool same_decisions(const struct reference_step *a, const struct reference_step *b) {
+    for (size_t i = 0; i < (size_t)RAYS * a->model->specialization.samples; i++) {
+        size_t width = 4 * a->model->specialization.width4;
+        if (memcmp(a->samples[i].active1, b->samples[i].active1, width) ||
+            memcmp(a->samples[i].active2, b->samples[i].active2, width))
+            return false;
+        if (a->samples[i].saturated != b->samples[i].saturated) return false;
+    }
+    for (int ray = 0; ray < RAYS; ray++)
+        for (int c = 0; c < 3; c++)
+            if (signbit(a->errors[ray][c]) != signbit(b->errors[ray][c]) ||
+                (fabs(a->errors[ray][c]) < 0.1) != (fabs(b->errors[ray][c]) < 0.1))
+                return false;
+    return true;
+}
+
+// The slope of the loss by `*param`, or NaN at a kink.
+static double central_difference(struct fixture *f, double *param) {
+    double kept = *param, losses[2];
+    bool smooth = true;
+    for (int side = 0; side < 2; side++) {
+        *param = kept + (side ? STEP : -STEP);
+        reference_step_forward(f->moved, f->params, true, 1);
+        losses[side] = f->moved->loss;
+        smooth &= same_decisions(f->step, f->moved);
+    }
+    *param = kept;
+    return smooth ? (losses[1] - losses[0]) / (2.0 * STEP) : NAN;
+}
+
+static void compare(struct fixture *f, const char *range, uint64_t index, double *param, double analytic, double scale,
+                    int *skipped) {
+    double slope = central_difference(f, param);
+    *skipped += isnan(slope);
+    if (!isnan(slope) && !(fabs(slope - analytic) <= TOLERANCE * scale))
+        fail_msg("%s: %s[%llu]: analytic %.10g, difference %.10g", f->where, range, (unsigned long long)index, analytic,
+                 slope);
+}
+
+static double largest_of(const double *values, size_t count) {
+    double most = 0.0;
+    for (size_t i = 0; i < count; i++) most = fmax(most, fabs(values[i]));
+    return most;
+}
+
+static uint32_t index_in(uint32_t count, uint64_t seed, uint32_t draw_index) {
+    return (uint32_t)(fabs(draw(seed, draw_index)) * count);
+}
+
+static void compare_weights(struct fixture *f, int *skipped) {
+    const struct vw_specialization *s = &f->model.specialization;
+    struct reference_matrix values[REFERENCE_MATRICES], gradients[REFERENCE_MATRICES];
+    reference_matrices(s, &f->params->weights, values);
+    reference_matrices(s, &f->step->d_weights, gradients);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
+        uint32_t count = values[m].out * values[m].in;
+        double scale = largest_of(gradients[m].values, count);
+        assert_true(scale > 0.0);
+        for (uint32_t k = 0; k < PER_RANGE; k++) {
+            // The first PER_RANGE / 2 in output 0 (of the second matrix: the density), the others anywhere.
+            uint32_t index = index_in(k < PER_RANGE / 2 ? values[m].in : count, s->seed_low, 1000 + 100 * m + k);
+            compare(f, values[m].name, index, &values[m].values[index], gradients[m].values[index], scale, skipped);
+        }
+    }
+}
+
+static void compare_grid(struct fixture *f, int *skipped) {
+    const struct vw_specialization *s = &f->model.specialization;
+    double scale = largest_of(f->step->d_grid, 2 * (size_t)f->model.pair_count);
+    for (uint32_t level = 0; level < s->levels; level++) {
+        for (uint32_t k = 0; k < PER_RANGE; k++) { // entries that some sample touches
+            const struct reference_sample *sample = &f->step->samples[(k * 31 + level) % (RAYS * s->samples)];
+            struct reference_corner corners[8];
+            reference_grid_corners(s, sample->position, level, corners);
+            uint64_t index = corners[k % 8].first_feature + k % (2 * s->feature_pairs);
+            compare(f, "grid", index, &f->params->grid[index], f->step->d_grid[index], scale, skipped);
+        }
+    }
+}
+
+static void compare_sky(struct fixture *f, int *skipped) {
+    if (!f->model.specialization.effect_sky) return;
+    double scale = largest_of(f->step->d_sky[0], 3 * VW_SKY_COLUMNS);
+    assert_true(scale > 0.0);
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
+        compare(f, "sky", i, &f->params->sky[i / 3][i % 3], f->step->d_sky[i / 3][i % 3], scale, skipped);
+}
+
+// Those of the other photo have no gradient: nothing of it enters the loss.
+static int compare_photos(struct fixture *f, int *skipped) {
+    const struct vw_specialization *s = &f->model.specialization;
+    struct reference_photo *photo = f->params->photos ? &f->params->photos[VIEW] : NULL;
+    const struct reference_photo *d_photo = &f->step->d_photo;
+    double scale = fmax(largest_of(d_photo->gain, 3), largest_of(d_photo->bias, 3));
+    assert_true(!photo || scale > 0.0);
+    for (uint32_t c = 0; c < 3 && s->effect_appearance; c++) {
+        compare(f, "gain", c, &photo->gain[c], d_photo->gain[c], scale, skipped);
+        compare(f, "bias", c, &photo->bias[c], d_photo->bias[c], scale, skipped);
+    }
+    for (uint32_t k = 0; k < PER_RANGE && s->effect_appearance_code; k++) {
+        uint32_t weight = index_in(4 * s->width4 * REFERENCE_CODE, s->seed_low, 1800 + k), number = 4 * k + k % 4;
+        compare(f, "code_weights", weight, &f->params->code_weights[weight], f->step->d_code_weights[weight],
+                largest_of(f->step->d_code_weights, 4 * s->width4 * REFERENCE_CODE), skipped);
+        compare(f, "codes", number, &photo->code[number], d_photo->code[number],
+                largest_of(d_photo->code, REFERENCE_CODE), skipped);
+    }
+    return (s->effect_appearance ? 6 : 0) + (s->effect_appearance_code ? 2 * PER_RANGE : 0);
+}
+
+static void compare_ranges(const struct reference_case *setup, enum vw_loss loss, const char *choice) {
+    struct fixture f;
+    int skipped = 0;
+    open_fixture(setup, loss, choice, &f);
+    const struct model *m = &f.model;
+    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + m->sky.size_bytes + m->appearance.size_bytes +
+                      m->code_weights.size_bytes + m->codes.size_bytes;
+    assert_in_range(m->param_bytes - ranges, 0, 3 * 256); // there is no other range; some begin at multiples of 256
+    compare_weights(&f, &skipped);
+    compare_grid(&f, &skipped);
+    compare_sky(&f, &skipped);
+    int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_photos(&f, &skipped);
+    if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
+    close_fixture(&f);
+}
+
+static void the_gradient_is_the_slope_of_the_loss(void **state) {
+    (void)state;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    char all[192] = "";
+    uint32_t count;
+    assert_int_equal(vw_effects_decide(NULL, &empty_scene, "none", effects, &count), VW_OK);
+    for (uint32_t i = 0; i < count; i++)
+        snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? "," : "", effects[i].name);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        for (size_t k = 0; k < VW_ARRAY_COUNT(all_losses); k++) {
+            compare_ranges(&cases[i], all_losses[k], "none");
+            compare_ranges(&cases[i], all_losses[k], all);
+            for (uint32_t e = 0; e < count; e++) compare_ranges(&cases[i], all_losses[k], effects[e].name);
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_gradient_is_the_slope_of_the_loss)};
+    return cmocka_run_group_tests_name("reference_gradients", tests, NULL, NULL);
+}

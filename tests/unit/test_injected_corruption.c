@@ -1,0 +1,156 @@
+// Defects injected in the photos of a scene that has none of its own: which photos, what happens to them, and that
+// nothing else changes.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+#include "base/file.h"
+#include "image/image.h"
+#include "base/memory.h"
+
+enum { PHOTOS = 16, TRAIN = 12 }; // views 0 and 8 validate, 4 and 12 test
+
+static int make_folder(void **state) {
+    if (!(*state = temporary_folder_create())) return 1;
+    tiny_scene_write(*state, &(struct tiny_scene){.count = PHOTOS});
+    return 0;
+}
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static struct vw_scene *open_corrupted(const char *folder, uint32_t corrupt) {
+    return tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = corrupt});
+}
+
+static uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) count += !strcmp(scene->views[v].ground_truth, ground_truth);
+    return count;
+}
+
+static bool same_pixels(const struct vw_view *a, const struct vw_view *b) {
+    for (uint32_t i = 0; i < TINY_WIDTH_PX * TINY_HEIGHT_PX; i++) {
+        float left[4], right[4];
+        vw_image_pixel(&a->image, i % TINY_WIDTH_PX, i / TINY_WIDTH_PX, left);
+        vw_image_pixel(&b->image, i % TINY_WIDTH_PX, i / TINY_WIDTH_PX, right);
+        for (int c = 0; c < 4; c++)
+            if (fabsf(left[c] - right[c]) > 1e-6f) return false; // 8 bit there and back
+    }
+    return true;
+}
+
+static void kinds_come_in_turn(void **state) {
+    struct vw_scene *scene = open_corrupted(*state, 10);
+    static const char *const kinds[] = {"noise", "blur", "occluder", "exposure", "wrong_pose"};
+    for (int i = 0; i < 5; i++) assert_int_equal(count_truth(scene, kinds[i]), 2);
+    assert_int_equal(count_truth(scene, "clean"), PHOTOS - 10);
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split != VW_SPLIT_TRAIN) assert_string_equal(scene->views[v].ground_truth, "clean");
+    vw_scene_close(&scene);
+}
+
+// Photos are of one colour, which a blur leaves as it is.
+static void only_what_is_corrupted_changes(void **state) {
+    struct vw_scene *before = open_corrupted(*state, 0), *after = open_corrupted(*state, 5);
+    assert_null(before->views[1].ground_truth);
+    for (uint32_t v = 0; v < PHOTOS; v++) {
+        const struct vw_view *a = &before->views[v], *b = &after->views[v];
+        bool clean = !strcmp(b->ground_truth, "clean"), turned = !strcmp(b->ground_truth, "wrong_pose"),
+             blurred = !strcmp(b->ground_truth, "blur");
+        assert_int_equal(memcmp(a->camera_to_world, b->camera_to_world, sizeof a->camera_to_world) != 0, turned);
+        assert_int_equal(same_pixels(a, b), clean || turned || blurred);
+        assert_int_equal(memcmp(a->sha256, b->sha256, sizeof a->sha256) == 0, clean || turned);
+        assert_memory_equal(&a->camera, &b->camera, sizeof a->camera);
+        if (turned) // in place, by 8 degrees
+            for (int i = 0; i < 3; i++) assert_true(a->camera_to_world[i][3] == b->camera_to_world[i][3]);
+        if (!turned) continue;
+        double cosine = 0;
+        for (int i = 0; i < 3; i++) cosine += a->camera_to_world[i][2] * b->camera_to_world[i][2];
+        assert_true(fabs(acos(cosine) * 180 / M_PI - 8) < 1e-9);
+    }
+    assert_memory_not_equal(before->hash, after->hash, sizeof before->hash);
+    vw_scene_close(&before);
+    vw_scene_close(&after);
+}
+
+static void injection_is_repeatable_and_grows(void **state) {
+    struct vw_scene *first = open_corrupted(*state, 4), *second = open_corrupted(*state, 4),
+                    *more = open_corrupted(*state, 7);
+    assert_memory_equal(first->hash, second->hash, sizeof first->hash);
+    assert_memory_not_equal(first->hash, more->hash, sizeof first->hash);
+    for (uint32_t v = 0; v < PHOTOS; v++)
+        if (strcmp(first->views[v].ground_truth, "clean") != 0)
+            assert_string_equal(first->views[v].ground_truth, more->views[v].ground_truth);
+    vw_scene_close(&first);
+    vw_scene_close(&second);
+    vw_scene_close(&more);
+}
+
+static struct vw_scene *open_listed(const char *folder, uint32_t first) {
+    static const char names[] =
+        "images/02.png\nimages/03.png\nimages/05.png\nimages/06.png\nimages/07.png\nimages/09.png\nimages/10.png";
+    char *list = vw_path_join(folder, "train.txt");
+    tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
+    assert_int_equal(vw_file_write(list, names, sizeof names - 1), VW_OK);
+    struct vw_scene *scene =
+        tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = 7, .train_list = list});
+    free(list);
+    return scene;
+}
+
+// The same photos elsewhere in the scene file, and trained on by a list, suffer the same.
+static void injection_does_not_depend_on_places(void **state) {
+    struct vw_scene *scene = open_listed(*state, 0), *shifted = open_listed(*state, 2);
+    for (uint32_t v = 2; v < PHOTOS; v++) {
+        const struct vw_view *a = &scene->views[v], *b = &shifted->views[v - 2];
+        assert_string_equal(a->name, b->name);
+        assert_string_equal(a->ground_truth, b->ground_truth);
+        assert_memory_equal(a->sha256, b->sha256, sizeof a->sha256); // noise and occluders among them
+    }
+    assert_int_equal(count_truth(shifted, "clean"), PHOTOS - 2 - 7);
+    vw_scene_close(&scene);
+    vw_scene_close(&shifted);
+}
+
+// A scene of headers alone has the same ground_truths.
+static void headers_tell_the_truth(void **state) {
+    struct vw_scene *whole = open_corrupted(*state, 6);
+    struct vw_scene *headers =
+        tiny_scene_open(&(struct vw_scene_params){.path = *state, .corrupt = 6, .headers_only = true});
+    for (uint32_t v = 0; v < PHOTOS; v++)
+        assert_string_equal(whole->views[v].ground_truth, headers->views[v].ground_truth);
+    vw_scene_close(&whole);
+    vw_scene_close(&headers);
+}
+
+static void what_cannot_be_corrupted_is_refused(void **state) {
+    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .corrupt = TRAIN + 1}, VW_ERROR_USAGE, "--corrupt",
+                       "12", NULL);
+    vw_scene_close(&(struct vw_scene *){open_corrupted(*state, TRAIN)});
+    tiny_scene_refused(
+        &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .corrupt = 2, .headers_only = true},
+        VW_ERROR_USAGE, "--corrupt", "recipe", NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(kinds_come_in_turn, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(only_what_is_corrupted_changes, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(injection_is_repeatable_and_grows, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(injection_does_not_depend_on_places, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(headers_tell_the_truth, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(what_cannot_be_corrupted_is_refused, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
