@@ -118,7 +118,7 @@ check "a folder that cannot be made is refused" \
 check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'
-    AND (SELECT min(value ->> 'truth' = 'clean') FROM json_each(j, '\$.least_valuable'))
+    AND (SELECT min(value ->> 'ground_truth' = 'clean') FROM json_each(j, '\$.least_valuable'))
     AND j ->> '\$.most_valuable[0].value' >= j ->> '\$.least_valuable[0].value' AND j ->> '\$.val_psnr_end_db' > 0" \
     "$program" value "$scene" --out "$folder/json" "${tiny[@]}" --json
 check "too few epochs give a run" value short --epochs 1 2>"$folder/stderr"
@@ -134,10 +134,10 @@ quality() { "$root/scripts/score_quality" "$@" | grep '^dv_' | tr '\n' ' '; }
 check "without corrupted photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 check "a run agrees with itself" test "$(quality "$folder/first" "$folder/second")" = \
     'dv_loss - 1.0000 dv_psnr - 1.0000 dv_psnr_pooled - 1.0000 '
-query second "UPDATE image SET truth = 'blur'
+query second "UPDATE image SET ground_truth = 'blur'
     WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
 check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
-query second "UPDATE image SET truth = NULL"
+query second "UPDATE image SET ground_truth = NULL"
 check "without a truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 
 # ---- Training and rendering ---------------------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ static void tables_are_as_contracted(void **state) {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_"
                 "utc,finished_utc,"
                 "status,row_hash,final_hash,scene_options_json,effects_json,plan_json"},
-        {"image", "image_id,scene_hash,name,split,provider,sha256,truth"},
+        {"image", "image_id,scene_hash,name,split,provider,sha256,ground_truth"},
         {"step",
          "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
@@ -151,14 +151,14 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(path, "SELECT resampling_stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(
-        path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND low IS NULL FROM score WHERE image_id = 2", "1");
+        path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2", "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
     assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9",
-                  "repeat,still,redraw,redraw,same_state,first_order");
+                  "repeated,zero_learning_rate,resampled,resampled,same_state,first_order");
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "4");
+    assert_answer(path, "PRAGMA user_version", "5");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -257,7 +257,7 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 5");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 6");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");

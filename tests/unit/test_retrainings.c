@@ -101,7 +101,7 @@ static void rows_are_plain_tables(void **state) {
     assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM retraining",
                   "1 3 17|3|5|30");
     assert_answer(path,
-                  "SELECT group_concat(place || metric || value || coalesce(low, '-') || count, ',') FROM"
+                  "SELECT group_concat(place || metric || value || coalesce(ci_low, '-') || count, ',') FROM"
                   " (SELECT * FROM metric ORDER BY place)",
                   "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
     free(path);

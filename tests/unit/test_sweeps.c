@@ -83,7 +83,7 @@ static void figures_are_a_plain_table(void **state) {
     assert_answer(path, "SELECT count(*) FROM metric", "3");
     assert_answer(
         path,
-        "SELECT configuration || parameter || setting || base || epochs || steps || train_ms || value_ms || "
+        "SELECT configuration || parameter || value || base || epochs || steps || train_ms || value_ms || "
         "scoring_ratio || run_seconds ||"
         " device_mib || val_psnr || psnr_pareto_front || method || score_pareto_front || seed_pearson || seed_spearman "
         "|| agreement_pearson ||"
