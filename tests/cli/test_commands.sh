@@ -170,8 +170,8 @@ check "another scene than the trained one is refused" in_folder refuses 'no long
 # ---- Under the validation layer -----------------------------------------------------------------------------------------
 
 # validated COMMAND...: the command succeeds, and the layer, synchronization validation included, was there and had nothing to say.
-validated() { # leaks aside, of which the layer has its own
-    ASAN_OPTIONS=detect_leaks=0 VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation VK_LOADER_DEBUG=layer \
+validated() {
+    VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation VK_LOADER_DEBUG=layer \
         VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT "$@" >"$folder/stdout" 2>"$folder/stderr" &&
         grep -q 'Insert.*VK_LAYER_KHRONOS_validation' "$folder/stderr" || return 1
     grep -hE 'Validation (Error|Warning)|VUID-|SYNC-HAZARD' "$folder/stdout" "$folder/stderr" >"$folder/messages" || return 0

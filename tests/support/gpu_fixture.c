@@ -11,10 +11,6 @@
 
 static struct vw_gpu *shared_gpu;
 
-// Vulkan drivers leak by design; programs without this file keep their leak check.
-const char *__asan_default_options(void);
-const char *__asan_default_options(void) { return "detect_leaks=0"; }
-
 struct vw_gpu *test_gpu(void) {
     // The layer compares submissions with each other only when its own setting says so.
     setenv("VK_LAYER_ENABLES", "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT", 0);

@@ -14,9 +14,6 @@
 #include "base/file.h"
 #include "viewworth/gpu.h"
 
-const char *__asan_default_options(void);
-const char *__asan_default_options(void) { return "detect_leaks=0"; } // Vulkan drivers leak by design
-
 static void open_and_close(void) {
     struct vw_gpu *gpu = NULL;
     if (vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &gpu) || vw_gpu_close(&gpu))
