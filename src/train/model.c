@@ -159,10 +159,9 @@ static struct param_range append_range(struct model *model, const char *name, ui
     return range;
 }
 
-static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
+static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struct model *model) {
     const struct vw_specialization *s = &model->specialization;
-    uint64_t views = scene->view_count, trained = scene->split_count[VW_SPLIT_TRAIN], code = 4 * CODE4,
-             width = 4 * s->width4;
+    uint64_t views = scene->view_count, code = 4 * CODE4, width = 4 * s->width4;
     if (s->effect_appearance) {
         model->appearance = append_range(model, "appearance", sizeof(struct vw_appearance) * views);
         model->param_count += 6 * trained;
@@ -174,21 +173,21 @@ static void lay_out_photos(const struct vw_scene *scene, struct model *model) {
     }
 }
 
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene,
-                            const struct vw_effect_verdict *verdicts, const struct vw_gpu_info *info,
-                            const struct vw_gpu_limits *limits, struct model *model) {
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
+                            uint32_t train_count, const struct vw_effect_verdict *verdicts,
+                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
     *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
     model->box = scene->box;
-    if (s->effect_unbounded && contraction_box(scene, &model->box)) return VW_ERROR_MEMORY;
+    if (s->effect_unbounded && contraction_box(scene, train_views, train_count, &model->box)) return VW_ERROR_MEMORY;
     lay_out_levels(config, model);
     choose_background(config, s);
     lay_out_weights(model);
     lay_out_sky(model);
-    lay_out_photos(scene, model);
+    lay_out_photos(scene, train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN], model);
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
     choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
 

@@ -54,9 +54,10 @@ struct model {
     uint32_t window_count;
 };
 
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene,
-                            const struct vw_effect_verdict *verdicts, const struct vw_gpu_info *info,
-                            const struct vw_gpu_limits *limits, struct model *model);
+// `train_views`: those that are trained on (scene indices; NULL: the scene's split train).
+enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
+                            uint32_t train_count, const struct vw_effect_verdict *verdicts,
+                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
 
 // Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights
 // uniform for unit gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.

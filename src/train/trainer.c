@@ -13,7 +13,6 @@
 #include "base/psnr.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
-#include "detect/decide.h"
 #include "base/random.h"
 
 enum {
@@ -161,9 +160,24 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     return status;
 }
 
-static enum vw_status choose_views(struct vw_trainer *trainer) {
+static enum vw_status copy_train_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (views[i] >= trainer->scene->view_count || (i > 0 && views[i] <= views[i - 1]))
+            return vw_fail(VW_ERROR_USAGE,
+                           "train_views[%u] is %u; give indices of the scene's %u views in ascending order", i,
+                           views[i], trainer->scene->view_count);
+    trainer->train_views = vw_allocate(count, sizeof *views);
+    if (!trainer->train_views) return VW_ERROR_MEMORY;
+    memcpy(trainer->train_views, views, count * sizeof *views);
+    trainer->train_count = count;
+    return VW_OK;
+}
+
+static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status =
-        vw_scene_list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
+        params->train_views
+            ? copy_train_views(trainer, params->train_views, params->train_view_count)
+            : vw_scene_list_views(trainer->scene, VW_SPLIT_TRAIN, &trainer->train_views, &trainer->train_count);
     if (status == VW_OK && trainer->validate)
         status = vw_scene_list_views(trainer->scene, VW_SPLIT_VAL, &trainer->val_views, &trainer->val_count);
     if (status != VW_OK) return status;
@@ -178,17 +192,13 @@ static enum vw_status choose_views(struct vw_trainer *trainer) {
 }
 
 static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
-    enum vw_status status = VW_OK;
-    if (params->effects) {
-        trainer->effect_count = params->effect_count;
-        memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
-    } else {
-        status =
-            vw_effects_decide(NULL, trainer->scene, trainer->config.effects, trainer->effects, &trainer->effect_count);
-    }
+    if (!params->effects || params->effect_count > VW_EFFECT_COUNT_MAX)
+        return vw_fail(VW_ERROR_USAGE, "the trainer has no verdicts on effects; decide or list them first");
+    trainer->effect_count = params->effect_count;
+    memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
     trainer->masks =
         !trainer->scene->masked_view_count || vw_effects_is_on(trainer->effects, trainer->effect_count, "masks");
-    return status;
+    return VW_OK;
 }
 
 // What puts the state back after it has probed.
@@ -226,10 +236,11 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     enum vw_status status = vw_config_check(&trainer->config);
     if (status == VW_OK) status = check_probes(trainer);
     if (status == VW_OK) status = take_effects(trainer, params);
-    if (status == VW_OK) status = choose_views(trainer);
+    if (status == VW_OK) status = choose_views(trainer, params);
     if (status == VW_OK)
-        status = model_create(&trainer->config, trainer->scene, trainer->effects, vw_gpu_get_info(trainer->gpu),
-                              vw_gpu_get_limits(trainer->gpu), &trainer->model);
+        status =
+            model_create(&trainer->config, trainer->scene, trainer->train_views, trainer->train_count, trainer->effects,
+                         vw_gpu_get_info(trainer->gpu), vw_gpu_get_limits(trainer->gpu), &trainer->model);
     if (status == VW_OK)
         status = field_create(trainer->gpu, &trainer->model, trainer->scene,
                               vw_config_seed_of(&trainer->config, VW_VARY_INIT), &trainer->field);

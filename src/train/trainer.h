@@ -15,11 +15,12 @@ struct vw_trainer;
 
 struct vw_trainer_params {
     struct vw_gpu *gpu;           // outlives the trainer
-    const struct vw_scene *scene; // outlives the trainer; split train and (when validating) val not empty
+    const struct vw_scene *scene; // outlives the trainer, which never changes it; split val not empty when validating
     const struct vw_config *config;
-    const struct vw_effect_verdict
-        *effects; // decided or recorded verdicts, in registry order; NULL: vw_effects_decide() without a device
+    const struct vw_effect_verdict *effects; // needed: decided, recorded or listed verdicts, in registry order; copied
     uint32_t effect_count;
+    const uint32_t *train_views; // the views to train on: scene indices, ascending; copied. NULL: the split train
+    uint32_t train_view_count;
     bool validate;            // render the validation rays after every step (`value`), or not (`train`)
     uint32_t steps_per_batch; // 0: chosen from the time a step takes; does not change a bit of the result
 };

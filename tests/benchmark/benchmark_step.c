@@ -11,6 +11,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "viewworth/log.h"
 #include "base/memory.h"
@@ -157,7 +158,7 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_params params = {
         .gpu = gpu, .scene = scene, .config = &setup->config, .validate = validate, .steps_per_batch = STEPS_PER_BATCH};
-    enum vw_status status = vw_trainer_create(&params, &trainer);
+    enum vw_status status = test_trainer_open(params, &trainer);
     if (status == VW_OK) status = time_batches(trainer, batches ? batches : 1, timing);
     if (status == VW_OK) vw_trainer_get_stats(trainer, stats);
     vw_trainer_destroy(&trainer);

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "support/gpu_fixture.h"
+#include "support/open_trainer.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
@@ -164,8 +165,8 @@ static void few_columns(struct hard_finding *finding) {
     open_scene(1);
     struct vw_config config = config_with("appearance");
     struct vw_trainer *trainer = NULL;
-    enum vw_status status = vw_trainer_create(
-        &(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
+    enum vw_status status = test_trainer_open(
+        (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
     hard_require(finding,
                  status == VW_ERROR_INPUT && strstr(vw_error_message(), "view_005") &&
                      strstr(vw_error_message(), "right half"),

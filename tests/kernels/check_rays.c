@@ -42,7 +42,8 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
 
 struct vw_box rays_box(const struct step_bench *bench) {
     struct vw_box box = bench->scene->box;
-    if (bench->model.specialization.effect_unbounded) assert_int_equal(contraction_box(bench->scene, &box), VW_OK);
+    if (bench->model.specialization.effect_unbounded)
+        assert_int_equal(contraction_box(bench->scene, NULL, 0, &box), VW_OK);
     return box;
 }
 

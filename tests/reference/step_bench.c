@@ -136,7 +136,7 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
     stop_unless(bench, vw_effects_decide(NULL, bench->scene, bench->config.effects, verdicts, &count));
-    stop_unless(bench, model_create(&bench->config, bench->scene, verdicts, vw_gpu_get_info(bench->gpu),
+    stop_unless(bench, model_create(&bench->config, bench->scene, NULL, 0, verdicts, vw_gpu_get_info(bench->gpu),
                                     vw_gpu_get_limits(bench->gpu), &bench->model));
     bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->config.samples;
     override_model(c, bench);

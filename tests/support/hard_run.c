@@ -11,6 +11,7 @@
 
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
+#include "support/open_trainer.h"
 #include "train/trainer_private.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
@@ -143,8 +144,8 @@ static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
 static struct hard_run train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config,
                              bool well) {
     struct hard_run run = {0};
-    ok(vw_trainer_create(
-        &(struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
+    ok(test_trainer_open(
+        (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
     float *before = read_whole(trainer->field.params);
     run_to_the_end(finding, &run);
     float *params = read_whole(trainer->field.params);

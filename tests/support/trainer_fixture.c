@@ -33,11 +33,11 @@ struct vw_scene *test_scene(void) {
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch) {
     struct vw_trainer *trainer = NULL;
-    assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
-                                                            .scene = scene,
-                                                            .config = config,
-                                                            .validate = validate,
-                                                            .steps_per_batch = steps_per_batch},
+    assert_ok(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                           .scene = scene,
+                                                           .config = config,
+                                                           .validate = validate,
+                                                           .steps_per_batch = steps_per_batch},
                                 &trainer));
     return trainer;
 }

@@ -4,6 +4,7 @@
 #define TESTS_SUPPORT_TRAINER_FIXTURE_H
 
 #include "support/gpu_fixture.h"
+#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"

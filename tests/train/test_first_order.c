@@ -275,7 +275,7 @@ static void without_validation_there_is_nothing_to_predict(void **state) {
     struct vw_config config = probing_config();
     struct vw_trainer *trainer = NULL;
     const struct vw_trainer_params params = {.gpu = test_gpu(), .scene = scene, .config = &config};
-    assert_int_equal(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE);
+    assert_int_equal(test_trainer_open(params, &trainer), VW_ERROR_USAGE);
     assert_non_null(strstr(vw_error_message(), "--first-order: needs validation"));
     vw_scene_close(&scene);
 }

@@ -40,7 +40,7 @@ static void check_dispatches(const char *effects, uint32_t epochs, bool first_or
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
     const struct vw_trainer_params params = {
         .gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
-    assert_ok(vw_trainer_create(&params, &trainer));
+    assert_ok(test_trainer_open(params, &trainer));
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, costs, &cost_count);
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &timer_count);

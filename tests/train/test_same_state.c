@@ -210,7 +210,7 @@ static void what_cannot_be_probed_is_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "--same-state 6"));
     config = probing_config();
     const struct vw_trainer_params params = {.gpu = test_gpu(), .scene = scene, .config = &config};
-    assert_int_equal(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE); // nothing is validated
+    assert_int_equal(test_trainer_open(params, &trainer), VW_ERROR_USAGE); // nothing is validated
     assert_non_null(strstr(vw_error_message(), "--same-state: needs validation"));
     vw_scene_close(&scene);
 }

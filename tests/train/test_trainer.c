@@ -238,8 +238,8 @@ static struct test_run *run_clamped(const struct vw_scene *scene, const struct v
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
-    assert_ok(vw_trainer_create(
-        &(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
+    assert_ok(test_trainer_open(
+        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
     assert_int_equal(trainer->model.specialization.wide_gradient, wide);
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);

@@ -44,7 +44,7 @@ static void make_ring(double offset_world, double scale, struct ring *ring) {
 static struct vw_box box_of(const struct ring *ring) {
     struct vw_box box;
     struct vw_scene scene = ring->scene;
-    assert_int_equal(contraction_box(&scene, &box), VW_OK);
+    assert_int_equal(contraction_box(&scene, NULL, 0, &box), VW_OK);
     return box;
 }
 

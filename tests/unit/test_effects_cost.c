@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer_private.h"
 #include "gpu/compute.h"
@@ -63,8 +64,8 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     config.log2_table = 10;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     assert_ok(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
-    assert_ok(vw_trainer_create(
-        &(struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
+    assert_ok(test_trainer_open(
+        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(trainer, &stats);
     do assert_ok(vw_trainer_advance(trainer, &records, &count));

@@ -47,11 +47,20 @@ static double reach(struct place *places, uint32_t count, const double from_worl
     return count ? places[(uint32_t)(share * (count - 1))].key : 0.0;
 }
 
-static uint32_t list_cameras(const struct vw_scene *scene, struct place *places) {
+// Views that a training leaves out do not move its box.
+static bool is_used(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count, uint32_t view) {
+    enum vw_split split = scene->views[view].split;
+    for (uint32_t i = 0; train_views && i < train_count; i++)
+        if (train_views[i] == view) return true;
+    return split == VW_SPLIT_VAL || split == VW_SPLIT_TEST || (split == VW_SPLIT_TRAIN && !train_views);
+}
+
+static uint32_t list_cameras(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                             struct place *places) {
     uint32_t count = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const double(*pose)[4] = scene->views[v].camera_to_world;
-        if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
+        if (!is_used(scene, train_views, train_count, v)) continue;
         places[count++] = (struct place){.world = {&pose[0][3], &pose[1][3], &pose[2][3]}, .index = v};
     }
     return count;
@@ -80,12 +89,13 @@ static struct vw_box inner_ball(struct place *cameras, uint32_t camera_count, st
     return ball;
 }
 
-enum vw_status contraction_box(const struct vw_scene *scene, struct vw_box *box) {
+enum vw_status contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                               struct vw_box *box) {
     struct place *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     struct place *points = vw_allocate(scene->point_count, sizeof *points);
     enum vw_status status = cameras && points ? VW_OK : VW_ERROR_MEMORY;
     *box = scene->box;
-    uint32_t camera_count = status ? 0 : list_cameras(scene, cameras),
+    uint32_t camera_count = status ? 0 : list_cameras(scene, train_views, train_count, cameras),
              point_count = status ? 0 : list_points(scene, points);
     if (camera_count) {
         struct vw_box ball = inner_ball(cameras, camera_count, points, point_count);
