@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli/interrupt.h"
+#include "cli/params.h"
 #include "base/file.h"
 #include "viewworth/log.h"
 #include "base/memory.h"
@@ -60,8 +61,9 @@ static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
 
 enum vw_status vw_retrainer_open(const struct vw_options *options, struct vw_retrainer *retrainer) {
     retrainer->options = options;
-    enum vw_status status = vw_session_open(options, &retrainer->session);
-    if (!status) status = vw_session_decide_effects(options, &retrainer->session);
+    const struct vw_session_params params = vw_params_of_session(options);
+    enum vw_status status = vw_session_open(&params, &retrainer->session);
+    if (!status) status = vw_session_decide_effects(options->config.effects, &retrainer->session);
     if (!status)
         status = vw_scene_list_views(retrainer->session.scene, VW_SPLIT_TRAIN, &retrainer->train_views,
                                      &retrainer->train_count);

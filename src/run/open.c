@@ -12,25 +12,7 @@ enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu)
     return VW_OK;
 }
 
-enum vw_status vw_open_scene(const struct vw_options *options, const char *path, struct vw_gpu *gpu, bool headers_only,
-                             struct vw_scene **scene) {
-    const struct vw_scene_params params = {
-        .path = path,
-        .format = options->format,
-        .pool = options->pool,
-        .train_list = options->train_list,
-        .val_list = options->val_list,
-        .test_list = options->test_list,
-        .providers = options->providers,
-        .downscale = options->downscale,
-        .corrupt = options->corrupt,
-        .headers_only = headers_only,
-        .gpu = gpu,
-    };
-    return vw_scene_open(&params, scene);
-}
-
-char *vw_scene_options_to_json(const struct vw_options *options) {
+char *vw_scene_options_to_json(const struct vw_scene_params *options) {
     json_t *downscale = options->downscale > 1 ? json_integer(options->downscale) : NULL;
     json_t *corrupt = options->corrupt ? json_integer(options->corrupt) : NULL;
     json_t *object =
@@ -45,7 +27,7 @@ char *vw_scene_options_to_json(const struct vw_options *options) {
 
 enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu,
                                struct vw_scene **scene) {
-    struct vw_options options = {0};
+    struct vw_scene_params options = {.path = path, .gpu = gpu};
     json_error_t error;
     json_int_t downscale = 1, corrupt = 0;
     json_t *object = json_loads(scene_options_json, 0, &error);
@@ -61,7 +43,7 @@ enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json,
                          scene_options_json);
     options.downscale = (uint32_t)downscale;
     options.corrupt = (uint32_t)corrupt;
-    if (!status) status = vw_open_scene(&options, path, gpu, false, scene);
-    json_decref(object); // and with it the texts of the options
+    if (!status) status = vw_scene_open(&options, scene);
+    json_decref(object); // which owns the texts of the options
     return status;
 }

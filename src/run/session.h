@@ -1,14 +1,20 @@
-// What trainings take place on: a device and a scene, and what the scene calls for. Several trainings may share one.
-#ifndef VIEWWORTH_STAGE_H
-#define VIEWWORTH_STAGE_H
+// A session: a device, a scene, and the effects that the scene calls for. Several trainings may share one.
+#ifndef VIEWWORTH_RUN_SESSION_H
+#define VIEWWORTH_RUN_SESSION_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-#include "cli/options.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
+
+struct vw_session_params {
+    struct vw_scene_params scene; // its gpu is ignored
+    const char *device;           // index or part of the name; NULL: the preferred device
+    bool timers;                  // time every pass
+};
 
 // All zero before it is opened.
 struct vw_session {
@@ -18,11 +24,11 @@ struct vw_session {
     uint32_t effect_count; // 0 until they are decided
 };
 
-// Opens device and scene as the options say, and says what was found; does nothing when they are open. Close it also
-// after a failure.
-enum vw_status vw_session_open(const struct vw_options *options, struct vw_session *session);
-// Decides on effects by what is found now, and only once, however many trainings ask.
-enum vw_status vw_session_decide_effects(const struct vw_options *options, struct vw_session *session);
+// Opens device and scene, and logs what was found. Does nothing when they are open. Close the session also after a
+// failure.
+enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session);
+// Decides the effects by what the scene shows; `effects` as vw_config.effects. Does nothing when they are decided.
+enum vw_status vw_session_decide_effects(const char *effects, struct vw_session *session);
 void vw_session_close(struct vw_session *session);
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "cli/params.h"
 #include "run/plan/plan.h"
 #include "cli/output/effects_output.h"
 #include "run/stop_rules.h"
@@ -66,7 +67,7 @@ static enum vw_status take_recorded_effects(struct vw_training_run *run) {
 
 static enum vw_status decide_effects(struct vw_training_run *run, struct vw_session *session) {
     if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
-    enum vw_status status = vw_session_decide_effects(run->options, session);
+    enum vw_status status = vw_session_decide_effects(run->options->config.effects, session);
     if (status) return status;
     run->effect_count = session->effect_count;
     memcpy(run->effects, session->effects, sizeof run->effects);
@@ -85,8 +86,9 @@ enum vw_status vw_training_open(const struct vw_options *options, bool validate,
                                 struct vw_training_run *run) {
     *run = (struct vw_training_run){
         .options = options, .opened_s = vw_now_s(), .validate = validate, .statistics = vw_step_statistics_begin()};
+    const struct vw_session_params session_params = vw_params_of_session(options);
     enum vw_status status = name_outputs(run);
-    if (!status) status = vw_session_open(options, session);
+    if (!status) status = vw_session_open(&session_params, session);
     if (status) return status;
     run->gpu = session->gpu;
     run->scene = session->scene;
@@ -142,7 +144,8 @@ static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger
 static enum vw_status write_first_rows(struct vw_training_run *run, const struct vw_ledger_image *images) {
     struct vw_run_row first;
     char started_utc[VW_UTC_BYTES];
-    char *scene_options_json = vw_scene_options_to_json(run->options);
+    const struct vw_scene_params scene = vw_params_of_scene(run->options);
+    char *scene_options_json = vw_scene_options_to_json(&scene);
     enum vw_status status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->options->config, &first);
     if (!status && !scene_options_json) status = VW_ERROR_MEMORY;
     vw_utc_now(started_utc);

@@ -7,6 +7,7 @@
 #include "cli/commands/commands.h"
 #include "experiment/set_comparison.h"
 #include "cli/interrupt.h"
+#include "cli/params.h"
 #include "experiment/retrain.h"
 #include "run/outputs/report_folder.h"
 #include "run/out_folder.h"
@@ -159,7 +160,8 @@ static enum vw_status finish(struct comparison *comparison) {
 // Nothing is written before the lists are known to be sound.
 static enum vw_status run(struct comparison *comparison) {
     vw_interrupt_watch();
-    enum vw_status status = vw_session_open(comparison->options, &comparison->retrainer.session);
+    const struct vw_session_params params = vw_params_of_session(comparison->options);
+    enum vw_status status = vw_session_open(&params, &comparison->retrainer.session);
     if (!status) status = plan(comparison);
     if (!status) status = vw_folder_create(comparison->pictures_folder);
     comparison->retrainer.whole_views = true;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
+#include "cli/params.h"
 #include "cli/output/effects_output.h"
 #include "run/plan/estimate.h"
 #include "cli/output/json_output.h"
@@ -196,11 +197,15 @@ static enum vw_status open_device(const struct vw_options *options, struct vw_gp
 
 // The evidence for effects is in the pixels, and the pixels of a recipe are made by a device.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
-    enum vw_status status = vw_open_scene(options, options->operand, NULL, true, scene);
+    struct vw_scene_params params = vw_params_of_scene(options);
+    params.headers_only = true;
+    enum vw_status status = vw_scene_open(&params, scene);
     bool recipe = !status && strcmp((*scene)->format, "recipe") == 0;
     vw_scene_close(scene);
     if (recipe) status = vw_open_gpu(options->device, false, gpu);
-    return status ? status : vw_open_scene(options, options->operand, *gpu, false, scene);
+    params.headers_only = false;
+    params.gpu = *gpu;
+    return status ? status : vw_scene_open(&params, scene);
 }
 
 enum vw_status vw_command_info(const struct vw_options *options) {

@@ -8,6 +8,7 @@
 
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
+#include "cli/params.h"
 #include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "experiment/seed_runs.h"
@@ -66,8 +67,9 @@ static enum vw_status name_configuration(struct vw_sweep *tradeoff, uint32_t con
 static enum vw_status open_sweep(struct vw_sweep *tradeoff) {
     const struct vw_options *options = tradeoff->options;
     struct vw_retrainer *retrainer = &tradeoff->retrainer;
+    const struct vw_session_params params = vw_params_of_session(options);
     char *path = vw_path_join(options->out, "tradeoff.db");
-    enum vw_status status = path ? vw_session_open(options, &retrainer->session) : VW_ERROR_MEMORY;
+    enum vw_status status = path ? vw_session_open(&params, &retrainer->session) : VW_ERROR_MEMORY;
     if (!status && !retrainer->session.scene->split_count[VW_SPLIT_VAL])
         status = vw_fail(VW_ERROR_INPUT, "%s: no photo validates; give some by --val", options->operand);
     if (!status) status = vw_folder_create(options->out);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/params.h"
 #include "run/plan/estimate.h"
 #include "run/out_folder.h"
 #include "run/plan/presets.h"
@@ -186,14 +187,15 @@ static enum vw_status choose_budget(struct vw_options *options, struct vw_sessio
     uint32_t count = 1;
     const struct vw_preset *presets = accuracy ? accuracy : vw_presets(&count);
     struct vw_budget_plan chosen = {0};
+    const struct vw_session_params params = vw_params_of_session(options);
     uint32_t burn_in = options->config.burn_in_epochs;
     plan->epochs_most = vw_options_have(options, "epochs") ? options->config.epochs : EPOCHS_MOST;
     if (plan->epochs_most <= burn_in)
         return vw_fail(VW_ERROR_USAGE, "--budget: --epochs %u leaves no epoch after --burn-in %u; take more",
                        plan->epochs_most, burn_in);
     enum vw_status status = vw_out_check(options->out);
-    if (!status) status = vw_session_open(options, session);
-    if (!status) status = vw_session_decide_effects(options, session);
+    if (!status) status = vw_session_open(&params, session);
+    if (!status) status = vw_session_decide_effects(options->config.effects, session);
     if (status) return status;
     vw_plan_estimate_finish(options, session->scene, plan);
     status = choose_preset(options, session, presets, count, plan, &chosen);

@@ -1,0 +1,84 @@
+// A run: one training of a scene that records every step in a ledger and values the photos. The folder OUT holds it.
+//
+//     struct vw_run *run = NULL;
+//     enum vw_status status = vw_run_open(&(struct vw_run_params){.scene = {.path = "fox"}, .out = "OUT"}, &run);
+//     if (!status) status = vw_run_advance(run, UINT64_MAX);
+//     if (!status) status = vw_run_finish(run);
+//     vw_run_close(&run);
+#ifndef VIEWWORTH_RUN_H
+#define VIEWWORTH_RUN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/ledger.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct vw_run;
+
+struct vw_run_state {
+    uint64_t step, total_steps; // the last step; steps that the run will have, as far as is known
+    uint32_t epoch, epochs;     // epoch counts from 0
+    double val_psnr_db;         // of the last validated step; NaN: unknown
+    bool finished;              // all steps are taken
+};
+
+// Called before the first and after every batch of steps, and at the end. Returning false asks the run to stop.
+typedef bool vw_run_progress(void *context, const struct vw_run_state *state);
+
+// Fields of vw_config that `preset` and `budget_s` leave as they are.
+enum {
+    VW_EXPLICIT_RAYS = 1,
+    VW_EXPLICIT_SAMPLES = 2,
+    VW_EXPLICIT_VAL_RAYS = 4,
+    VW_EXPLICIT_LOG2_TABLE = 8,
+    VW_EXPLICIT_WIDTH = 16,
+    VW_EXPLICIT_EPOCHS = 32,
+};
+
+struct vw_run_params {
+    struct vw_scene_params scene;   // path is needed; gpu is ignored, since the run opens the device
+    const struct vw_config *config; // NULL: vw_config_default
+    const char *device;             // index or part of the name; NULL: the preferred device
+    const char *out;                // needed: the folder of the results; made with the first steps
+    bool resume;                    // continue the run in `out`, or extend it by more epochs; start when there is none
+    bool train_only;                // neither validation nor scores
+    double until_stable;            // stop at an epoch's end once scores are this stable, below 1; 0: never
+    const char *preset;             // "draft", "quick", "standard" or "reference"; NULL: config as it is
+    double budget_s;                // choose preset and epochs so that all ends within this time; 0: no budget
+    uint32_t explicit_fields;       // VW_EXPLICIT_*
+    const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
+    bool no_thumbnails;             // leave the photos out of the report
+    bool profile;                   // time every pass
+    vw_run_progress *progress;      // NULL: none
+    void *context;                  // passed to progress; borrowed until the run is closed
+};
+
+// Opens device and scene, decides which effects are on, and creates or resumes the run in OUT. `*run` is untouched on
+// failure. VW_ERROR_USAGE names the field that is missing or wrong, or what differs from the run that OUT holds.
+enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run);
+// Takes up to `steps` steps and records them; UINT64_MAX: all that are left. VW_OK when they are taken, or when none is
+// left. VW_ERROR_INTERRUPTED when progress returned false: the ledger keeps the steps and the scores so far, and a
+// later run with `resume` continues. After any other error the ledger is marked "failed".
+enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
+// Scores what is recorded, writes field.vwf, scores.csv, the other tables and report.html, and marks the ledger
+// "finished". Steps that are left are not taken.
+enum vw_status vw_run_finish(struct vw_run *run);
+// The scores of one method, one per train photo, best first. NULL: vw_value_default_method. After vw_run_finish() only.
+// The array and its strings are owned by the run. A method without scores gives count 0.
+enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
+                             uint32_t *count);
+// A run that was not finished keeps its steps, and `resume` continues it.
+void vw_run_close(struct vw_run **run);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

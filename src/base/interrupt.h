@@ -1,0 +1,17 @@
+// Whether somebody asked to stop. Long work asks between two pieces of it and returns VW_ERROR_INTERRUPTED.
+#ifndef VIEWWORTH_BASE_INTERRUPT_H
+#define VIEWWORTH_BASE_INTERRUPT_H
+
+#include <stdbool.h>
+
+// All zero: nobody ever asks.
+struct vw_interrupt {
+    bool (*requested)(void *context);
+    void *context; // borrowed
+};
+
+static inline bool vw_interrupt_requested(const struct vw_interrupt *interrupt) {
+    return interrupt && interrupt->requested && interrupt->requested(interrupt->context);
+}
+
+#endif

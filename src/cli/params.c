@@ -1,0 +1,55 @@
+#include "cli/params.h"
+
+#include <stddef.h>
+
+#include "base/memory.h"
+#include "run/plan/budget.h"
+
+struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
+    return (struct vw_scene_params){
+        .path = options->operand,
+        .format = options->format,
+        .pool = options->pool,
+        .train_list = options->train_list,
+        .val_list = options->val_list,
+        .test_list = options->test_list,
+        .providers = options->providers,
+        .downscale = options->downscale,
+        .corrupt = options->corrupt,
+    };
+}
+
+struct vw_session_params vw_params_of_session(const struct vw_options *options) {
+    return (struct vw_session_params){
+        .scene = vw_params_of_scene(options), .device = options->device, .timers = options->profile};
+}
+
+static uint32_t list_explicit_fields(const struct vw_options *options) {
+    static const struct {
+        const char *option;
+        uint32_t field;
+    } known[] = {{"rays", VW_EXPLICIT_RAYS},         {"samples", VW_EXPLICIT_SAMPLES},
+                 {"val-rays", VW_EXPLICIT_VAL_RAYS}, {"log2-table", VW_EXPLICIT_LOG2_TABLE},
+                 {"width", VW_EXPLICIT_WIDTH},       {"epochs", VW_EXPLICIT_EPOCHS}};
+    uint32_t fields = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++)
+        if (vw_options_have(options, known[i].option)) fields |= known[i].field;
+    return fields;
+}
+
+enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params) {
+    *params = (struct vw_run_params){
+        .scene = vw_params_of_scene(options),
+        .config = &options->config,
+        .device = options->device,
+        .out = options->out,
+        .resume = options->resume,
+        .until_stable = options->until_stable,
+        .preset = options->accuracy,
+        .explicit_fields = list_explicit_fields(options),
+        .payout = options->payout,
+        .no_thumbnails = options->no_thumbnails,
+        .profile = options->profile,
+    };
+    return options->budget ? vw_budget_parse(options->budget, &params->budget_s) : VW_OK;
+}
