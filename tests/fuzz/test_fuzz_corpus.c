@@ -1,13 +1,10 @@
-// Replays the inputs that are kept in corpus/: made by hand, found by scripts/fuzz as reaching code that others do not, or once crashing.
-// The last name printed is that of the input at fault.
+// Replays the inputs that are kept in corpus/: made by hand, found by scripts/fuzz as reaching code that others do not,
+// or once crashing. The last name printed is that of the input at fault.
+#include "support/cmocka_test.h"
+
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "fuzz/fuzz.h"
 #include "base/file.h"
@@ -36,16 +33,17 @@ static void replay(const char *name, fuzz_target *target) {
     fuzz_remove_folder();
 }
 
-static void test_transforms(void **state) { (void)state, replay("transforms", fuzz_transforms); }
-static void test_colmap_binary(void **state) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
-static void test_colmap_text(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
-static void test_tsv(void **state) { (void)state, replay("tsv", fuzz_tsv); }
-static void test_recipe(void **state) { (void)state, replay("recipe", fuzz_recipe); }
+static void the_transforms_corpus_passes(void **state) { (void)state, replay("transforms", fuzz_transforms); }
+static void the_binary_colmap_corpus_passes(void **state) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
+static void the_text_colmap_corpus_passes(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
+static void the_tsv_corpus_passes(void **state) { (void)state, replay("tsv", fuzz_tsv); }
+static void the_recipe_corpus_passes(void **state) { (void)state, replay("recipe", fuzz_recipe); }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_transforms), cmocka_unit_test(test_colmap_binary), cmocka_unit_test(test_colmap_text),
-        cmocka_unit_test(test_tsv),        cmocka_unit_test(test_recipe),
+        cmocka_unit_test(the_transforms_corpus_passes),  cmocka_unit_test(the_binary_colmap_corpus_passes),
+        cmocka_unit_test(the_text_colmap_corpus_passes), cmocka_unit_test(the_tsv_corpus_passes),
+        cmocka_unit_test(the_recipe_corpus_passes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

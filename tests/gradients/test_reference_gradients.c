@@ -3,15 +3,12 @@
 //
 // Kinks: a difference across a changed decision (a ReLU switching, the density reaching its maximum, an L1 error
 // changing sign) is no derivative. Such a parameter is skipped; at most one in ten may be.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "base/memory.h"

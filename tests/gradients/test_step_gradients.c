@@ -1,14 +1,11 @@
 // A whole step on the device against the reference's whole step: loss, colours and all gradients from the rays on, and
 // the params that gradient descent makes of them. The kernel tests look at one pass each; here an error may hide
 // nowhere between them.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "reference/step_bench.h"

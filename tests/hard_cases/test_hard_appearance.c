@@ -1,13 +1,10 @@
 // Hard photos for gains, biases and codes: black, masked, saturated and of one, two or three columns; halves of
 // validation photos that are flat or hold a single usable pixel; and gains of 0 and beyond the floats.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/gpu_fixture.h"
 #include "support/open_trainer.h"

@@ -1,14 +1,11 @@
 // Hard media: nothing, everything, and what lies between, over sixteen orders of magnitude and 4,096 samples. Where the
 // samples are made by hand, compositing and its gradient are held against the reference relative to what there is to
 // see; the other cases are whole steps.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_step.h"
 #include "base/memory.h"

@@ -1,13 +1,10 @@
 // Hard halves: grids in float16 at the ends of what halves hold. Where gradient, learning rate and params are such that
 // every number on the way is exact, what is stored must be the half that the reference names, to the bit.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "support/hard_run.h"
 #include "support/hard_step.h"

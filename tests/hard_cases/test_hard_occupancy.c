@@ -1,14 +1,11 @@
 // Hard occupancy: nothing kept, everything kept, one sample kept, densities that are no numbers, rays that miss the
 // box, 65,536 rays. Each is a whole step past the warm-up, held against the reference with the device's choice of
 // samples (which check_occupancy.c evaluates).
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_step.h"
 #include "base/memory.h"

@@ -1,16 +1,13 @@
 // Hard photos: of one colour, of one pixel, of values that are no colours, all the same, or matched perfectly. Steps
 // are held against the reference pass by pass; whole runs through the trainer's public functions, by the errors of
 // their last validation.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_run.h"
 #include "support/hard_step.h"

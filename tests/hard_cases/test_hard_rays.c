@@ -1,14 +1,11 @@
 // Hard rays: where a line meets the box, or does not, from cameras that are near, far, inside, or bend their light too
 // much. Each case holds the rays against the reference's line through the pixel, in double, and then a whole training
 // step and a rendering with these rays.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "scene/lens_mask.h"
 #include "support/box_geometry.h"

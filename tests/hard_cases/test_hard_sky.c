@@ -1,13 +1,10 @@
 // Hard skies and backgrounds: rays that see none of it or nothing else, colours at the ends of their range, rays that
 // do not count, the axes, and as many rays as a step may have. Whole steps held against the reference.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_step.h"
 #include "base/memory.h"

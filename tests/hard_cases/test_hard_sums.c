@@ -1,14 +1,11 @@
 // Hard sums: of more errors than floats can count, all alike or all different, and of none at all. The errors are made
 // on the device and are multiples of 2^-24, so that integers give the exact sum.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "generate_errors.h"
 #include "gpu/shaders.h"
@@ -37,13 +34,10 @@ struct reduction {
 };
 static struct reduction reduction; // of the case that runs
 
-static void ok(enum vw_status status) {
-    if (status) fail_msg("%s", vw_error_message());
-}
-
 static struct vw_buffer *make_buffer(const char *name, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
-    ok(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
+    ASSERT_OK(
+        vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
     return buffer;
 }
 
@@ -63,10 +57,10 @@ static struct reduction *open_reduction(uint32_t capacity) {
                                           {.slot = VW_SLOT_SCALARS, .buffer = r->scalars}};
     struct vw_pass_params params = {
         .shader = &generate_errors, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
-    ok(vw_pass_create(test_gpu(), &params, &r->generate));
+    ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->generate));
     params.shader = &vw_shader_reduce_views;
-    ok(vw_pass_create(test_gpu(), &params, &r->reduce));
-    ok(vw_batch_create(test_gpu(), &r->batch));
+    ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->reduce));
+    ASSERT_OK(vw_batch_create(test_gpu(), &r->batch));
     return r;
 }
 
@@ -89,14 +83,14 @@ static void reduce(struct reduction *r, const struct errors *errors, uint32_t vi
     assert_true(errors->pixel_count <= r->capacity && pixels * view_count == errors->pixel_count &&
                 view_count <= VIEWS_MAX);
     for (uint32_t i = 0; i < view_count; i++) views[i] = (struct vw_ray_range){.first = i * pixels, .count = pixels};
-    ok(vw_buffer_write(r->views, 0, views, view_count * sizeof *views));
+    ASSERT_OK(vw_buffer_write(r->views, 0, views, view_count * sizeof *views));
     vw_batch_begin(r->batch);
     vw_batch_dispatch(r->batch, r->generate, errors, sizeof *errors,
                       (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
     vw_batch_dispatch(r->batch, r->reduce, &push, sizeof push, 64ull * view_count);
-    ok(vw_batch_submit(r->batch));
-    ok(vw_batch_wait(r->batch));
-    ok(vw_buffer_read(r->scalars, sizeof *sums, sums, view_count * sizeof *sums));
+    ASSERT_OK(vw_batch_submit(r->batch));
+    ASSERT_OK(vw_batch_wait(r->batch));
+    ASSERT_OK(vw_buffer_read(r->scalars, sizeof *sums, sums, view_count * sizeof *sums));
 }
 
 static uint32_t hash(uint32_t word) {

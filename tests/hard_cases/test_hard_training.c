@@ -1,15 +1,12 @@
 // Hard training: tables of one entry, learning rates that diverge, gradients at their clamp, entries long silent,
 // extreme seeds and step numbers. What a step makes of params and moments is held against the reference, from the
 // device's own gradients where those are not the point.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_run.h"
 #include "support/hard_step.h"

@@ -1,14 +1,11 @@
 // Hard cases of the effect unbounded: points that the contraction must not lose, strata that are next to nothing or
 // next to infinite, and cameras at the centre, far away, and in worlds of any place. Rays are held against the
 // reference's line through the pixel, in double, and then a whole training step and a rendering with these rays.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/hard_run.h"
 #include "support/hard_step.h"

@@ -1,13 +1,10 @@
 // The passes of photos with numbers of their own against the reference: fit_views, mix_code, update_appearance and
 // update_code.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "gpu/compute.h"

@@ -1,13 +1,10 @@
 // backward_field against the reference, on random gradients of the samples. check_forward_field holds the device's
 // activations and decisions against the reference; here the reference starts from them.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "base/memory.h"

@@ -1,12 +1,9 @@
 // composite_rays, backward_rays and gradient_sky against the reference, on hand-made samples: nothing, thin air, fog,
 // walls, and the density's maximum.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
 
 #include "kernels/check.h"
 #include "base/memory.h"

@@ -1,14 +1,11 @@
 // forward_field against the reference. In training, stage by stage: each stage of the reference starts from what the
 // device found before it, so that a tolerance is the rounding of few stages. In validation, where stages leave nothing
 // behind, from the rays to the end.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "base/memory.h"

@@ -1,11 +1,7 @@
 #include "kernels/check.h"
+#include "support/cmocka_test.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 const char *const input_kind_names[INPUT_KINDS] = {"ordinary",      "large",    "tiny",      "zero",
                                                    "negative zero", "denormal", "saturating"};

@@ -1,11 +1,8 @@
 // mix_params: the params on the line through two of their states, in one window and in many.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
 
 #include "kernels/check.h"
 #include "train/probes/first_order.h"

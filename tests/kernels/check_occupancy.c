@@ -1,13 +1,10 @@
 // The passes that skip empty space against the reference: what is believed of the cells, which samples are kept, and
 // where they go. On benches without the effect there is nothing to check.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "base/memory.h"

@@ -1,11 +1,8 @@
 // update_grid and update_weights against the reference, on hand-made gradients and moments.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
 
 #include "kernels/check.h"
 #include "gpu/compute.h"

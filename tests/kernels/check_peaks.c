@@ -1,11 +1,8 @@
 // copy_memory and multiply_registers: a peak that did less work than it is said to would flatter the device.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"

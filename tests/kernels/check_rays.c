@@ -1,12 +1,9 @@
 // generate_rays against the reference's line through the pixel, straight from the view in double.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "train/effects/contraction.h"

@@ -1,12 +1,9 @@
 // trace_recipe against the reference, on random scenes of every shape and texture.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"
@@ -85,14 +82,10 @@ static struct vw_gpu_camera make_camera(const struct vw_view *view, const struct
                                   .more = {.x = (float)camera->centre_y_px}};
 }
 
-static void ok(enum vw_status status) {
-    if (status) fail_msg("%s", vw_error_message());
-}
-
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, const void *data, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
-    ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
-    if (data) ok(vw_buffer_write(buffer, 0, data, size_bytes));
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
+    if (data) ASSERT_OK(vw_buffer_write(buffer, 0, data, size_bytes));
     return buffer;
 }
 
@@ -109,13 +102,13 @@ static void open_tracing(struct step_bench *bench, enum input_kind kind, const s
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_CAMERAS, .buffer = t->cameras},
                                           {.slot = VW_SLOT_RECIPE_SHAPES, .buffer = t->shapes},
                                           {.slot = VW_SLOT_RECIPE_PIXELS, .buffer = t->pixels}};
-    ok(vw_pass_create(bench->gpu,
-                      &(struct vw_pass_params){.shader = &vw_shader_trace_recipe,
-                                               .specialization = (const uint32_t *)s,
-                                               .specialization_count = VW_SPECIALIZATION_COUNT,
-                                               .bindings = bindings,
-                                               .binding_count = VW_ARRAY_COUNT(bindings)},
-                      &t->pass));
+    ASSERT_OK(vw_pass_create(bench->gpu,
+                             &(struct vw_pass_params){.shader = &vw_shader_trace_recipe,
+                                                      .specialization = (const uint32_t *)s,
+                                                      .specialization_count = VW_SPECIALIZATION_COUNT,
+                                                      .bindings = bindings,
+                                                      .binding_count = VW_ARRAY_COUNT(bindings)},
+                             &t->pass));
 }
 
 static void close_tracing(struct tracing *t) {

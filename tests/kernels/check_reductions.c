@@ -1,12 +1,9 @@
 // reduce_views and reduce_loss against the reference: sums good to 2^-40.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"
@@ -20,13 +17,9 @@ enum { SCALAR_ROW = 3, SCALAR_ROWS = SCALAR_ROW + 2 + REDUCED_VIEWS };
 const struct vw_ray_range reduced_ranges[REDUCED_VIEWS] = {
     {0, 1}, {1, 63}, {64, 64}, {128, 65}, {193, REDUCED_RAYS - 193}};
 
-static void ok(enum vw_status status) {
-    if (status) fail_msg("%s", vw_error_message());
-}
-
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
-    ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
     return buffer;
 }
 
@@ -45,9 +38,9 @@ static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *
                                     .specialization_count = VW_SPECIALIZATION_COUNT,
                                     .bindings = bindings,
                                     .binding_count = VW_ARRAY_COUNT(bindings)};
-    ok(vw_pass_create(gpu, &params, &r->pass));
+    ASSERT_OK(vw_pass_create(gpu, &params, &r->pass));
     params.shader = &vw_shader_fit_views;
-    ok(vw_pass_create(gpu, &params, &r->fit_pass));
+    ASSERT_OK(vw_pass_create(gpu, &params, &r->fit_pass));
 }
 
 void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
@@ -57,8 +50,8 @@ void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
                                  .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
                                  .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance))};
     make_passes(gpu, fitted, r);
-    ok(vw_batch_create(gpu, &r->batch));
-    ok(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
+    ASSERT_OK(vw_batch_create(gpu, &r->batch));
+    ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
     r->ray_data = vw_allocate(REDUCED_RAYS, sizeof *r->ray_data);
     r->colour_data = vw_allocate(REDUCED_RAYS, sizeof *r->colour_data);
 }
@@ -94,14 +87,14 @@ void reduction_run(struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     struct vw_push_reduce push = {.count = REDUCED_VIEWS, .scalar_row = SCALAR_ROW};
     vw_float4 rows[SCALAR_ROWS];
     for (size_t i = 0; i < SCALAR_ROWS; i++) rows[i] = (vw_float4){GUARD, GUARD, GUARD, GUARD};
-    ok(vw_buffer_write(r->scalars, 0, rows, sizeof rows));
-    ok(vw_buffer_write(r->rays, 0, r->ray_data, REDUCED_RAYS * sizeof *r->ray_data));
-    ok(vw_buffer_write(r->colours, 0, r->colour_data, REDUCED_RAYS * sizeof *r->colour_data));
+    ASSERT_OK(vw_buffer_write(r->scalars, 0, rows, sizeof rows));
+    ASSERT_OK(vw_buffer_write(r->rays, 0, r->ray_data, REDUCED_RAYS * sizeof *r->ray_data));
+    ASSERT_OK(vw_buffer_write(r->colours, 0, r->colour_data, REDUCED_RAYS * sizeof *r->colour_data));
     vw_batch_begin(r->batch);
     vw_batch_dispatch(r->batch, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
-    ok(vw_batch_submit(r->batch));
-    ok(vw_batch_wait(r->batch));
-    ok(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
+    ASSERT_OK(vw_batch_submit(r->batch));
+    ASSERT_OK(vw_batch_wait(r->batch));
+    ASSERT_OK(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
     for (size_t i = 0; i < SCALAR_ROWS; i++)
         if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS)
             assert_true(rows[i].x == GUARD && rows[i].w == GUARD);

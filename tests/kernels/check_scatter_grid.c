@@ -1,11 +1,8 @@
 // scatter_grid against the reference: sums of fixed-point gradients, and what is clamped is counted.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
 
 #include "kernels/check.h"
 #include "gpu/compute.h"

@@ -1,12 +1,9 @@
 // gradient_weights and reduce_weights against the reference, on random activation rows and slices.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "gpu/compute.h"

@@ -1,11 +1,8 @@
 // Devices differ in limits, not in results: on one device every fallback gives the same bits after three whole steps.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/step_bench.h"
 #include "support/gpu_fixture.h"

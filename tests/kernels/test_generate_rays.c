@@ -1,13 +1,10 @@
 // generate_rays where cameras are in odd places: near and far, in the box, beside it, in worlds of any size; rays along
 // axes and in faces; lenses that bend much.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "base/memory.h"

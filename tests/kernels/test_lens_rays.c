@@ -1,17 +1,13 @@
 // generate_rays on the lenses and the depth ranges that COLMAP scenes bring, against vw_camera_project() in double.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "gpu/shaders.h"
-#include "support/assert_near.h"
 #include "support/gpu_fixture.h"
 #include "train/effects/registry.h"
 #include "train/pixels.h"

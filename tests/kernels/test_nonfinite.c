@@ -1,13 +1,10 @@
 // Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden
 // nowhere on its way, neither in training nor in validation.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"

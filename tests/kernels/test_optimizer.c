@@ -1,12 +1,9 @@
 // Decision 4 in update_grid and update_weights: what lazy Adam promises of silent entries, and that params stay finite.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "gpu/compute.h"

@@ -1,12 +1,9 @@
 // The registry of passes: every shader that is embedded, held against the reference on every case and every kind of
 // input, with guard bands around every buffer (tests/support/guard_bands.c). test_passes NAME runs one pass alone.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/shaders.h"
 #include "kernels/check.h"

@@ -1,14 +1,11 @@
 // The resolution of a delta: a valuation is the difference of two nearly equal error sums, so the change of the sums
 // must be right as well when only the last bits of a few pixels change (decision 5). And sums of any number of losses.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"

@@ -1,12 +1,9 @@
 // Decision 3 in scatter_grid: sums of fixed-point gradients are exact and never wrap, with either kind of atomics.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"

@@ -1,14 +1,10 @@
 #include "step_bench.h"
+#include "support/cmocka_test.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"

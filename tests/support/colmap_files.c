@@ -1,12 +1,9 @@
 #include "support/colmap_files.h"
+#include "support/cmocka_test.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

@@ -1,13 +1,9 @@
 #include "detection_cases.h"
+#include "support/cmocka_test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/gpu_fixture.h"
 #include "support/temporary_folder.h"

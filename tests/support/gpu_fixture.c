@@ -1,13 +1,9 @@
 #include "support/gpu_fixture.h"
+#include "support/cmocka_test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 static struct vw_gpu *shared_gpu;
 

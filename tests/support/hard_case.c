@@ -1,13 +1,10 @@
 #include "support/hard_case.h"
+#include "support/cmocka_test.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/step_bench.h"
 #include "base/memory.h"

@@ -1,13 +1,9 @@
 #include "support/hard_run.h"
+#include "support/cmocka_test.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
@@ -40,14 +36,10 @@ struct vw_config hard_run_config(void) {
     return config;
 }
 
-static void ok(enum vw_status status) {
-    if (status) fail_msg("%s", vw_error_message());
-}
-
 static void *read_whole(struct vw_buffer *buffer) {
     uint64_t size_bytes = vw_buffer_size_bytes(buffer);
     void *data = vw_allocate(size_bytes, 1);
-    ok(vw_buffer_read(buffer, 0, data, size_bytes));
+    ASSERT_OK(vw_buffer_read(buffer, 0, data, size_bytes));
     return data;
 }
 
@@ -132,7 +124,7 @@ static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
     const struct vw_step_record *records;
     uint32_t count;
     do {
-        ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         for (uint32_t i = 0; i < count; i++) {
             assert_true(records[i].view_count <= HARD_VIEWS_MAX);
             check_record(finding, &records[i]);
@@ -144,7 +136,7 @@ static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
 static struct hard_run train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config,
                              bool well) {
     struct hard_run run = {0};
-    ok(test_trainer_open(
+    ASSERT_OK(test_trainer_open(
         (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
     float *before = read_whole(trainer->field.params);
     run_to_the_end(finding, &run);

@@ -1,14 +1,10 @@
 #include "support/hard_step.h"
+#include "support/cmocka_test.h"
 
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/compute.h"
 #include "base/memory.h"

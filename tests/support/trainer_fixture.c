@@ -1,13 +1,9 @@
 #include "support/trainer_fixture.h"
+#include "support/cmocka_test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/compute.h"
 #include "train/trainer.h"
@@ -33,7 +29,7 @@ struct vw_scene *test_scene(void) {
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch) {
     struct vw_trainer *trainer = NULL;
-    assert_ok(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
                                                            .scene = scene,
                                                            .config = config,
                                                            .validate = validate,
@@ -62,12 +58,12 @@ void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
     const struct vw_step_record *records;
     uint32_t count;
     do {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
     run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
     run->params = vw_allocate(run->param_words, 4);
-    assert_ok(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
     vw_trainer_get_stats(trainer, &run->stats);
 }
 

@@ -11,12 +11,6 @@
 
 enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
 
-#define assert_ok(call)                                                                                                \
-    do {                                                                                                               \
-        enum vw_status status_ = (call);                                                                               \
-        if (status_ != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                           \
-    } while (0)
-
 // 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
 struct vw_config test_config(void);
 struct vw_scene *test_scene(void);

@@ -1,14 +1,11 @@
 // Photos with an exposure and a code of their own, in whole trainings: what is learned, what stays, and that validation
 // remains a function of the params.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
@@ -59,7 +56,7 @@ static void halves_share_no_column(void **state) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.pixels);
     struct vw_ray_range fitted[TEST_VALS];
-    assert_ok(vw_buffer_read(trainer->view_fit.ranges, 0, fitted, sizeof fitted));
+    ASSERT_OK(vw_buffer_read(trainer->view_fit.ranges, 0, fitted, sizeof fitted));
     assert_int_equal(trainer->val_rays, config.val_rays);
     for (uint32_t i = 0; i < trainer->val_rays; i++) assert_true(pixels[i].x_px > 13.0f);
     for (uint32_t view = 0; view < TEST_VALS; view++) {

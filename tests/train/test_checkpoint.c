@@ -1,13 +1,10 @@
 // Decision 11: a run that goes on from a checkpoint, once or after every batch, leaves the rows and params of one that
 // never stopped; files that do not fit are refused and change nothing.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -44,12 +41,12 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
     const struct vw_step_record *records;
     uint32_t count;
     while (!run->count || run->records[run->count - 1].step < until) {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         assert_true(count > 0);
         test_run_keep(run, records, count);
     }
     do {
-        assert_ok(vw_trainer_collect(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_collect(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
 }
@@ -65,11 +62,11 @@ static void a_run_in_parts_is_the_run(void **state) {
         for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
             struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
             uint64_t step = 0;
-            if (part > 0) assert_ok(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
+            if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
             if (part > 0) assert_int_equal(step, parts->records[parts->count - 1].step);
             if (part < 3) take_some(trainer, 3 * part, parts);
             else test_run_finish(trainer, parts);
-            if (part < 3) assert_ok(vw_trainer_save_checkpoint(trainer, path));
+            if (part < 3) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
             vw_trainer_destroy(&trainer);
         }
         test_run_assert_same(whole, parts);
@@ -110,8 +107,8 @@ static void a_finished_run_can_be_extended(void **state) {
     uint64_t step = 0;
     test_run_finish(first, parts);
     free(parts->params);
-    assert_ok(vw_trainer_save_checkpoint(first, path));
-    assert_ok(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    ASSERT_OK(vw_trainer_save_checkpoint(first, path));
+    ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, parts);
     test_run_assert_same(whole, parts);
     vw_trainer_destroy(&first);
@@ -140,7 +137,7 @@ static void what_does_not_fit_is_refused(void **state) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     assert_int_equal(vw_trainer_save_checkpoint(trainer, path), VW_ERROR_USAGE); // nothing to keep yet
     take_some(trainer, 5, taken);
-    assert_ok(vw_trainer_save_checkpoint(trainer, path));
+    ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
     vw_trainer_destroy(&trainer);
 
     struct vw_trainer *stranger = test_trainer_create(scene, &other, true, 1);
@@ -154,14 +151,14 @@ static void what_does_not_fit_is_refused(void **state) {
     assert_int_equal(step, 7);
     void *bytes = NULL;
     size_t size_bytes = 0;
-    assert_ok(vw_file_read(path, 1 << 30, &bytes, &size_bytes));
+    ASSERT_OK(vw_file_read(path, 1 << 30, &bytes, &size_bytes));
     for (size_t cut = 0; cut < size_bytes; cut += 1 + size_bytes / 60) { // cut short
-        assert_ok(vw_file_write(corrupted, bytes, cut));
+        ASSERT_OK(vw_file_write(corrupted, bytes, cut));
         assert_refused(trainer, corrupted, UINT64_MAX, cut < 64 ? "remove the file" : "damaged");
     }
     for (size_t at = 30; at < size_bytes; at += 1 + size_bytes / 60) { // one bit flipped
         ((uint8_t *)bytes)[at] ^= 1;
-        assert_ok(vw_file_write(corrupted, bytes, size_bytes));
+        ASSERT_OK(vw_file_write(corrupted, bytes, size_bytes));
         assert_refused(trainer, corrupted, UINT64_MAX, "damaged");
         ((uint8_t *)bytes)[at] ^= 1;
     }

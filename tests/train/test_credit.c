@@ -1,17 +1,13 @@
 // That errors are what they are said to be, and credited to the right photo. The box is out of every camera's sight, so
 // that whatever the field is, it renders black: the error of a photo is its own brightness, which differs from photo to
 // photo.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
 #include "base/memory.h"

@@ -1,13 +1,10 @@
 // Which effects scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/detection_cases.h"
 #include "support/temporary_folder.h"
@@ -21,7 +18,7 @@ static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
 
 static struct vw_scene *open_scene(const char *path) {
     struct vw_scene *scene = NULL;
-    assert_ok(vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene));
+    ASSERT_OK(vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene));
     return scene;
 }
 
@@ -32,20 +29,20 @@ static struct vw_scene *open_recipe(const char *name) {
     return scene;
 }
 
-static void test_recipes(void **state) {
+static void recipes_call_for_their_effects(void **state) {
     (void)state;
     detection_check(1, 1);
 }
 
 // A third of the courtyard's photos are corrupted, three of them by exposure: defects are no image formation.
-static void test_corrupted_photos(void **state) {
+static void corrupted_photos_call_for_nothing(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = open_recipe("courtyard.json");
     for (int points = 1; points >= 0; points--) { // without, the pilot run tells
         if (!points) scene->point_count = scene->track_count = 0;
-        assert_ok(vw_effects_decide(test_gpu(), scene, "auto", verdicts, &count));
+        ASSERT_OK(vw_effects_decide(test_gpu(), scene, "auto", verdicts, &count));
         for (uint32_t i = 0; i < count; i++)
             assert_int_equal(verdicts[i].called_for, !strcmp(verdicts[i].name, "occupancy"));
     }
@@ -53,26 +50,26 @@ static void test_corrupted_photos(void **state) {
 }
 
 // The same scene on the same device: the same evidence, bit for bit.
-static void test_repeats(void **state) {
+static void evidence_repeats_bit_for_bit(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[2][VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = open_recipe("clean.json");
     scene->point_count = scene->track_count = 0;
-    for (int i = 0; i < 2; i++) assert_ok(vw_effects_decide(test_gpu(), scene, "auto", verdicts[i], &count));
+    for (int i = 0; i < 2; i++) ASSERT_OK(vw_effects_decide(test_gpu(), scene, "auto", verdicts[i], &count));
     for (uint32_t i = 0; i < count; i++) assert_true(test_same_bits(verdicts[0][i].evidence, verdicts[1][i].evidence));
     vw_scene_close(&scene);
 }
 
 // Without a device, and where --effects leaves nothing open, there is no pilot run; what only it could tell is unknown,
 // and off.
-static void test_no_pilot_run(void **state) {
+static void no_pilot_run_without_a_device_or_with_none(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = open_recipe("clean.json");
     for (int i = 0; i < 2; i++) {
-        assert_ok(vw_effects_decide(i ? test_gpu() : NULL, scene, i ? "none" : "auto", verdicts, &count));
+        ASSERT_OK(vw_effects_decide(i ? test_gpu() : NULL, scene, i ? "none" : "auto", verdicts, &count));
         assert_string_equal(verdicts[count - 1].name, "occupancy");
         assert_true(isnan(verdicts[count - 1].evidence));
         assert_false(verdicts[count - 1].called_for);
@@ -81,7 +78,7 @@ static void test_no_pilot_run(void **state) {
 }
 
 // A scene that calls for nothing: `auto` and `none` are the same run, bit for bit.
-static void test_auto_is_none(void **state) {
+static void auto_is_none_where_nothing_is_called_for(void **state) {
     (void)state;
     struct vw_scene *scene = detection_plain_scene();
     const char *const choices[] = {"auto", "none"};
@@ -93,8 +90,8 @@ static void test_auto_is_none(void **state) {
         struct vw_trainer *trainer = NULL;
         uint32_t count;
         strcpy(config.effects, choices[i]);
-        assert_ok(vw_effects_decide(test_gpu(), scene, choices[i], verdicts, &count));
-        assert_ok(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
+        ASSERT_OK(vw_effects_decide(test_gpu(), scene, choices[i], verdicts, &count));
+        ASSERT_OK(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
                                                                 .scene = scene,
                                                                 .config = &config,
                                                                 .effects = verdicts,
@@ -103,7 +100,7 @@ static void test_auto_is_none(void **state) {
                                     &trainer));
         runs[i] = vw_allocate(1, sizeof **runs);
         test_run_finish(trainer, runs[i]);
-        assert_ok(vw_trainer_run_id(trainer, ids[i]));
+        ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
         vw_trainer_destroy(&trainer);
     }
     assert_memory_equal(ids[0], ids[1], 32);
@@ -113,7 +110,7 @@ static void test_auto_is_none(void **state) {
 }
 
 // With the effect off, masks are ignored; what no lens or file can give stays left out.
-static void test_masks_off(void **state) {
+static void masks_are_ignored_with_the_effect_off(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_view *view = &scene->views[0];
@@ -170,7 +167,7 @@ static uint32_t check_real(const struct real_scene *real, const char *path) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count, mistakes = 0;
     struct vw_scene *scene = open_scene(path);
-    assert_ok(vw_effects_decide(test_gpu(), scene, real->choice, verdicts, &count));
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, real->choice, verdicts, &count));
     print_message("%s, --effects %s: %s\n", real->name, real->choice, real->why);
     for (uint32_t i = 0; i < count; i++) {
         char *word = vw_format_text(" %s ", verdicts[i].name);
@@ -185,7 +182,7 @@ static uint32_t check_real(const struct real_scene *real, const char *path) {
     return mistakes;
 }
 
-static void test_real_scenes(void **state) {
+static void real_scenes_call_for_their_effects(void **state) {
     (void)state;
     uint32_t mistakes = 0, found = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(real_scenes); i++) {
@@ -199,9 +196,13 @@ static void test_real_scenes(void **state) {
 
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_recipes),      cmocka_unit_test(test_corrupted_photos), cmocka_unit_test(test_repeats),
-        cmocka_unit_test(test_no_pilot_run), cmocka_unit_test(test_auto_is_none),     cmocka_unit_test(test_masks_off),
-        cmocka_unit_test(test_real_scenes),
+        cmocka_unit_test(recipes_call_for_their_effects),
+        cmocka_unit_test(corrupted_photos_call_for_nothing),
+        cmocka_unit_test(evidence_repeats_bit_for_bit),
+        cmocka_unit_test(no_pilot_run_without_a_device_or_with_none),
+        cmocka_unit_test(auto_is_none_where_nothing_is_called_for),
+        cmocka_unit_test(masks_are_ignored_with_the_effect_off),
+        cmocka_unit_test(real_scenes_call_for_their_effects),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, test_gpu_close);

@@ -1,14 +1,11 @@
 // `value --first-order`: the slope of validation along a step is the reference's gradient times the step, and what the
 // step does is that slope as learning rates shrink; the run itself is left alone.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
@@ -92,7 +89,7 @@ static struct summed_loss loss_of_view(const struct vw_trainer *trainer, const s
 
 static void *read_all(struct vw_buffer *buffer) {
     void *bytes = vw_allocate(vw_buffer_size_bytes(buffer), 1);
-    assert_ok(vw_buffer_read(buffer, 0, bytes, vw_buffer_size_bytes(buffer)));
+    ASSERT_OK(vw_buffer_read(buffer, 0, bytes, vw_buffer_size_bytes(buffer)));
     return bytes;
 }
 
@@ -132,12 +129,12 @@ static bool take_step(struct vw_trainer *trainer, struct vw_probe *probe) {
     const struct vw_step_record *records;
     uint32_t count;
     bool probed = false;
-    assert_ok(vw_trainer_advance(trainer, &records, &count));
+    ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
     assert_true(count > 0);
     while (count) {
         probed = records[count - 1].probe_count > 0;
         if (probed) *probe = records[count - 1].probes[0];
-        assert_ok(vw_trainer_collect(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_collect(trainer, &records, &count));
     }
     return probed;
 }
@@ -210,7 +207,7 @@ static struct ratio predicted_by_actual(const struct vw_scene *scene, const stru
     config.burn_in_epochs = 0;
     struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    assert_ok(vw_buffer_write(trainer->field.params, 0, trained->params, 4 * (uint64_t)trained->param_words));
+    ASSERT_OK(vw_buffer_write(trainer->field.params, 0, trained->params, 4 * (uint64_t)trained->param_words));
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);
     const struct vw_step_record *start = &run->records[run->probes[0].step - 1], *end = &run->records[run->count - 1];
@@ -258,7 +255,7 @@ static void a_step_that_is_skipped_predicts_nothing(void **state) {
     struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const float nan = NAN;
-    assert_ok(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
+    ASSERT_OK(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
     test_run_finish(trainer, run);
     assert_int_equal(run->probe_count, 2 * 5);
     for (uint32_t i = 0; i < run->probe_count; i++)

@@ -1,13 +1,10 @@
 // A run's id covers everything that may change a bit of it, so that no other run's rows can be taken for its own
 // (decision 11).
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
@@ -23,7 +20,7 @@ struct parts {
 
 static void identify(const struct parts *parts, uint8_t run_id[32]) {
     struct vw_trainer *trainer = test_trainer_create(parts->scene, &parts->config, parts->validate, 0);
-    assert_ok(vw_trainer_run_id(trainer, run_id));
+    ASSERT_OK(vw_trainer_run_id(trainer, run_id));
     vw_trainer_destroy(&trainer);
 }
 

@@ -1,19 +1,16 @@
 // Measuring whole views agrees with validation on the pixels that it looks at, and with rendering on all of them.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "train/trainer.h"
 #include "image/image.h"
 #include "support/trainer_fixture.h"
 
-static void assert_near(double value, double expected, double tolerance, const char *what) {
+static void check_near(double value, double expected, double tolerance, const char *what) {
     if (!(fabs(value - expected) <= tolerance * fabs(expected)))
         fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
@@ -27,7 +24,7 @@ static struct vw_trainer *train(const struct vw_scene *scene, const char *effect
     strcpy(config.effects, effects);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     do {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         if (count) memcpy(last, records[count - 1].views, TEST_VALS * sizeof *last);
     } while (count);
     return trainer;
@@ -41,11 +38,11 @@ static void the_pixels_of_validation_give_its_errors(void **state) {
         struct vw_scene *scene = test_scene();
         struct vw_view_error last[TEST_VALS], measured[TEST_VALS];
         struct vw_trainer *trainer = train(scene, effects[i], last);
-        assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS,
+        ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS,
                                            measured));
         for (uint32_t v = 0; v < TEST_VALS; v++) {
-            assert_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
-            assert_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
+            check_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
+            check_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
         }
         vw_trainer_destroy(&trainer);
         vw_scene_close(&scene);
@@ -62,8 +59,8 @@ static void all_pixels_give_the_errors_of_a_render(void **state) {
     uint32_t pixels = image->width_px * image->height_px;
     float *rgb = NULL;
     double squared = 0, absolute = 0;
-    assert_ok(vw_trainer_measure_views(trainer, &view, 1, 100000, &measured));
-    assert_ok(vw_trainer_render(trainer, view, &rgb));
+    ASSERT_OK(vw_trainer_measure_views(trainer, &view, 1, 100000, &measured));
+    ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
     for (uint32_t i = 0; i < pixels; i++) {
         float rgba[4];
         vw_image_pixel(image, i % image->width_px, i / image->width_px, rgba);
@@ -73,8 +70,8 @@ static void all_pixels_give_the_errors_of_a_render(void **state) {
             absolute += fabs(missing) / (3.0 * pixels);
         }
     }
-    assert_near(measured.mse, squared, 1e-6, "the squared error"); // targets pass through floats on the way
-    assert_near(measured.l1, absolute, 1e-6, "the absolute error");
+    check_near(measured.mse, squared, 1e-6, "the squared error"); // targets pass through floats on the way
+    check_near(measured.l1, absolute, 1e-6, "the absolute error");
     free(rgb);
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
@@ -87,10 +84,10 @@ static void hidden_pixels_do_not_count(void **state) {
     struct vw_trainer *trainer = train(scene, "none", last);
     struct vw_view *view = &scene->views[trainer->val_views[0]];
     uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
-    assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &whole));
+    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &whole));
     view->mask = malloc(pixels);
     for (uint32_t i = 0; i < pixels; i++) view->mask[i] = i % width_px < width_px / 2 ? VW_MASK_HIDE : VW_MASK_KEEP;
-    assert_ok(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half));
+    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half));
     assert_true(half.mse != whole.mse && half.mse > 0);
     memset(view->mask, VW_MASK_HIDE, pixels);
     assert_int_equal(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half), VW_ERROR_INPUT);
@@ -130,13 +127,13 @@ static void whole_views_have_the_errors_of_all_pixels(void **state) {
         uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
         if (i == 2) view->mask = malloc(pixels);
         for (uint32_t p = 0; i == 2 && p < pixels; p++) view->mask[p] = p % 3 ? VW_MASK_KEEP : VW_MASK_HIDE;
-        assert_ok(vw_trainer_measure_views(trainer, &place, 1, pixels, &measured));
-        assert_ok(vw_trainer_measure_whole(trainer, place, &whole));
+        ASSERT_OK(vw_trainer_measure_views(trainer, &place, 1, pixels, &measured));
+        ASSERT_OK(vw_trainer_measure_whole(trainer, place, &whole));
         assert_int_equal(whole.width_px, width_px);
         assert_true(whole.error.mse == measured.mse && whole.error.l1 == measured.l1);
         struct vw_view_error kept = errors_of(&whole, &count);
-        assert_near(kept.mse, measured.mse, 1e-6, effects[i]); // what is handed out is rounded to floats
-        assert_near(kept.l1, measured.l1, 1e-6, effects[i]);
+        check_near(kept.mse, measured.mse, 1e-6, effects[i]); // what is handed out is rounded to floats
+        check_near(kept.l1, measured.l1, 1e-6, effects[i]);
         for (uint32_t p = 0; p < pixels; p++) {
             bool scored = i == 0 || p % width_px >= width_px - width_px / 2;
             assert_int_equal(whole.counts[p], scored && (i < 2 || p % 3));
@@ -157,8 +154,8 @@ static void a_whole_view_is_the_render_beside_the_photo(void **state) {
     struct vw_trainer *trainer = train(scene, "none", last);
     uint32_t view = trainer->val_views[0];
     const struct vw_image *image = &scene->views[view].image;
-    assert_ok(vw_trainer_measure_whole(trainer, view, &whole));
-    assert_ok(vw_trainer_render(trainer, view, &rgb));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &whole));
+    ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
     for (uint32_t i = 0; i < image->width_px * image->height_px; i++) {
         float rgba[4];
         vw_image_pixel(image, i % image->width_px, i / image->width_px, rgba);

@@ -1,12 +1,9 @@
 // `value --noise-floor`: what the probes of a run say, and that they leave the run alone.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <math.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "train/trainer.h"
 #include "support/trainer_fixture.h"

@@ -1,14 +1,11 @@
 // The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into batches or parts,
 // validation sees everything, off it leaves nothing behind, and it finds space to skip.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -42,7 +39,7 @@ static struct vw_scene *dark_scene(void) {
 // How many samples the last step kept.
 static uint32_t last_kept(struct vw_trainer *trainer) {
     uint32_t kept;
-    assert_ok(vw_buffer_read(trainer->step.occupancy.begins, 4ull * trainer->step.padded_rays, &kept, sizeof kept));
+    ASSERT_OK(vw_buffer_read(trainer->step.occupancy.begins, 4ull * trainer->step.padded_rays, &kept, sizeof kept));
     return kept;
 }
 
@@ -56,18 +53,18 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
     struct vw_trainer *first = test_trainer_create(scene, config, true, 7),
                       *second = test_trainer_create(scene, config, true, 0);
     while (!run->count || run->records[run->count - 1].step < 270) {
-        assert_ok(vw_trainer_advance(first, &records, &count));
+        ASSERT_OK(vw_trainer_advance(first, &records, &count));
         test_run_keep(run, records, count);
     }
     while (trainer_in_flight(first)) {
-        assert_ok(vw_trainer_collect(first, &records, &count));
+        ASSERT_OK(vw_trainer_collect(first, &records, &count));
         test_run_keep(run, records, count);
     }
     print_message("%u samples of %u are kept\n", last_kept(first), first->model.specialization.chunk_samples);
     assert_true(last_kept(first) > 0 &&
                 last_kept(first) < first->model.specialization.chunk_samples); // there is something to get wrong
-    assert_ok(vw_trainer_save_checkpoint(first, path));
-    assert_ok(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    ASSERT_OK(vw_trainer_save_checkpoint(first, path));
+    ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, run);
     vw_trainer_destroy(&first);
     vw_trainer_destroy(&second);
@@ -118,12 +115,12 @@ static void validation_skips_nothing(void **state) {
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(on, run);
     float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
-    assert_ok(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
-    assert_ok(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
+    ASSERT_OK(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
+    ASSERT_OK(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
     uint32_t view = on->val_views[0],
              values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
-    assert_ok(vw_trainer_render(on, view, &rendered_on));
-    assert_ok(vw_trainer_render(off, view, &rendered_off));
+    ASSERT_OK(vw_trainer_render(on, view, &rendered_on));
+    ASSERT_OK(vw_trainer_render(off, view, &rendered_off));
     assert_memory_equal(rendered_on, rendered_off, sizeof *rendered_on * values);
     free(zeros);
     free(rendered_on);
@@ -163,20 +160,20 @@ static void the_occupied_share_is_that_of_the_params(void **state) {
     struct vw_config config = test_config(); // the effect is off
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
     double share = -1.0, again = -1.0;
-    assert_ok(occupied_share(trainer, &share));
+    ASSERT_OK(occupied_share(trainer, &share));
     assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
     float *params = vw_allocate(trainer->model.param_bytes, 1);
-    assert_ok(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(trainer, run);
-    assert_ok(occupied_share(trainer, &share));
+    ASSERT_OK(occupied_share(trainer, &share));
     assert_true(share > 0.0 && share <= 1.0);
-    assert_ok(occupied_share(trainer, &again));
+    ASSERT_OK(occupied_share(trainer, &again));
     assert_true(share == again);
     // Entries of different levels add up to raw densities of both signs, far from 0.
     for (size_t i = 0; i < trainer->model.grid.size_bytes / 4; i++) params[i] *= 5e5f;
-    assert_ok(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
-    assert_ok(occupied_share(trainer, &share));
+    ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
+    ASSERT_OK(occupied_share(trainer, &share));
     assert_true(share > 0.01 && share < 1.0);
     free(params);
     test_run_free(run);

@@ -1,15 +1,12 @@
 // --profile: every pass that a run dispatches has a cost, dispatched as often as the cost says, and costs grow as the
 // work does.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/compute.h"
 #include "train/trainer.h"
@@ -37,10 +34,10 @@ static void check_dispatches(const char *effects, uint32_t epochs, bool first_or
     config.first_order = first_order;
     const double validations = first_order ? 1.0 + 2.0 * (epochs - 1) / epochs : 1.0; // per step; burn-in is one epoch
     snprintf(config.effects, sizeof config.effects, "%s", effects);
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
     const struct vw_trainer_params params = {
         .gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
-    assert_ok(test_trainer_open(params, &trainer));
+    ASSERT_OK(test_trainer_open(params, &trainer));
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, costs, &cost_count);
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &timer_count);
@@ -57,7 +54,7 @@ static void check_dispatches(const char *effects, uint32_t epochs, bool first_or
     }
     assert_int_equal(matched, cost_count);
     vw_trainer_destroy(&trainer);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
     test_run_free(run);
     vw_scene_close(&scene);
 }

@@ -1,12 +1,9 @@
 // `value --same-state N`: what its probes say, and that they leave the run alone.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -100,7 +97,7 @@ static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run 
     const struct vw_step_record *records;
     uint32_t count;
     while (run->probe_count == 0) {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         assert_true(count > 0);
         test_run_keep(run, records, count);
     }
@@ -113,12 +110,12 @@ static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number,
     struct vw_probe measured;
     pixels_draw(trainer->scene, view, trainer->config.seed, number, draw, trainer->config.rays,
                 vw_buffer_map(trainer->pixels));
-    assert_ok(vw_batch_create(trainer->gpu, &batch));
+    ASSERT_OK(vw_batch_create(trainer->gpu, &batch));
     vw_batch_begin(batch);
     step_record(&trainer->step, batch, number, 0, 0);
     trainer_record_validation(trainer, batch, 0);
-    assert_ok(vw_batch_submit(batch));
-    assert_ok(vw_batch_wait(batch));
+    ASSERT_OK(vw_batch_submit(batch));
+    ASSERT_OK(vw_batch_wait(batch));
     trainer_read_probe(trainer, vw_buffer_map(trainer->scalars), true, &measured);
     vw_batch_destroy(&batch);
     return measured;
@@ -134,12 +131,12 @@ static void a_probe_is_the_step_from_the_checkpointed_state(void **state) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 3);
     struct test_run *run = vw_allocate(1, sizeof *run);
     uint64_t last = stop_at_first_state(trainer, run), loaded = 0;
-    assert_ok(vw_trainer_save_checkpoint(trainer, path)); // nothing is in flight
+    ASSERT_OK(vw_trainer_save_checkpoint(trainer, path)); // nothing is in flight
     vw_trainer_destroy(&trainer);
     assert_int_equal(run->probe_count, TRAINS * SAME_STATE_DRAWS);
     for (uint32_t i = 0; i < run->probe_count; i++) {
         trainer = test_trainer_create(scene, &config, true, 1);
-        assert_ok(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &loaded));
+        ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &loaded));
         assert_int_equal(loaded, last);
         struct vw_probe by_hand = step_by_hand(trainer, last + 1, run->probes[i].view, 1 + PROBE_RESAMPLES + i);
         assert_true(test_same_bits(by_hand.val_psnr, run->probes[i].val_psnr));
@@ -162,10 +159,10 @@ static void a_run_goes_on_from_a_probed_state(void **state) {
     struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     uint64_t last = stop_at_first_state(trainer, parts), loaded = 0;
-    assert_ok(vw_trainer_save_checkpoint(trainer, path));
+    ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
     vw_trainer_destroy(&trainer);
     trainer = test_trainer_create(scene, &config, true, 0);
-    assert_ok(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &loaded));
+    ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &loaded));
     assert_int_equal(loaded, last);
     test_run_finish(trainer, parts);
     test_run_assert_same(whole, parts);
@@ -193,7 +190,7 @@ static void there_are_as_many_states_as_asked_for(void **state) {
             trainer.config.burn_in_epochs = 3;
             trainer.config.epochs = 3 + counted;
             trainer.config.same_state = states;
-            assert_ok(vw_config_check(&trainer.config));
+            ASSERT_OK(vw_config_check(&trainer.config));
             assert_int_equal(states_due(&trainer), states);
             if (states == 1) assert_true(same_state_due(&trainer, TRAINS * (3 + counted / 2 + 1))); // the middle
         }
@@ -227,7 +224,7 @@ static void the_epochs_belong_to_such_a_run(void **state) {
         assert_int_equal(strcmp(one, other) == 0, states == 0);
         assert_int_equal(strstr(one, "same_state") != NULL, states > 0); // runs without are what they were
         assert_null(strstr(one, "first_order"));
-        assert_ok(vw_config_from_json(all, &read));
+        ASSERT_OK(vw_config_from_json(all, &read));
         assert_int_equal(read.same_state, states);
         free(one);
         free(other);

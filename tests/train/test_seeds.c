@@ -1,12 +1,9 @@
 // What a seed varies (decision 12): order, pixels and initialisation, each alone or all together.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/trainer_fixture.h"
 #include "gpu/compute.h"
@@ -114,7 +111,7 @@ static void all_is_said_by_saying_nothing(void **state) {
     assert_null(strstr(json, "base_seed"));
     free(json);
     json = vw_config_to_json(&config, false);
-    assert_ok(vw_config_from_json(json, &read));
+    ASSERT_OK(vw_config_from_json(json, &read));
     assert_int_equal(read.vary, VW_VARY_ALL);
     for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++)
         assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
@@ -127,7 +124,7 @@ static void a_form_is_kept_in_json(void **state) {
         struct vw_config config = varying(vary, OTHER_SEED), read;
         config.base_seed = INT64_MAX;
         char *json = vw_config_to_json(&config, false);
-        assert_ok(vw_config_from_json(json, &read));
+        ASSERT_OK(vw_config_from_json(json, &read));
         assert_int_equal(read.vary, vary);
         assert_int_equal(read.seed, OTHER_SEED);
         assert_true(read.base_seed == INT64_MAX);

@@ -1,13 +1,10 @@
 // The learned sky and the random form of the background in whole trainings: what they change, what they must not, and
 // what a sky buys.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
@@ -62,8 +59,8 @@ static float *render_field(const struct vw_scene *scene, const struct vw_config 
                            uint32_t view) {
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
     float *rgb = NULL;
-    assert_ok(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
-    assert_ok(vw_trainer_render(trainer, view, &rgb));
+    ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
+    ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
     vw_trainer_destroy(&trainer);
     return rgb;
 }
@@ -123,10 +120,10 @@ static void a_field_keeps_its_sky(void **state) {
                       *loaded = test_trainer_create(scene, &with, true, 0);
     float *trained = NULL, *again = NULL;
     test_run_finish(trainer, run);
-    assert_ok(vw_trainer_render(trainer, 5, &trained));
-    assert_ok(vw_trainer_save_field(trainer, path));
-    assert_ok(vw_trainer_load_field(loaded, path));
-    assert_ok(vw_trainer_render(loaded, 5, &again));
+    ASSERT_OK(vw_trainer_render(trainer, 5, &trained));
+    ASSERT_OK(vw_trainer_save_field(trainer, path));
+    ASSERT_OK(vw_trainer_load_field(loaded, path));
+    ASSERT_OK(vw_trainer_render(loaded, 5, &again));
     assert_memory_equal(trained, again, 3 * 24 * 18 * sizeof(float));
     vw_trainer_destroy(&loaded);
     loaded = test_trainer_create(scene, &without, true, 0);
@@ -145,7 +142,7 @@ static void a_sky_is_worth_its_params(void **state) {
     (void)state;
     struct vw_scene *scene = NULL;
     double psnr[2];
-    assert_ok(vw_scene_open(
+    ASSERT_OK(vw_scene_open(
         &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/sky.json", .downscale = 2, .gpu = test_gpu()},
         &scene));
     for (int with = 0; with < 2; with++) {

@@ -1,10 +1,8 @@
 // A trainer that is held takes no step beyond, whatever its batches hold, and its steps are those of one that was never
 // held.
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
-#include <setjmp.h>
-#include <cmocka.h>
 
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
@@ -15,13 +13,13 @@ static void run_to_hold(struct vw_trainer *trainer, struct test_run *run) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
     do {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
     assert_false(trainer_in_flight(trainer));
 }
 
-static void test_epochs_end_where_they_are_held(void **state) {
+static void epochs_end_where_they_are_held(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -50,6 +48,6 @@ static void test_epochs_end_where_they_are_held(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_epochs_end_where_they_are_held)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(epochs_end_where_they_are_held)};
     return cmocka_run_group_tests(tests, NULL, test_gpu_close);
 }

@@ -1,14 +1,11 @@
 // --table-precision: how floats become halves, where a run on halves begins, what it saves, and that neither precision
 // takes the files of the other. What its passes compute is in tests/kernels and tests/hard_cases.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "reference/reference.h"
 #include "support/temporary_folder.h"
@@ -182,8 +179,8 @@ static void files_of_the_other_precision_are_refused(void **state) {
                         *after = vw_allocate(1, sizeof *after);
         uint64_t step = 0;
         test_run_finish(trainer, run);
-        assert_ok(vw_trainer_save_field(trainer, field));
-        assert_ok(vw_trainer_save_checkpoint(trainer, checkpoint));
+        ASSERT_OK(vw_trainer_save_field(trainer, field));
+        ASSERT_OK(vw_trainer_save_checkpoint(trainer, checkpoint));
         vw_trainer_destroy(&trainer);
         trainer = test_trainer_create(scene, &ours, true, 0);
         assert_refused(vw_trainer_load_field(trainer, field), "trained with another configuration");
@@ -210,12 +207,12 @@ static void the_json_names_halves_alone(void **state) {
     free(json);
     config.table_precision = VW_TABLE_FLOAT16;
     json = vw_config_to_json(&config, false);
-    assert_ok(vw_config_from_json(json, &read));
+    ASSERT_OK(vw_config_from_json(json, &read));
     assert_int_equal(read.table_precision, VW_TABLE_FLOAT16);
     memcpy(strstr(json, "float16"), "float17", 7);
     assert_refused(vw_config_from_json(json, &read), "table_precision: \"float17\" is not known");
     memcpy(strstr(json, "\"table_precision\""), "\"table_precisio_\"", 17);
-    assert_ok(vw_config_from_json(json, &read));
+    ASSERT_OK(vw_config_from_json(json, &read));
     assert_int_equal(read.table_precision, VW_TABLE_FLOAT32);
     free(json);
 }
@@ -223,11 +220,11 @@ static void the_json_names_halves_alone(void **state) {
 static void halves_have_no_slope_along_a_step(void **state) {
     (void)state;
     struct vw_config config = config_of(VW_TABLE_FLOAT16);
-    assert_ok(vw_config_check(&config));
+    ASSERT_OK(vw_config_check(&config));
     config.first_order = true;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
     config.table_precision = VW_TABLE_FLOAT32;
-    assert_ok(vw_config_check(&config));
+    ASSERT_OK(vw_config_check(&config));
 }
 
 int main(void) {

@@ -1,12 +1,9 @@
 // What a trainer is handed: its views, and verdicts on effects. It decides neither.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
@@ -23,14 +20,14 @@ static struct test_run *run_on(const struct vw_scene *scene, const struct vw_con
                                uint32_t count, uint8_t run_id[32]) {
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
-    assert_ok(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
                                                            .scene = scene,
                                                            .config = config,
                                                            .train_views = views,
                                                            .train_view_count = count,
                                                            .validate = true},
                                 &trainer));
-    assert_ok(vw_trainer_run_id(trainer, run_id));
+    ASSERT_OK(vw_trainer_run_id(trainer, run_id));
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);
     return run;
@@ -47,7 +44,7 @@ static void some_views_are_as_a_scene_of_these(void **state) {
         uint8_t ids[3][32];
         strcpy(config.effects, effects[i]);
         if (!strcmp(effects[i], "unbounded")) whole->box.half_extent_world = smaller->box.half_extent_world = 100.0;
-        assert_ok(vw_scene_list_views(whole, VW_SPLIT_TRAIN, &views, &all));
+        ASSERT_OK(vw_scene_list_views(whole, VW_SPLIT_TRAIN, &views, &all));
         struct test_run *everything = run_on(whole, &config, views, all, ids[2]);
         exclude(smaller, views[LEFT_OUT]);
         for (uint32_t v = 0; v < all; v++)

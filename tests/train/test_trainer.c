@@ -1,16 +1,13 @@
 // The trainer as a whole: what it must guarantee whatever the scene (decisions 1, 2, 5, 8, 9 of the design). On the
 // default device, with validation.
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
-#include <setjmp.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
@@ -22,7 +19,7 @@
 #include "base/memory.h"
 
 // Decision 2: the same bits again, and for any grouping of the steps into submissions.
-static void test_repeats(void **state) {
+static void a_run_repeats_bit_for_bit(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -38,7 +35,7 @@ static void test_repeats(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_seed_changes_the_run(void **state) {
+static void the_seed_changes_the_run(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -55,7 +52,7 @@ static void test_seed_changes_the_run(void **state) {
 }
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
-static void test_each_view_once_per_epoch(void **state) {
+static void each_view_comes_once_per_epoch(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -78,7 +75,7 @@ static void test_each_view_once_per_epoch(void **state) {
 
 // Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
 // params alone: taken again after rendering a view it gives the same bits.
-static void test_validation_is_pure(void **state) {
+static void validation_is_pure(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -93,18 +90,18 @@ static void test_validation_is_pure(void **state) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
     const struct vw_step_record *records;
     uint32_t count;
-    do assert_ok(vw_trainer_advance(trainer, &records, &count));
+    do ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
     while (count);
     for (int repeat = 0; repeat < 2; repeat++) {
         float *rgb = NULL;
-        assert_ok(vw_trainer_render(trainer, 0, &rgb));
+        ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
         free(rgb);
         struct vw_push_reduce push = {.count = TEST_VALS};
         vw_batch_begin(trainer->slots[0].batch);
         evaluator_record(&trainer->validation, trainer->slots[0].batch);
         vw_batch_dispatch(trainer->slots[0].batch, trainer->reduce_views, &push, sizeof push, 64 * TEST_VALS);
-        assert_ok(vw_batch_submit(trainer->slots[0].batch));
-        assert_ok(vw_batch_wait(trainer->slots[0].batch));
+        ASSERT_OK(vw_batch_submit(trainer->slots[0].batch));
+        ASSERT_OK(vw_batch_wait(trainer->slots[0].batch));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < TEST_VALS; i++)
             assert_true(test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]),
@@ -117,7 +114,7 @@ static void test_validation_is_pure(void **state) {
 
 // Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same
 // sums.
-static void test_psnr_means_what_it_says(void **state) {
+static void psnr_means_what_it_says(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -140,7 +137,7 @@ static void test_psnr_means_what_it_says(void **state) {
 }
 
 // A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
-static void test_validation_agrees_with_render(void **state) {
+static void validation_agrees_with_render(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -152,7 +149,7 @@ static void test_validation_agrees_with_render(void **state) {
         const struct vw_image *image = &scene->views[5 + v].image;
         float *rgb = NULL, rgba[4];
         double squared = 0.0;
-        assert_ok(vw_trainer_render(trainer, 5 + v, &rgb));
+        ASSERT_OK(vw_trainer_render(trainer, 5 + v, &rgb));
         for (uint32_t i = 0; i < 24 * 18; i++) {
             vw_image_pixel(image, i % 24, i / 24, rgba);
             for (int c = 0; c < 3; c++) squared += pow((double)rgb[3 * i + (uint32_t)c] - rgba[c], 2);
@@ -168,7 +165,7 @@ static void test_validation_agrees_with_render(void **state) {
 }
 
 // Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
-static void test_memory_is_flat_in_pixels(void **state) {
+static void memory_is_flat_in_pixels(void **state) {
     (void)state;
     struct vw_config config = test_config();
     uint64_t bytes[2];
@@ -186,7 +183,7 @@ static void test_memory_is_flat_in_pixels(void **state) {
 }
 
 // World coordinates of 1e6 metres train as well as those of 1.
-static void test_world_offset_and_scale(void **state) {
+static void world_offset_and_scale_change_little(void **state) {
     (void)state;
     struct vw_config config = test_config();
     config.epochs = 12;
@@ -214,14 +211,14 @@ static void test_world_offset_and_scale(void **state) {
 }
 
 // Decision 8: a step that is not finite is skipped and flagged, has no values, and the run goes on.
-static void test_nonfinite_step_is_flagged(void **state) {
+static void a_nonfinite_step_is_flagged(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const float nan = NAN;
-    assert_ok(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
+    ASSERT_OK(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
     test_run_finish(trainer, run);
     assert_int_equal(run->stats.nonfinite_steps, run->count);
     for (uint32_t i = 0; i < run->count; i++)
@@ -237,19 +234,19 @@ static struct test_run *run_clamped(const struct vw_scene *scene, const struct v
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
-    assert_ok(test_trainer_open(
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
+    ASSERT_OK(test_trainer_open(
         (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
     assert_int_equal(trainer->model.specialization.wide_gradient, wide);
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
     return run;
 }
 
 // A device that cannot be told to keep NaN may round otherwise, since its driver may then rearrange sums: still the
 // same training.
-static void test_without_the_demand_to_keep_nan(void **state) {
+static void a_device_that_keeps_no_nan_trains_the_same(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -268,8 +265,8 @@ static void test_without_the_demand_to_keep_nan(void **state) {
 
 // A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers
 // for texels, two 32-bit atomics for a 64-bit one), for narrow and wide gradients. (What keeping NaN changes is
-// test_without_the_demand_to_keep_nan's business.)
-static void test_floor_trains_the_same(void **state) {
+// a_device_that_keeps_no_nan_trains_the_same's business.)
+static void a_device_at_the_floor_trains_the_same(void **state) {
     (void)state;
     struct vw_gpu_limits floor = vw_gpu_floor_limits;
     floor.keeps_nan = true;
@@ -287,7 +284,7 @@ static void test_floor_trains_the_same(void **state) {
 
 // A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders
 // black, as the photos are.
-static void test_perfect_match_is_floored(void **state) {
+static void a_perfect_match_is_floored(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -307,7 +304,7 @@ static void test_perfect_match_is_floored(void **state) {
 }
 
 // A learning rate that makes everything diverge never makes a param that is not finite.
-static void test_params_stay_finite(void **state) {
+static void params_stay_finite(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -322,7 +319,7 @@ static void test_params_stay_finite(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_field_file_round_trip(void **state) {
+static void a_field_file_round_trips(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -331,13 +328,13 @@ static void test_field_file_round_trip(void **state) {
     struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     test_run_finish(trainer, run);
-    assert_ok(vw_trainer_save_field(trainer, path));
+    ASSERT_OK(vw_trainer_save_field(trainer, path));
     vw_trainer_destroy(&trainer);
 
     trainer = test_trainer_create(scene, &config, true, 0);
-    assert_ok(vw_trainer_load_field(trainer, path));
+    ASSERT_OK(vw_trainer_load_field(trainer, path));
     uint32_t *loaded = vw_allocate(run->param_words, 4);
-    assert_ok(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
     assert_memory_equal(loaded, run->params, 4 * run->param_words);
     vw_trainer_destroy(&trainer);
 
@@ -353,7 +350,7 @@ static void test_field_file_round_trip(void **state) {
 }
 
 // What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
-static void test_run_id(void **state) {
+static void the_run_id_names_what_changes_bits(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config configs[7];
@@ -366,7 +363,7 @@ static void test_run_id(void **state) {
     configs[5].burn_in_epochs = 7;
     for (int i = 0; i < 7; i++) {
         struct vw_trainer *trainer = test_trainer_create(scene, &configs[i], i < 6, 0); // the last as `train` does
-        assert_ok(vw_trainer_run_id(trainer, ids[i]));
+        ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
         vw_trainer_destroy(&trainer);
     }
     assert_memory_equal(ids[0], ids[1], 32);
@@ -377,7 +374,7 @@ static void test_run_id(void **state) {
 }
 
 // Effects follow the evidence and --effects; what a scene does not call for changes no bit.
-static void test_effects(void **state) {
+static void effects_follow_evidence_and_option(void **state) {
     (void)state;
     const struct {
         double k1;
@@ -399,7 +396,7 @@ static void test_effects(void **state) {
                                                                                   .alpha = cases[i].alpha});
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         uint32_t count;
-        assert_ok(vw_effects_decide(NULL, scene, cases[i].choice, verdicts, &count));
+        ASSERT_OK(vw_effects_decide(NULL, scene, cases[i].choice, verdicts, &count));
         assert_true(count >= 2);
         assert_string_equal(verdicts[0].name, "distortion");
         assert_int_equal(verdicts[0].on, cases[i].distortion);
@@ -422,7 +419,7 @@ static void test_effects(void **state) {
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
-static void test_validation_pixels(void **state) {
+static void validation_pixels_are_stratified_and_fixed(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     const uint32_t asked[] = {1, 96, 200, 100000}, taken[] = {3 * 32, 96, 200, 3 * 24 * 18};
@@ -445,7 +442,7 @@ static void test_validation_pixels(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_config_round_trip_and_ranges(void **state) {
+static void configs_round_trip_and_ranges_are_checked(void **state) {
     (void)state;
     struct vw_config config = test_config(), parsed;
     config.seed = INT64_MAX;
@@ -454,7 +451,7 @@ static void test_config_round_trip_and_ranges(void **state) {
     config.optimizer = VW_OPTIMIZER_SGD;
     config.background = VW_BACKGROUND_RANDOM;
     char *json = vw_config_to_json(&config, false);
-    assert_ok(vw_config_from_json(json, &parsed));
+    ASSERT_OK(vw_config_from_json(json, &parsed));
     char *again = vw_config_to_json(&parsed, false);
     assert_string_equal(json, again);
     free(json);
@@ -488,24 +485,24 @@ static void test_config_round_trip_and_ranges(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_repeats),
-        cmocka_unit_test(test_seed_changes_the_run),
-        cmocka_unit_test(test_each_view_once_per_epoch),
-        cmocka_unit_test(test_validation_is_pure),
-        cmocka_unit_test(test_psnr_means_what_it_says),
-        cmocka_unit_test(test_validation_agrees_with_render),
-        cmocka_unit_test(test_memory_is_flat_in_pixels),
-        cmocka_unit_test(test_world_offset_and_scale),
-        cmocka_unit_test(test_nonfinite_step_is_flagged),
-        cmocka_unit_test(test_floor_trains_the_same),
-        cmocka_unit_test(test_without_the_demand_to_keep_nan),
-        cmocka_unit_test(test_perfect_match_is_floored),
-        cmocka_unit_test(test_params_stay_finite),
-        cmocka_unit_test(test_field_file_round_trip),
-        cmocka_unit_test(test_run_id),
-        cmocka_unit_test(test_effects),
-        cmocka_unit_test(test_validation_pixels),
-        cmocka_unit_test(test_config_round_trip_and_ranges),
+        cmocka_unit_test(a_run_repeats_bit_for_bit),
+        cmocka_unit_test(the_seed_changes_the_run),
+        cmocka_unit_test(each_view_comes_once_per_epoch),
+        cmocka_unit_test(validation_is_pure),
+        cmocka_unit_test(psnr_means_what_it_says),
+        cmocka_unit_test(validation_agrees_with_render),
+        cmocka_unit_test(memory_is_flat_in_pixels),
+        cmocka_unit_test(world_offset_and_scale_change_little),
+        cmocka_unit_test(a_nonfinite_step_is_flagged),
+        cmocka_unit_test(a_device_at_the_floor_trains_the_same),
+        cmocka_unit_test(a_device_that_keeps_no_nan_trains_the_same),
+        cmocka_unit_test(a_perfect_match_is_floored),
+        cmocka_unit_test(params_stay_finite),
+        cmocka_unit_test(a_field_file_round_trips),
+        cmocka_unit_test(the_run_id_names_what_changes_bits),
+        cmocka_unit_test(effects_follow_evidence_and_option),
+        cmocka_unit_test(validation_pixels_are_stratified_and_fixed),
+        cmocka_unit_test(configs_round_trip_and_ranges_are_checked),
     };
     return cmocka_run_group_tests_name("trainer", tests, NULL, test_gpu_close);
 }

@@ -1,17 +1,13 @@
 // Corrupted and far validation views, found by whole trainings on a recipe: one of five is corrupted in memory, in ways
 // that real ones are.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "value/matrix.h"
@@ -41,7 +37,7 @@ static const char recipe[] =
 static struct vw_scene *open_scene(void) {
     char *folder = temporary_folder_create();
     struct vw_scene *scene = NULL;
-    assert_ok(vw_scene_open(
+    ASSERT_OK(vw_scene_open(
         &(struct vw_scene_params){.path = temporary_file(folder, "recipe.json", recipe), .gpu = test_gpu()}, &scene));
     temporary_folder_remove(folder);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], VAL_VIEWS);
@@ -106,7 +102,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
             .image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
     const struct vw_ledger_run run = {hex,  hex,  "recipe", 0,    "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z",
                                       "{}", "[]", NULL,     NULL, NULL};
-    assert_ok(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));
+    ASSERT_OK(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));
     const struct vw_step_record *records = NULL;
     struct vw_step_record *steps = NULL;
     uint32_t count = 0, view_count = 0;
@@ -114,19 +110,19 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     const uint32_t *views = vw_trainer_validation_views(trainer, &view_count);
     assert_int_equal(view_count, VAL_VIEWS);
     do {
-        assert_ok(vw_trainer_advance(trainer, &records, &count));
-        if (count > 0) assert_ok(vw_ledger_append(ledger, records, count, views));
+        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
+        if (count > 0) ASSERT_OK(vw_ledger_append(ledger, records, count, views));
     } while (count > 0);
-    assert_ok(vw_ledger_get_steps(ledger, &steps, &step_count));
+    ASSERT_OK(vw_ledger_get_steps(ledger, &steps, &step_count));
     const struct vw_value_input input = {.records = steps,
                                          .record_count = step_count,
                                          .burn_in_epochs = 1,
                                          .images = images,
                                          .image_count = scene->view_count};
     struct vw_matrix matrix;
-    assert_ok(vw_value_matrix(ledger, &input, &matrix));
+    ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
     double *standard_errors = vw_allocate(matrix.photo_count, sizeof *standard_errors);
-    assert_ok(vw_matrix_jackknife(&matrix, evidence, standard_errors));
+    ASSERT_OK(vw_matrix_jackknife(&matrix, evidence, standard_errors));
     free(standard_errors);
     vw_matrix_clear(&matrix);
     free(steps);

@@ -2,12 +2,10 @@
 #ifndef VIEWWORTH_TESTS_LEDGER_FIXTURE_H
 #define VIEWWORTH_TESTS_LEDGER_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 
-#include <cmocka.h>
 #include <ftw.h>
 #include <math.h>
 #include <stdio.h>
@@ -19,12 +17,6 @@
 #include "viewworth/ledger.h"
 #include "base/memory.h"
 #include "base/random.h"
-
-#define ASSERT_OK(call)                                                                                                \
-    do {                                                                                                               \
-        enum vw_status status_of_call = (call);                                                                        \
-        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
-    } while (0)
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
 #define HEX_B "bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb"

@@ -1,6 +1,8 @@
-// Small recipes for tests. Include after <cmocka.h>.
+// Small recipes for tests.
 #ifndef TESTS_UNIT_RECIPE_FIXTURE_H
 #define TESTS_UNIT_RECIPE_FIXTURE_H
+
+#include "support/cmocka_test.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,11 +1,9 @@
 // The evaluates of methods on games whose values are known: additive ones, in which a photo adds what it is worth, with
 // noise of a known size for every training.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 
-#include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,12 +12,6 @@
 #include "value/evaluation/evaluation.h"
 #include "base/random.h"
 #include "viewworth/status.h"
-
-#define ASSERT_OK(call)                                                                                                \
-    do {                                                                                                               \
-        enum vw_status status_of_call = (call);                                                                        \
-        if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
-    } while (0)
 
 enum { PHOTOS = 12, SEEDS = 2, FIRST_SEED = 40 };
 
@@ -85,7 +77,7 @@ static int set_up(void **state) {
     return 0;
 }
 
-static void assert_near(double value, double expected, double tolerance, const char *what) {
+static void check_near(double value, double expected, double tolerance, const char *what) {
     if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
@@ -154,12 +146,12 @@ static void auc_by_hand(void **state) {
     (void)state;
     struct vw_metrics metrics = {0};
     ASSERT_OK(vw_evaluate_detection(&evaluation, &metrics));
-    assert_near(find(&metrics, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
-    assert_near(find(&metrics, "auc", "noise", "dv_psnr")->value, (1.5 + 7) / 16, 1e-15, "AUC of noise");
-    assert_near(find(&metrics, "auc", "corrupted", "dv_psnr")->value, (16 + 1.5 + 7) / 32, 1e-15, "AUC of all");
-    assert_near(find(&metrics, "auc", "corrupted", "worths")->value, 1, 0, "AUC of the worths");
-    assert_near(find(&metrics, "auc", "corrupted", "opposite")->value, 0, 0, "AUC of their opposites");
-    assert_near(find(&metrics, "auc", "corrupted", "flat")->value, 0.5, 0, "AUC of equal scores");
+    check_near(find(&metrics, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
+    check_near(find(&metrics, "auc", "noise", "dv_psnr")->value, (1.5 + 7) / 16, 1e-15, "AUC of noise");
+    check_near(find(&metrics, "auc", "corrupted", "dv_psnr")->value, (16 + 1.5 + 7) / 32, 1e-15, "AUC of all");
+    check_near(find(&metrics, "auc", "corrupted", "worths")->value, 1, 0, "AUC of the worths");
+    check_near(find(&metrics, "auc", "corrupted", "opposite")->value, 0, 0, "AUC of their opposites");
+    check_near(find(&metrics, "auc", "corrupted", "flat")->value, 0.5, 0, "AUC of equal scores");
     assert_int_equal(find(&metrics, "auc", "noise", "flat")->count, 16);
     assert_int_equal(metrics.count, 12);
     free(metrics.rows);
@@ -171,9 +163,9 @@ static void seeds_agree_over_all_and_within_clean(void **state) {
     for (uint32_t i = 0; i < PHOTOS; i++)
         scores_of[0][PHOTOS + i] = (vw_photo_is_clean(&evaluation, i) ? -1 : 1) * worths[i];
     ASSERT_OK(vw_evaluate_seeds(&evaluation, &metrics));
-    assert_near(find(&metrics, "seed_pearson", "all", "dv_psnr")->value, 1, 1e-12, "r of equal scores");
-    assert_near(find(&metrics, "seed_pearson", "clean", "worths")->value, -1, 1e-12, "r within clean");
-    assert_near(find(&metrics, "seed_spearman", "clean", "worths")->value, -1, 1e-12, "rho within clean");
+    check_near(find(&metrics, "seed_pearson", "all", "dv_psnr")->value, 1, 1e-12, "r of equal scores");
+    check_near(find(&metrics, "seed_pearson", "clean", "worths")->value, -1, 1e-12, "r within clean");
+    check_near(find(&metrics, "seed_spearman", "clean", "worths")->value, -1, 1e-12, "rho within clean");
     assert_int_equal(find(&metrics, "seed_spearman", "clean", "worths")->count, 8);
     assert_true(isnan(find(&metrics, "seed_pearson", "all", "flat")->value));
     free(metrics.rows);
@@ -191,19 +183,19 @@ static void true_worths_predict_an_additive_game(void **state) {
     assert_int_equal(game.retrainings, 400);
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
     // Sums that are equal in theory may differ in their last bits, in either order: not quite 1.
-    assert_near(find(&metrics, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS of the worths");
-    assert_near(find(&metrics, "lds", "test_psnr", "worths")->value, 1, 1e-3, "LDS of the worths on test photos");
-    assert_near(find(&metrics, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
-    assert_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
+    check_near(find(&metrics, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS of the worths");
+    check_near(find(&metrics, "lds", "test_psnr", "worths")->value, 1, 1e-3, "LDS of the worths on test photos");
+    check_near(find(&metrics, "lds", "val_psnr", "opposite")->value, -1, 1e-3, "LDS of their opposites");
+    check_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, 1, 1e-12, "the ceiling without noise");
     assert_true(isnan(find(&metrics, "lds", "val_psnr", "flat")->value));
     // The correlation of two rankings of 12: standard deviation 1 / sqrt(11) = 0.30, and 2 of them on either side.
     const struct vw_metric *chance = find(&metrics, "lds", "val_psnr", "chance");
-    assert_near(chance->value, 0, 3 * 0.30 / sqrt(1000), "the mean of chance");
+    check_near(chance->value, 0, 3 * 0.30 / sqrt(1000), "the mean of chance");
     assert_true(chance->ci_low < -0.45 && chance->ci_low > -0.7 && chance->ci_high > 0.45 && chance->ci_high < 0.7);
     double reference = find(&metrics, "lds", "val_psnr", "dv_psnr")->value;
     const struct vw_metric *gain = find(&metrics, "lds_gain", "val_psnr", "worths");
     assert_true(reference > 0.3 && reference < 0.95);
-    assert_near(gain->value, find(&metrics, "lds", "val_psnr", "worths")->value - reference, 1e-12, "the gain");
+    check_near(gain->value, find(&metrics, "lds", "val_psnr", "worths")->value - reference, 1e-12, "the gain");
     assert_true(gain->ci_low > 0 && gain->ci_low < gain->value && gain->value < gain->ci_high);
     const struct vw_metric *none = find(&metrics, "lds_gain", "val_psnr", "dv_psnr");
     assert_true(none->value == 0 && none->ci_low == 0 && none->ci_high == 0); // paired: the same resamples
@@ -226,11 +218,10 @@ static void noise_lowers_the_ceiling_as_theory_says(void **state) {
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
     // Standard error of a correlation of 0.5 over 800: 0.75 / sqrt(800) = 0.027, three of which are allowed here and
     // below.
-    assert_near(find(&metrics, "agreement", "val_psnr", "outcomes")->value, 0.483, 0.08,
-                "the agreement of two trainings");
-    assert_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, sqrt(2 * 0.483 / 1.483), 0.05,
-                "the ceiling");
-    assert_near(find(&metrics, "lds", "val_psnr", "worths")->value, 0.802, 0.05, "LDS of the worths");
+    check_near(find(&metrics, "agreement", "val_psnr", "outcomes")->value, 0.483, 0.08,
+               "the agreement of two trainings");
+    check_near(find(&metrics, "lds", "val_psnr", "noise ceiling")->value, sqrt(2 * 0.483 / 1.483), 0.05, "the ceiling");
+    check_near(find(&metrics, "lds", "val_psnr", "worths")->value, 0.802, 0.05, "LDS of the worths");
     vw_subsets_free(&subsets);
     free(metrics.rows);
 }
@@ -311,8 +302,8 @@ static void harm_is_what_a_kind_is_worth_less(void **state) {
     ASSERT_OK(vw_evaluate_harm(&evaluation, &subsets, &metrics));
     const struct vw_metric *blur = find(&metrics, "harm", "blur", "retrainings"),
                            *noise = find(&metrics, "harm", "noise", "retrainings");
-    assert_near(blur->value, 1.70 * 12 / 11, 0.1, "harm of blur"); // nearly all 924 halves: little is left to chance
-    assert_near(noise->value, 1.15 * 12 / 11, 0.1, "harm of noise");
+    check_near(blur->value, 1.70 * 12 / 11, 0.1, "harm of blur"); // nearly all 924 halves: little is left to chance
+    check_near(noise->value, 1.15 * 12 / 11, 0.1, "harm of noise");
     assert_true(blur->ci_low < blur->value && blur->value < blur->ci_high && blur->ci_low > 0 && blur->count == 2);
     ASSERT_OK(vw_evaluate_harmful(&evaluation, &metrics));
     assert_int_equal(find(&metrics, "auc", "harmful", "worths")->count, 32);
@@ -329,7 +320,7 @@ static void only_kinds_that_do_harm_count_as_harmful(void **state) {
     ASSERT_OK(vw_metrics_add(&metrics, "harm", "blur", unsure));
     ASSERT_OK(vw_evaluate_harmful(&evaluation, &metrics));
     const struct vw_metric *row = find(&metrics, "auc", "harmful", "dv_psnr");
-    assert_near(row->value, (1.5 + 7) / 16, 1e-15, "AUC of the harmful kind");
+    check_near(row->value, (1.5 + 7) / 16, 1e-15, "AUC of the harmful kind");
     assert_int_equal(row->count, 16);
     free(metrics.rows);
 }
@@ -346,15 +337,15 @@ static void curves_of_true_worths_are_best(void **state) {
         ASSERT_OK(vw_evaluate_curve(&evaluation, &scorers[i], FIRST_SEED, play, &game, &metrics));
     assert_int_equal(game.odd, 0);
     // 20 % of 12 are 2: the worst, -1.3 and -1.0; the best, 0.9 and 0.8. 30 % are 4: all corrupted ones.
-    assert_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
-    assert_near(find(&metrics, "removal_high", "20", "worths")->value, -1.7, 1e-12, "removing the two best");
-    assert_near(find(&metrics, "removal_low", "30", "worths")->value, 3.5, 1e-12, "removing the four worst");
-    assert_near(find(&metrics, "removal_low", "20", "opposite")->value, -1.7, 1e-12, "removing the wrong ones");
-    assert_near(find(&metrics, "addition_high", "10", "worths")->value, 0.9 - 0.9, 1e-12,
-                "the best alone, for all of 0.9");
-    assert_near(find(&metrics, "addition_low", "10", "worths")->value, -1.3 - 0.9, 1e-12, "the worst alone");
-    assert_near(find(&metrics, "addition_high", "50", "worths")->value,
-                find(&metrics, "removal_low", "50", "worths")->value, 1e-12, "half is half");
+    check_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    check_near(find(&metrics, "removal_high", "20", "worths")->value, -1.7, 1e-12, "removing the two best");
+    check_near(find(&metrics, "removal_low", "30", "worths")->value, 3.5, 1e-12, "removing the four worst");
+    check_near(find(&metrics, "removal_low", "20", "opposite")->value, -1.7, 1e-12, "removing the wrong ones");
+    check_near(find(&metrics, "addition_high", "10", "worths")->value, 0.9 - 0.9, 1e-12,
+               "the best alone, for all of 0.9");
+    check_near(find(&metrics, "addition_low", "10", "worths")->value, -1.3 - 0.9, 1e-12, "the worst alone");
+    check_near(find(&metrics, "addition_high", "50", "worths")->value,
+               find(&metrics, "removal_low", "50", "worths")->value, 1e-12, "half is half");
     static const char *const shares[] = {"10", "20", "30", "50"};
     for (int i = 0; i < 4; i++) {
         double best = find(&metrics, "removal_low", shares[i], "worths")->value;
@@ -373,7 +364,7 @@ static void curves_without_tests_are_of_validation(void **state) {
     struct game game = {.lacks_tests = true};
     struct vw_metrics metrics = {0};
     ASSERT_OK(vw_evaluate_curve(&evaluation, &scorers[1], FIRST_SEED, play, &game, &metrics));
-    assert_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    check_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
     assert_true(game.retrainings <= vw_curve_trainings());
     free(metrics.rows);
 }
@@ -396,10 +387,10 @@ static void leave_one_out_finds_the_worths(void **state) {
     ASSERT_OK(vw_leave_one_out(&evaluation, FIRST_SEED, play, &game, scores));
     assert_int_equal(game.retrainings, SEEDS * (PHOTOS + 1));
     assert_int_equal(game.odd, 0);
-    for (uint32_t i = 0; i < SEEDS * PHOTOS; i++) assert_near(scores[i], worths[i % PHOTOS], 1e-12, "a photo left out");
+    for (uint32_t i = 0; i < SEEDS * PHOTOS; i++) check_near(scores[i], worths[i % PHOTOS], 1e-12, "a photo left out");
     ASSERT_OK(vw_evaluate_leave_one_out(&evaluation, scores, &metrics));
-    assert_near(find(&metrics, "leave_one_out", "spearman", "worths")->value, 1, 1e-12, "rho of the worths");
-    assert_near(find(&metrics, "leave_one_out", "spearman", "opposite")->value, -1, 1e-12, "rho of their opposites");
+    check_near(find(&metrics, "leave_one_out", "spearman", "worths")->value, 1, 1e-12, "rho of the worths");
+    check_near(find(&metrics, "leave_one_out", "spearman", "opposite")->value, -1, 1e-12, "rho of their opposites");
     free(metrics.rows);
 }
 

@@ -1,13 +1,10 @@
 // Time budgets: how they are read, and which setting and how many epochs they buy.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "run/plan/budget.h"
 #include "base/memory.h"

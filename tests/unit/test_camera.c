@@ -1,17 +1,13 @@
 // The camera model: conventions, the two lenses and their inverses. test_colmap.c holds every lens against COLMAP's
 // formulas.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
 #include "scene/lens_mask.h"
-#include "support/assert_near.h"
 #include "base/memory.h"
 #include "viewworth/scene.h"
 
@@ -24,7 +20,7 @@ static struct vw_camera distorted(double k1, double k2, double p1, double p2) {
     return camera;
 }
 
-static void test_axes(void **state) {
+static void axes_point_right_up_and_back(void **state) {
     (void)state;
     double direction[3], x_px, y_px;
     assert_true(vw_camera_unproject(&plain, 320, 240, direction)); // the principal point looks along -z
@@ -41,7 +37,7 @@ static void test_axes(void **state) {
 }
 
 // The polynomial of scene.h, written out for one point.
-static void test_distortion(void **state) {
+static void distortion_is_the_documented_polynomial(void **state) {
     (void)state;
     struct vw_camera camera = distorted(0.1, -0.2, 0.01, 0.02);
     double x = 0.3, y = 0.4, r2 = 0.25, x_px, y_px;
@@ -76,7 +72,7 @@ static void check_round_trip(const struct vw_camera *camera) {
     assert_true(seen > 50);
 }
 
-static void test_round_trip(void **state) {
+static void distorted_points_round_trip(void **state) {
     (void)state;
     static const double radial[] = {-0.55, -0.3, -0.1, 0, 0.1, 0.4, 1};
     static const double higher[] = {-0.3, -0.08, 0, 0.1, 0.5};
@@ -90,7 +86,7 @@ static void test_round_trip(void **state) {
                 }
 }
 
-static void test_no_inverse(void **state) {
+static void pixels_beyond_the_fold_have_no_inverse(void **state) {
     (void)state;
     struct vw_camera camera = distorted(-0.5, 0, 0, 0); // r (1 - r2 / 2) never exceeds 0.5443
     double direction[3];
@@ -116,7 +112,7 @@ static void check_there_and_back(const struct vw_camera *camera, const double di
     assert_near(back[1], direction[1], 1e-9 * size * size);
 }
 
-static void test_rational_round_trip(void **state) {
+static void rational_lenses_round_trip(void **state) {
     (void)state;
     static const double lenses[][6] = {// k1 to k6: rising all the way to 45 degrees
                                        {0.1, 0.2, 0.3, 0, 0, 0},
@@ -136,7 +132,7 @@ static void test_rational_round_trip(void **state) {
 }
 
 // Where the radius r N / D stops growing, or D vanishes, the image folds over.
-static void test_rational_fold(void **state) {
+static void rational_lenses_fold_where_the_radius_stops_growing(void **state) {
     (void)state;
     struct vw_camera camera = plain;
     double direction[3];
@@ -155,7 +151,7 @@ static void test_rational_fold(void **state) {
     assert_true(direction[0] < 2 && direction[0] > 1.99);
 }
 
-static void test_fisheye(void **state) {
+static void fisheye_lenses_map_angles(void **state) {
     (void)state;
     struct vw_camera camera = plain;
     camera.lens = VW_LENS_FISHEYE;
@@ -189,7 +185,7 @@ static void test_fisheye(void **state) {
 }
 
 // The reach is where there begins to be no inverse.
-static void test_reach(void **state) {
+static void the_reach_ends_where_the_inverse_does(void **state) {
     (void)state;
     struct vw_camera cameras[] = {distorted(-0.5, 0, 0, 0), distorted(-1, 0.4, 0, 0), plain, plain, plain};
     cameras[2].k4 = 1;
@@ -205,7 +201,7 @@ static void test_reach(void **state) {
 
 // A fisheye whose circle of sight is narrower than the photo: its corners are hidden, on top of what the mask hides
 // already.
-static void test_lens_mask(void **state) {
+static void pixels_without_a_ray_are_masked(void **state) {
     (void)state;
     struct vw_view view = {
         .camera = {
@@ -230,7 +226,7 @@ static void test_lens_mask(void **state) {
     free(view.mask);
 }
 
-static void test_what_is_distorted(void **state) {
+static void only_other_lenses_and_coefficients_distort(void **state) {
     (void)state;
     assert_false(vw_camera_is_distorted(&plain));
     struct vw_camera fisheye = plain, last = plain;
@@ -241,16 +237,16 @@ static void test_what_is_distorted(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_axes),
-        cmocka_unit_test(test_distortion),
-        cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_no_inverse),
-        cmocka_unit_test(test_rational_round_trip),
-        cmocka_unit_test(test_rational_fold),
-        cmocka_unit_test(test_fisheye),
-        cmocka_unit_test(test_reach),
-        cmocka_unit_test(test_lens_mask),
-        cmocka_unit_test(test_what_is_distorted),
+        cmocka_unit_test(axes_point_right_up_and_back),
+        cmocka_unit_test(distortion_is_the_documented_polynomial),
+        cmocka_unit_test(distorted_points_round_trip),
+        cmocka_unit_test(pixels_beyond_the_fold_have_no_inverse),
+        cmocka_unit_test(rational_lenses_round_trip),
+        cmocka_unit_test(rational_lenses_fold_where_the_radius_stops_growing),
+        cmocka_unit_test(fisheye_lenses_map_angles),
+        cmocka_unit_test(the_reach_ends_where_the_inverse_does),
+        cmocka_unit_test(pixels_without_a_ray_are_masked),
+        cmocka_unit_test(only_other_lenses_and_coefficients_distort),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

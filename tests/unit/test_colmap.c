@@ -1,18 +1,14 @@
 // Reading COLMAP models: what every field becomes, binary and text, folders, and the lens of every camera model.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "scene/formats/colmap.h"
-#include "support/assert_near.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -93,7 +89,7 @@ static void check_points(const struct vw_scene *scene) {
     }
 }
 
-static void test_every_field(void **state) {
+static void every_field_is_read(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     struct vw_scene *scene = open_colmap(*state);
@@ -102,7 +98,7 @@ static void test_every_field(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_text_is_the_same_scene(void **state) {
+static void text_is_the_same_scene(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_text(*state, "sparse/0", &model);
     struct vw_scene *text = open_colmap(*state);
@@ -115,7 +111,7 @@ static void test_text_is_the_same_scene(void **state) {
     vw_scene_close(&binary);
 }
 
-static void test_binary_wins(void **state) {
+static void the_binary_model_wins(void **state) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     model.image_count = 2; // its points still name both
@@ -130,7 +126,7 @@ static void test_binary_wins(void **state) {
 }
 
 // Text as people edit it: comments, blank lines, tabs, carriage returns, no newline at the end.
-static void test_text_habits(void **state) {
+static void comments_and_blank_lines_are_skipped(void **state) {
     tiny_photo_write(temporary_path(*state, "images/x.png"), 1);
     tiny_photo_write(temporary_path(*state, "images/y z.png"), 2);
     temporary_file(*state, "sparse/cameras.txt", "# c\r\n\r\n1\tPINHOLE  8 6 9 9 4 3\r\n");
@@ -144,7 +140,7 @@ static void test_text_habits(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_folders(void **state) {
+static void a_model_lies_in_one_of_two_folders(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     static const char *const names[] = {"sparse", "sparse/0"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
@@ -169,7 +165,7 @@ static void test_folders(void **state) {
 }
 
 // Points that a single view of the scene sees are no evidence.
-static void test_points_of_missing_photos(void **state) {
+static void points_of_missing_photos_are_dropped(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
     assert_int_equal(unlink(temporary_path(*state, "images/b.png")), 0);
@@ -226,7 +222,7 @@ static void check_lens(const struct colmap_test_camera *lens, const struct vw_ca
         }
 }
 
-static void test_every_lens(void **state) {
+static void every_lens_is_read(void **state) {
     for (int text = 0; text < 2; text++) {
         char *folder = temporary_folder_create();
         struct colmap_test_model model = {.camera_count = VW_ARRAY_COUNT(lenses),
@@ -250,7 +246,7 @@ static void test_every_lens(void **state) {
 }
 
 // The corners of a wide fisheye's photo show no direction: they are masked, and the note says how many.
-static void test_fisheye_corners(void **state) {
+static void fisheye_corners_are_masked(void **state) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.cameras[0] = (struct colmap_test_camera){7, 5, "OPENCV_FISHEYE", 8, 6, 8, {2.5, 2.5, 4, 3}};
     colmap_write_binary(*state, "sparse/0", &model);
@@ -269,7 +265,7 @@ static void test_fisheye_corners(void **state) {
 }
 
 // World coordinates of 10^6: the positions keep what their own rounding leaves, and the box does not notice.
-static void test_far_from_the_origin(void **state) {
+static void a_scene_far_from_the_origin_is_the_same(void **state) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
     struct vw_scene *near = open_colmap(*state);
@@ -292,11 +288,15 @@ static void test_far_from_the_origin(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
     const struct CMUnitTest tests[] = {
-        TEST(test_every_field),     TEST(test_text_is_the_same_scene),
-        TEST(test_binary_wins),     TEST(test_text_habits),
-        TEST(test_folders),         TEST(test_points_of_missing_photos),
-        TEST(test_every_lens),      TEST(test_far_from_the_origin),
-        TEST(test_fisheye_corners),
+        TEST(every_field_is_read),
+        TEST(text_is_the_same_scene),
+        TEST(the_binary_model_wins),
+        TEST(comments_and_blank_lines_are_skipped),
+        TEST(a_model_lies_in_one_of_two_folders),
+        TEST(points_of_missing_photos_are_dropped),
+        TEST(every_lens_is_read),
+        TEST(a_scene_far_from_the_origin_is_the_same),
+        TEST(fisheye_corners_are_masked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

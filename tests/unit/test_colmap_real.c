@@ -1,18 +1,14 @@
 // The real scenes, read as COLMAP and as transforms.json: the same rays, and points that reproject with the errors
 // their README.txt state.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "scene/formats/colmap.h"
-#include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "base/memory.h"
@@ -78,9 +74,9 @@ static void check_same_rays(const char *name, uint32_t same_places) {
     vw_scene_close(&transforms);
 }
 
-static void test_same_rays_fox(void **state) { (void)state, check_same_rays("fox", 20); }
-static void test_same_rays_sacre_coeur(void **state) { (void)state, check_same_rays("sacre_coeur", 11); }
-static void test_same_rays_statue(void **state) { (void)state, check_same_rays("statue_of_liberty", 135); }
+static void rays_of_fox_agree(void **state) { (void)state, check_same_rays("fox", 20); }
+static void rays_of_sacre_coeur_agree(void **state) { (void)state, check_same_rays("sacre_coeur", 11); }
+static void rays_of_statue_of_liberty_agree(void **state) { (void)state, check_same_rays("statue_of_liberty", 135); }
 
 // The mean distance between where a view sees a point and where its camera puts it, over all tracks.
 static double mean_error_px(const struct vw_scene *scene) {
@@ -115,15 +111,22 @@ static void check_errors(const char *name, uint32_t points, double stated_px, do
     vw_scene_close(&scene);
 }
 
-static void test_errors_fox(void **state) { (void)state, check_errors("fox", 4000, 0.373, 0.02); }
-static void test_errors_sacre_coeur(void **state) { (void)state, check_errors("sacre_coeur", 1645, 0.173, 0.0005); }
-static void test_errors_statue(void **state) { (void)state, check_errors("statue_of_liberty", 9371, 0.37, 0.005); }
+static void reprojection_errors_of_fox_are_small(void **state) { (void)state, check_errors("fox", 4000, 0.373, 0.02); }
+static void reprojection_errors_of_sacre_coeur_are_small(void **state) {
+    (void)state, check_errors("sacre_coeur", 1645, 0.173, 0.0005);
+}
+static void reprojection_errors_of_statue_of_liberty_are_small(void **state) {
+    (void)state, check_errors("statue_of_liberty", 9371, 0.37, 0.005);
+}
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rays_fox),      cmocka_unit_test(test_same_rays_sacre_coeur),
-        cmocka_unit_test(test_same_rays_statue),   cmocka_unit_test(test_errors_fox),
-        cmocka_unit_test(test_errors_sacre_coeur), cmocka_unit_test(test_errors_statue),
+        cmocka_unit_test(rays_of_fox_agree),
+        cmocka_unit_test(rays_of_sacre_coeur_agree),
+        cmocka_unit_test(rays_of_statue_of_liberty_agree),
+        cmocka_unit_test(reprojection_errors_of_fox_are_small),
+        cmocka_unit_test(reprojection_errors_of_sacre_coeur_are_small),
+        cmocka_unit_test(reprojection_errors_of_statue_of_liberty_are_small),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

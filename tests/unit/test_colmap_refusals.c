@@ -1,15 +1,12 @@
 // COLMAP models that are broken or hostile: each is refused in one line that names the file and the field.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "scene/formats/colmap.h"
 #include "support/colmap_files.h"
@@ -37,7 +34,7 @@ static void *read_whole(const char *path, size_t *size_bytes) {
     return data;
 }
 
-static void test_truncation_at_every_byte(void **state) {
+static void a_cut_at_any_byte_is_refused(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
@@ -65,7 +62,7 @@ static void test_truncation_at_every_byte(void **state) {
 
 // Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has
 // anything to say.
-static void test_any_byte_changed(void **state) {
+static void any_byte_may_change(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     char folder[4096];
@@ -97,7 +94,7 @@ static void test_any_byte_changed(void **state) {
     }
 }
 
-static void test_huge_counts(void **state) {
+static void huge_counts_are_refused(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     // Where the counts are: at the start of each file; after the first image's name; after the first point's error.
@@ -145,7 +142,7 @@ static void check_refused(const char *folder, const struct colmap_test_model *mo
     }
 }
 
-static void test_numbers(void **state) {
+static void bad_numbers_are_refused(void **state) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     static const double bad[] = {NAN, INFINITY, -INFINITY, 1e300};
     for (size_t k = 0; k < VW_ARRAY_COUNT(bad); k++) {
@@ -174,7 +171,7 @@ static void test_numbers(void **state) {
     }
 }
 
-static void test_meaning(void **state) {
+static void inconsistent_models_are_refused(void **state) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     struct colmap_test_model model = good;
     model.cameras[0].params[1] = 0;
@@ -209,7 +206,7 @@ static void test_meaning(void **state) {
     check_refused(*state, &model, "points3D", "point 5: field track: image 4 has 2");
 }
 
-static void test_other_models_by_name(void **state) {
+static void unsupported_camera_models_are_named(void **state) {
     static const struct {
         int32_t id;
         const char *name;
@@ -230,7 +227,7 @@ static void test_other_models_by_name(void **state) {
     check_refused(*state, &model, "cameras", "-1 is not supported");
 }
 
-static void test_names(void **state) {
+static void bad_names_are_refused(void **state) {
     static const struct {
         const char *name, *says;
     } names[] = {
@@ -258,7 +255,7 @@ static void test_names(void **state) {
 }
 
 // Photos and model files that are links out of the folder.
-static void test_links(void **state) {
+static void links_out_of_the_scene_are_refused(void **state) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     char *outside = temporary_folder_create();
     colmap_write_binary(*state, "sparse/0", &model);
@@ -280,7 +277,7 @@ static void test_links(void **state) {
     temporary_folder_remove(outside);
 }
 
-static void test_photos(void **state) {
+static void photos_of_another_shape_are_refused(void **state) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.cameras[1].height_px = 13; // a photo of 8 x 6 has another shape than 16 x 13
     colmap_write_binary(*state, "sparse/0", &model);
@@ -292,7 +289,7 @@ static void test_photos(void **state) {
     assert_refused(*state, "sparse/0", "points3D");
 }
 
-static void test_text_lines(void **state) {
+static void bad_text_lines_are_named(void **state) {
     static const struct {
         const char *file, *text, *says;
     } cases[] = {
@@ -327,16 +324,16 @@ static void test_text_lines(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
     const struct CMUnitTest tests[] = {
-        TEST(test_truncation_at_every_byte),
-        TEST(test_any_byte_changed),
-        TEST(test_huge_counts),
-        TEST(test_numbers),
-        TEST(test_meaning),
-        TEST(test_other_models_by_name),
-        TEST(test_names),
-        TEST(test_links),
-        TEST(test_photos),
-        TEST(test_text_lines),
+        TEST(a_cut_at_any_byte_is_refused),
+        TEST(any_byte_may_change),
+        TEST(huge_counts_are_refused),
+        TEST(bad_numbers_are_refused),
+        TEST(inconsistent_models_are_refused),
+        TEST(unsupported_camera_models_are_named),
+        TEST(bad_names_are_refused),
+        TEST(links_out_of_the_scene_are_refused),
+        TEST(photos_of_another_shape_are_refused),
+        TEST(bad_text_lines_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,10 @@
 // Lists held against one another: cases whose means, errors and intervals are known.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "value/evaluation/paired_comparison.h"
 
 #define ROUNDING 1e-12 // of a few sums of numbers near 20

@@ -1,14 +1,10 @@
 // The inner region of unbounded scenes: which box the field sees when the effect unbounded is on.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "train/effects/contraction.h"
 #include "base/memory.h"
 

@@ -1,12 +1,9 @@
 // Reading CSV as RFC 4180 has it, and what is refused, with its line; that what is written reads back.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "base/csv.h"
@@ -42,7 +39,7 @@ static char *all_of(const char *path) {
     return text;
 }
 
-static void test_records(void **state) {
+static void records_are_read(void **state) {
     static const struct {
         const char *text, *expected;
     } cases[] = {
@@ -71,7 +68,7 @@ static void test_records(void **state) {
     }
 }
 
-static void test_refusals(void **state) {
+static void broken_records_are_refused(void **state) {
     static const struct {
         const char *text, *said;
     } cases[] = {
@@ -120,7 +117,7 @@ static void print_fields(FILE *stream, const void *context) {
 }
 
 // Any text comes back, as one record of as many fields.
-static void test_written_reads_back(void **state) {
+static void what_is_written_reads_back(void **state) {
     static const char letters[] = "a,\"\n\r x'=+-@\t";
     const uint64_t seed = 20261121;
     for (uint32_t round = 0; round < 50; round++) {
@@ -148,7 +145,7 @@ static void test_written_reads_back(void **state) {
 }
 
 // A spreadsheet takes nothing for a formula, and everything else stays as it is.
-static void test_formulas_are_guarded(void **state) {
+static void formulas_are_guarded(void **state) {
     (void)state;
     static const struct {
         const char *text, *written;
@@ -182,10 +179,10 @@ static void test_formulas_are_guarded(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_records, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_written_reads_back, make_folder, remove_folder),
-        cmocka_unit_test(test_formulas_are_guarded),
+        cmocka_unit_test_setup_teardown(records_are_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(broken_records_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(what_is_written_reads_back, make_folder, remove_folder),
+        cmocka_unit_test(formulas_are_guarded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,6 @@
 // are worth; and how far validation views are from what is trained on.
 #include "unit/ledger_fixture.h"
 
-#include "support/assert_near.h"
 #include "support/synthetic_scene.h"
 #include "value/duplicate_scores.h"
 #include "report/tables.h"

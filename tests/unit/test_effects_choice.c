@@ -1,14 +1,10 @@
 // Which effects are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "base/memory.h"
 #include "viewworth/train.h"
 

@@ -1,12 +1,9 @@
 // A run with an effect off has nothing of it: no param, no byte on the device, no pass. Here without guard bands, which
 // take bytes too.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
@@ -14,11 +11,6 @@
 #include "gpu/compute.h"
 #include "train/trainer.h"
 #include "base/memory.h"
-
-#define assert_ok(call)                                                                                                \
-    do {                                                                                                               \
-        if ((call) != VW_OK) fail_msg("%s: %s", #call, vw_error_message());                                            \
-    } while (0)
 
 // What a run without effects consists of. Whatever else appears in one belongs to an effect that is off.
 static const char *const shared_passes[] = {"generate_rays", "forward_field",  "composite_rays",   "reduce_views",
@@ -63,12 +55,12 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     config.width = 16;
     config.log2_table = 10;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
-    assert_ok(test_trainer_open(
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
+    ASSERT_OK(test_trainer_open(
         (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(trainer, &stats);
-    do assert_ok(vw_trainer_advance(trainer, &records, &count));
+    do ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
     while (count);
     struct cost cost = {.param_count = stats.param_count,
                         .param_bytes = trainer->model.param_bytes,
@@ -83,7 +75,7 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     }
     vw_trainer_destroy(&trainer);
     cost.device_bytes -= vw_gpu_buffer_bytes(gpu); // what the device layer keeps for transfers
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
     return cost;
 }
 

@@ -1,13 +1,10 @@
 // Devices, limits, buffers and passes.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/result.h"
 #include "support/gpu_fixture.h"
@@ -32,10 +29,6 @@ struct scale_push {
     uint32_t factor;
 };
 
-static void assert_ok(enum vw_status status) {
-    if (status) fail_msg("status %d: %s", status, vw_error_message());
-}
-
 static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
     if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
     if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
@@ -44,35 +37,35 @@ static void assert_fails(enum vw_status status, enum vw_status expected, const c
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
-    assert_ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
     return buffer;
 }
 
 static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
                      uint64_t invocations) {
     struct vw_batch *batch = NULL;
-    assert_ok(vw_batch_create(gpu, &batch));
+    ASSERT_OK(vw_batch_create(gpu, &batch));
     vw_batch_begin(batch);
     vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
-    assert_ok(vw_batch_submit(batch));
-    assert_ok(vw_batch_wait(batch));
+    ASSERT_OK(vw_batch_submit(batch));
+    ASSERT_OK(vw_batch_wait(batch));
     vw_batch_destroy(&batch);
 }
 
 static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
     struct vw_gpu *gpu = NULL;
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
     return gpu;
 }
 
 // ---- Devices
 // -------------------------------------------------------------------------------------------------------------
 
-static void test_lists_devices_in_order_of_preference(void **state) {
+static void devices_are_listed_in_order_of_preference(void **state) {
     (void)state;
     struct vw_gpu_info *infos = NULL;
     uint32_t count = 0;
-    assert_ok(vw_gpu_list(&infos, &count));
+    ASSERT_OK(vw_gpu_list(&infos, &count));
     assert_true(count > 0);
     for (uint32_t i = 0; i < count; i++) {
         assert_int_equal(infos[i].index, i);
@@ -83,7 +76,7 @@ static void test_lists_devices_in_order_of_preference(void **state) {
     free(infos);
 }
 
-static void test_chooses_by_index_and_by_name(void **state) {
+static void a_device_is_chosen_by_index_or_name(void **state) {
     (void)state;
     const struct vw_gpu_info *preferred = vw_gpu_get_info(test_gpu());
     char upper[256];
@@ -96,14 +89,14 @@ static void test_chooses_by_index_and_by_name(void **state) {
     const char *const choices[] = {index, upper};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
-        assert_ok(vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu));
+        ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu));
         assert_string_equal(vw_gpu_get_info(gpu)->name, preferred->name);
-        assert_ok(vw_gpu_close(&gpu));
+        ASSERT_OK(vw_gpu_close(&gpu));
         assert_null(gpu);
     }
 }
 
-static void test_unknown_device_lists_what_there_is(void **state) {
+static void an_unknown_device_lists_what_there_is(void **state) {
     (void)state;
     const char *const choices[] = {"no such device", "99", "000", ""};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
@@ -114,7 +107,7 @@ static void test_unknown_device_lists_what_there_is(void **state) {
     }
 }
 
-static void test_no_driver_is_no_device(void **state) {
+static void no_driver_is_no_device(void **state) {
     (void)state;
     const char *before = getenv("VK_DRIVER_FILES"); // goes before every other way to name drivers
     char *kept = before ? vw_copy_text(before) : NULL;
@@ -128,7 +121,7 @@ static void test_no_driver_is_no_device(void **state) {
     assert_fails(status, VW_ERROR_NO_DEVICE, "install");
 }
 
-static void test_clamp_only_lowers(void **state) {
+static void a_clamp_only_lowers(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = vw_gpu_floor_limits;
     clamp.buffer_bytes = UINT64_MAX;
@@ -141,10 +134,10 @@ static void test_clamp_only_lowers(void **state) {
     assert_int_equal(limits->texel_offset_alignment_bytes, vw_gpu_floor_limits.texel_offset_alignment_bytes);
     assert_int_equal(limits->storage_buffers, vw_gpu_floor_limits.storage_buffers);
     assert_false(limits->int64 || limits->int64_atomics || limits->timestamps);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void test_messages_tell_memory_from_loss(void **state) {
+static void messages_tell_memory_from_loss(void **state) {
     (void)state; // the numbers are VkResult's
     assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
                  "buffer rays: out of host memory");
@@ -155,19 +148,19 @@ static void test_messages_tell_memory_from_loss(void **state) {
                  "a card: vkCreateDevice failed with VkResult -3");
 }
 
-static void test_validation_complaint_fails_submit_and_close(void **state) {
+static void a_validation_complaint_fails_submit_and_close(void **state) {
     (void)state;
     struct vw_gpu *gpu = open_clamped(NULL);
     struct vw_buffer *value = make_buffer(gpu, "value", 4);
     struct vw_pass *pass = NULL;
     struct vw_batch *batch = NULL;
     print_message("one validation message is expected here:\n");
-    assert_ok(vw_pass_create(gpu,
+    ASSERT_OK(vw_pass_create(gpu,
                              &(struct vw_pass_params){.shader = &halve_double,
                                                       .binding_count = 1,
                                                       .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
                              &pass));
-    assert_ok(vw_batch_create(gpu, &batch));
+    ASSERT_OK(vw_batch_create(gpu, &batch));
     vw_batch_begin(batch);
     assert_fails(vw_batch_submit(batch), VW_ERROR_DEVICE, "validation complained");
     vw_batch_destroy(&batch);
@@ -180,15 +173,15 @@ static void test_validation_complaint_fails_submit_and_close(void **state) {
 // ---- Buffers
 // -------------------------------------------------------------------------------------------------------------
 
-static void test_new_buffers_are_zero_and_only_host_memory_maps(void **state) {
+static void new_buffers_are_zero_and_only_host_memory_maps(void **state) {
     (void)state;
     for (enum vw_buffer_memory home = VW_BUFFER_DEVICE; home <= VW_BUFFER_READBACK; home++) {
         struct vw_buffer *buffer = NULL;
         const struct vw_buffer_params params = {.name = "zero", .size_bytes = 1001, .memory = home};
-        assert_ok(vw_buffer_create(test_gpu(), &params, &buffer));
+        ASSERT_OK(vw_buffer_create(test_gpu(), &params, &buffer));
         unsigned char bytes[1001];
         memset(bytes, 0xff, sizeof bytes);
-        assert_ok(vw_buffer_read(buffer, 0, bytes, sizeof bytes));
+        ASSERT_OK(vw_buffer_read(buffer, 0, bytes, sizeof bytes));
         for (size_t i = 0; i < sizeof bytes; i++) assert_int_equal(bytes[i], 0);
         assert_int_equal(vw_buffer_size_bytes(buffer), sizeof bytes);
         assert_true((vw_buffer_map(buffer) == NULL) == (home == VW_BUFFER_DEVICE));
@@ -197,15 +190,15 @@ static void test_new_buffers_are_zero_and_only_host_memory_maps(void **state) {
     }
 }
 
-static void test_write_and_read_cross_the_staging_buffer(void **state) {
+static void write_and_read_cross_the_staging_buffer(void **state) {
     (void)state; // larger than the staging buffer, at an odd offset
     const uint64_t count = 5 << 20, size = count * 4;
     struct vw_buffer *buffer = make_buffer(test_gpu(), "large", size + 3);
     uint32_t *there = vw_allocate(count, 4), *back = vw_allocate(count, 4);
     assert_true(there && back);
     for (uint32_t i = 0; i < count; i++) there[i] = i * 2654435761u;
-    assert_ok(vw_buffer_write(buffer, 3, there, size));
-    assert_ok(vw_buffer_read(buffer, 3, back, size));
+    ASSERT_OK(vw_buffer_write(buffer, 3, there, size));
+    ASSERT_OK(vw_buffer_read(buffer, 3, back, size));
     assert_memory_equal(there, back, size);
     assert_fails(vw_buffer_write(buffer, 4, there, size), VW_ERROR_DEVICE, "buffer large");
     assert_fails(vw_buffer_read(buffer, UINT64_MAX, back, 4), VW_ERROR_DEVICE, "buffer large");
@@ -214,7 +207,7 @@ static void test_write_and_read_cross_the_staging_buffer(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void test_huge_buffer_is_out_of_memory(void **state) {
+static void a_huge_buffer_is_out_of_memory(void **state) {
     (void)state;
     struct vw_buffer *buffer = NULL;
     const uint64_t largest = vw_gpu_get_limits(test_gpu())->buffer_bytes;
@@ -239,7 +232,7 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i * i;
     struct vw_buffer *source = make_buffer(gpu, "source", sizeof values),
                      *target = make_buffer(gpu, "target", sizeof values);
-    assert_ok(vw_buffer_write(source, 0, values, sizeof values));
+    ASSERT_OK(vw_buffer_write(source, 0, values, sizeof values));
     const uint32_t specialization[] = {1, 2, offset}; // the shader has no constants 0 and 1
     const struct vw_binding bindings[] = {
         {.slot = 3, .buffer = target}, {.slot = 9, .buffer = target}, {.slot = 0, .buffer = source}};
@@ -249,10 +242,10 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
                                           .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(gpu, &params, &pass));
+    ASSERT_OK(vw_pass_create(gpu, &params, &pass));
     assert_string_equal(vw_pass_name(pass), "scale_values");
     run_pass(gpu, pass, &(struct scale_push){VALUES - 1, 3}, sizeof(struct scale_push), VALUES);
-    assert_ok(vw_buffer_read(target, 0, results, sizeof results));
+    ASSERT_OK(vw_buffer_read(target, 0, results, sizeof results));
     for (uint32_t i = 0; i < VALUES - 1; i++) assert_int_equal(results[i], 3 * i * i + offset);
     assert_int_equal(results[VALUES - 1], 0);
     vw_pass_destroy(&pass);
@@ -260,21 +253,21 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     vw_buffer_destroy(&target);
 }
 
-static void test_pass_computes(void **state) {
+static void a_pass_computes(void **state) {
     (void)state;
     check_scaling(test_gpu(), 0);
 }
 
-static void test_specialization_words_reach_the_shader(void **state) {
+static void specialization_words_reach_the_shader(void **state) {
     (void)state;
     check_scaling(test_gpu(), 1234567);
 }
 
-static void test_floor_limits_still_run_a_pass(void **state) {
+static void floor_limits_still_run_a_pass(void **state) {
     (void)state;
     struct vw_gpu *gpu = open_clamped(&vw_gpu_floor_limits);
     check_scaling(gpu, 0);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 // Fills `values` with what gather_texels reads from a buffer of `count` words holding i + 100, bound with `size_bytes`.
@@ -282,28 +275,28 @@ static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_
     struct vw_buffer *source = make_buffer(gpu, "source", count * 4ull),
                      *target = make_buffer(gpu, "target", count * 4ull);
     for (uint32_t i = 0; i < count; i++) values[i] = i + 100;
-    assert_ok(vw_buffer_write(source, 0, values, count * 4ull));
+    ASSERT_OK(vw_buffer_write(source, 0, values, count * 4ull));
     const struct vw_binding bindings[] = {
         {.slot = 1, .buffer = source, .size_bytes = size_bytes, .texel = VW_TEXEL_UINT1},
         {.slot = 2, .buffer = target}};
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(
+    ASSERT_OK(vw_pass_create(
         gpu, &(struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2}, &pass));
     run_pass(gpu, pass, NULL, 0, count);
-    assert_ok(vw_buffer_read(target, 0, values, count * 4ull));
+    ASSERT_OK(vw_buffer_read(target, 0, values, count * 4ull));
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&source);
     vw_buffer_destroy(&target);
 }
 
-static void test_texel_view_covers_its_range(void **state) {
+static void a_texel_view_covers_its_range(void **state) {
     (void)state;
     uint32_t values[300];
     gather(test_gpu(), values, 300, 200 * 4);
     for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 200 ? i + 100 : 7);
 }
 
-static void test_texel_view_is_cut_at_the_limit(void **state) {
+static void a_texel_view_is_cut_at_the_limit(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.texel_elements = 130;
@@ -311,10 +304,10 @@ static void test_texel_view_is_cut_at_the_limit(void **state) {
     uint32_t values[300];
     gather(gpu, values, 300, 0);
     for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 130 ? i + 100 : 7);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
+static void a_buffer_beyond_one_binding_works_in_windows(void **state) {
     (void)state;
     enum { WINDOW = 4096, WORDS = WINDOW / 4 };
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
@@ -323,7 +316,7 @@ static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
     uint32_t values[2 * WORDS];
     for (uint32_t i = 0; i < 2 * WORDS; i++) values[i] = i;
     struct vw_buffer *buffer = make_buffer(gpu, "wide", sizeof values);
-    assert_ok(vw_buffer_write(buffer, 0, values, sizeof values));
+    ASSERT_OK(vw_buffer_write(buffer, 0, values, sizeof values));
     struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer, .size_bytes = WINDOW},
                                     {.slot = 1, .buffer = buffer, .offset_bytes = WINDOW}};
     const uint32_t specialization[] = {8, 128};
@@ -333,9 +326,9 @@ static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
                                           .bindings = bindings,
                                           .binding_count = 2};
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(gpu, &params, &pass));
+    ASSERT_OK(vw_pass_create(gpu, &params, &pass));
     run_pass(gpu, pass, NULL, 0, WORDS);
-    assert_ok(vw_buffer_read(buffer, 0, values, sizeof values));
+    ASSERT_OK(vw_buffer_read(buffer, 0, values, sizeof values));
     for (uint32_t i = 0; i < WORDS; i++) {
         assert_int_equal(values[i], i);
         assert_int_equal(values[WORDS + i], 2 * i + WORDS);
@@ -345,10 +338,10 @@ static void test_buffer_beyond_one_binding_works_in_windows(void **state) {
     assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
     assert_null(pass);
     vw_buffer_destroy(&buffer);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void test_refusals_name_pass_and_slot(void **state) {
+static void refusals_name_pass_and_slot(void **state) {
     (void)state;
     struct vw_gpu *gpu = test_gpu();
     struct vw_buffer *buffer = make_buffer(gpu, "values", 4096);
@@ -390,7 +383,7 @@ static void test_refusals_name_pass_and_slot(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void test_specialised_sizes_are_held_to_the_limits(void **state) {
+static void specialised_sizes_are_held_to_the_limits(void **state) {
     (void)state;
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(test_gpu());
     struct vw_buffer *buffer = make_buffer(test_gpu(), "values", 4096);
@@ -417,7 +410,7 @@ static void test_specialised_sizes_are_held_to_the_limits(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void test_optional_features_are_refused_where_clamped(void **state) {
+static void optional_features_are_refused_where_clamped(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     if (!clamp.int64_atomics) skip();
@@ -435,19 +428,19 @@ static void test_optional_features_are_refused_where_clamped(void **state) {
         if (clamped) {
             assert_fails(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
         } else {
-            assert_ok(status);
+            ASSERT_OK(status);
             uint64_t count = 0;
             run_pass(gpu, pass, NULL, 0, 320);
-            assert_ok(vw_buffer_read(counter, 0, &count, sizeof count));
+            ASSERT_OK(vw_buffer_read(counter, 0, &count, sizeof count));
             assert_true(count == (uint64_t)320 << 32);
         }
         vw_pass_destroy(&pass);
         vw_buffer_destroy(&counter);
-        assert_ok(vw_gpu_close(&gpu));
+        ASSERT_OK(vw_gpu_close(&gpu));
     }
 }
 
-static void test_broken_spirv_is_refused(void **state) {
+static void broken_spirv_is_refused(void **state) {
     (void)state;
     static const uint32_t wrong_magic[8] = {1}, short_code[3] = {0x07230203};
     static const uint32_t endless[] = {0x07230203, 0x10500, 0,
@@ -464,26 +457,26 @@ static void test_broken_spirv_is_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lists_devices_in_order_of_preference),
-        cmocka_unit_test(test_chooses_by_index_and_by_name),
-        cmocka_unit_test(test_unknown_device_lists_what_there_is),
-        cmocka_unit_test(test_no_driver_is_no_device),
-        cmocka_unit_test(test_clamp_only_lowers),
-        cmocka_unit_test(test_messages_tell_memory_from_loss),
-        cmocka_unit_test(test_validation_complaint_fails_submit_and_close),
-        cmocka_unit_test(test_new_buffers_are_zero_and_only_host_memory_maps),
-        cmocka_unit_test(test_write_and_read_cross_the_staging_buffer),
-        cmocka_unit_test(test_huge_buffer_is_out_of_memory),
-        cmocka_unit_test(test_pass_computes),
-        cmocka_unit_test(test_specialization_words_reach_the_shader),
-        cmocka_unit_test(test_floor_limits_still_run_a_pass),
-        cmocka_unit_test(test_texel_view_covers_its_range),
-        cmocka_unit_test(test_texel_view_is_cut_at_the_limit),
-        cmocka_unit_test(test_buffer_beyond_one_binding_works_in_windows),
-        cmocka_unit_test(test_refusals_name_pass_and_slot),
-        cmocka_unit_test(test_specialised_sizes_are_held_to_the_limits),
-        cmocka_unit_test(test_optional_features_are_refused_where_clamped),
-        cmocka_unit_test(test_broken_spirv_is_refused),
+        cmocka_unit_test(devices_are_listed_in_order_of_preference),
+        cmocka_unit_test(a_device_is_chosen_by_index_or_name),
+        cmocka_unit_test(an_unknown_device_lists_what_there_is),
+        cmocka_unit_test(no_driver_is_no_device),
+        cmocka_unit_test(a_clamp_only_lowers),
+        cmocka_unit_test(messages_tell_memory_from_loss),
+        cmocka_unit_test(a_validation_complaint_fails_submit_and_close),
+        cmocka_unit_test(new_buffers_are_zero_and_only_host_memory_maps),
+        cmocka_unit_test(write_and_read_cross_the_staging_buffer),
+        cmocka_unit_test(a_huge_buffer_is_out_of_memory),
+        cmocka_unit_test(a_pass_computes),
+        cmocka_unit_test(specialization_words_reach_the_shader),
+        cmocka_unit_test(floor_limits_still_run_a_pass),
+        cmocka_unit_test(a_texel_view_covers_its_range),
+        cmocka_unit_test(a_texel_view_is_cut_at_the_limit),
+        cmocka_unit_test(a_buffer_beyond_one_binding_works_in_windows),
+        cmocka_unit_test(refusals_name_pass_and_slot),
+        cmocka_unit_test(specialised_sizes_are_held_to_the_limits),
+        cmocka_unit_test(optional_features_are_refused_where_clamped),
+        cmocka_unit_test(broken_spirv_is_refused),
     };
     return cmocka_run_group_tests_name("gpu", tests, NULL, test_gpu_close);
 }

@@ -1,11 +1,8 @@
 // Batches: derived barriers, folding, copies, order, sticky failures, timers.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
@@ -27,10 +24,6 @@ struct scale_push {
     uint32_t factor;
 };
 
-static void assert_ok(enum vw_status status) {
-    if (status) fail_msg("status %d: %s", status, vw_error_message());
-}
-
 static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
     if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
     if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
@@ -46,7 +39,7 @@ struct bench {
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
     struct vw_buffer *buffer = NULL;
-    assert_ok(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES}, &buffer));
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES}, &buffer));
     return buffer;
 }
 
@@ -55,7 +48,7 @@ static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *sha
     const struct vw_binding bindings[] = {source, target};
     const uint32_t specialization[] = {16, 64}; // for sum_windows
     struct vw_pass *pass = NULL;
-    assert_ok(vw_pass_create(gpu,
+    ASSERT_OK(vw_pass_create(gpu,
                              &(struct vw_pass_params){.shader = shader,
                                                       .specialization = specialization,
                                                       .specialization_count = 2,
@@ -84,8 +77,8 @@ static struct bench open_bench(struct vw_gpu *gpu) {
                                  (struct vw_binding){.slot = 1, .buffer = bench.b});
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
-    assert_ok(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
-    assert_ok(vw_batch_create(gpu, &bench.batch));
+    ASSERT_OK(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
+    ASSERT_OK(vw_batch_create(gpu, &bench.batch));
     return bench;
 }
 
@@ -103,20 +96,20 @@ static void scale(struct vw_batch *batch, const struct vw_pass *pass, uint32_t f
 }
 
 static void finish(struct vw_batch *batch) {
-    assert_ok(vw_batch_submit(batch));
-    assert_ok(vw_batch_wait(batch));
+    ASSERT_OK(vw_batch_submit(batch));
+    ASSERT_OK(vw_batch_wait(batch));
 }
 
 static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
     uint32_t values[VALUES];
-    assert_ok(vw_buffer_read(buffer, 0, values, VALUE_BYTES));
+    ASSERT_OK(vw_buffer_read(buffer, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], factor * (i + 1));
 }
 
 // ---- Barriers: synchronization validation watches what the counts only claim
 // -------------------------------------------
 
-static void test_hazards(void **state) {
+static void hazards_are_all_but_read_after_read(void **state) {
     (void)state;
     const struct vw_last_access untouched = {0}, read = {.read_epoch = 5}, written = {.write_epoch = 5};
     assert_false(vw_hazard(untouched, 5, false));
@@ -129,7 +122,7 @@ static void test_hazards(void **state) {
     assert_false(vw_hazard(written, 6, false));
 }
 
-static void test_read_after_write_waits_once(void **state) {
+static void a_read_after_a_write_waits_once(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
@@ -146,7 +139,7 @@ static void test_read_after_write_waits_once(void **state) {
     close_bench(&bench);
 }
 
-static void test_write_after_read_and_write_after_write_wait(void **state) {
+static void a_write_after_a_read_or_a_write_waits(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
@@ -163,7 +156,7 @@ static void test_write_after_read_and_write_after_write_wait(void **state) {
     close_bench(&bench);
 }
 
-static void test_accumulation_and_texel_reads_wait(void **state) {
+static void accumulation_and_texel_reads_wait(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
@@ -176,12 +169,12 @@ static void test_accumulation_and_texel_reads_wait(void **state) {
     close_bench(&bench);
 }
 
-static void test_copies_wait(void **state) {
+static void copies_wait(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *back = NULL;
     const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
-    assert_ok(vw_buffer_create(test_gpu(), &params, &back));
+    ASSERT_OK(vw_buffer_create(test_gpu(), &params, &back));
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
     vw_batch_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
@@ -198,20 +191,20 @@ static void test_copies_wait(void **state) {
     close_bench(&bench);
 }
 
-static void test_batches_in_flight_run_in_order(void **state) {
+static void batches_in_flight_run_in_order(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     struct vw_batch *second = NULL;
-    assert_ok(vw_batch_create(test_gpu(), &second));
+    ASSERT_OK(vw_batch_create(test_gpu(), &second));
     for (int round = 0; round < 4; round++) { // each batch is recorded again and again
         vw_batch_begin(bench.batch);
         scale(bench.batch, bench.a_to_b, 2);
-        assert_ok(vw_batch_submit(bench.batch));
+        ASSERT_OK(vw_batch_submit(bench.batch));
         vw_batch_begin(second);
         scale(second, bench.b_to_a, 3);
-        assert_ok(vw_batch_submit(second));
-        assert_ok(vw_batch_wait(bench.batch));
-        assert_ok(vw_batch_wait(second));
+        ASSERT_OK(vw_batch_submit(second));
+        ASSERT_OK(vw_batch_wait(bench.batch));
+        ASSERT_OK(vw_batch_wait(second));
     }
     assert_values(bench.a, 6 * 6 * 6 * 6);
     vw_batch_destroy(&second);
@@ -221,28 +214,28 @@ static void test_batches_in_flight_run_in_order(void **state) {
 // ---- Dispatching
 // ---------------------------------------------------------------------------------------------------------
 
-static void test_dispatch_folds_into_y(void **state) {
+static void a_dispatch_folds_into_y(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 3; // of the 4 workgroups that VALUES take
     struct vw_gpu *gpu = NULL;
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 9);
     finish(bench.batch);
     assert_values(bench.b, 9);
     close_bench(&bench);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void test_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
+static void a_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
     (void)state;
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 2;
     clamp.workgroup_count_y = 2;
     struct vw_gpu *gpu = NULL;
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 2);
@@ -253,7 +246,7 @@ static void test_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
                       VALUES + 1);
     assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
     close_bench(&bench);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups,
@@ -267,16 +260,16 @@ static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t co
     struct bench bench = open_bench(test_gpu());
     const uint32_t groups[] = {9, x, y, z};
     uint32_t values[VALUES];
-    assert_ok(vw_buffer_write(bench.c, 0, groups, sizeof groups));
+    ASSERT_OK(vw_buffer_write(bench.c, 0, groups, sizeof groups));
     vw_batch_begin(bench.batch);
     dispatch_listed(&bench, bench.a_to_b, bench.c, 4);
     finish(bench.batch);
-    assert_ok(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+    ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], i < count ? 3 * (i + 1) : 0);
     close_bench(&bench);
 }
 
-static void test_listed_workgroups_run(void **state) {
+static void listed_workgroups_run(void **state) {
     (void)state;
     assert_listed_groups(0, 1, 1, 0);
     assert_listed_groups(4, 0, 1, 0);
@@ -286,7 +279,7 @@ static void test_listed_workgroups_run(void **state) {
     assert_listed_groups(3, 1, 2, 192); // z repeats
 }
 
-static void test_listed_workgroups_wait_for_who_lists_them(void **state) {
+static void listed_workgroups_wait_for_who_lists_them(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     uint32_t values[VALUES];
@@ -303,12 +296,12 @@ static void test_listed_workgroups_wait_for_who_lists_them(void **state) {
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0); // none
     assert_int_equal(vw_batch_barriers(bench.batch), 5);
     finish(bench.batch);
-    assert_ok(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
+    ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1)); // 6 x 8 workgroups cover all
     close_bench(&bench);
 }
 
-static void test_listed_workgroups_out_of_place_are_refused(void **state) {
+static void listed_workgroups_out_of_place_are_refused(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     static const struct {
@@ -326,10 +319,10 @@ static void test_listed_workgroups_out_of_place_are_refused(void **state) {
     close_bench(&bench);
 }
 
-static void test_nothing_to_do_is_done(void **state) {
+static void nothing_to_do_is_done(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    assert_ok(vw_batch_wait(bench.batch)); // never submitted
+    ASSERT_OK(vw_batch_wait(bench.batch)); // never submitted
     vw_batch_begin(bench.batch);
     vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
     vw_batch_copy(bench.batch, bench.a, VALUE_BYTES, bench.b, 0, 0);
@@ -338,7 +331,7 @@ static void test_nothing_to_do_is_done(void **state) {
     close_bench(&bench);
 }
 
-static void test_first_failure_sticks_until_submit(void **state) {
+static void the_first_failure_sticks_until_submit(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
@@ -360,21 +353,21 @@ static void test_first_failure_sticks_until_submit(void **state) {
     close_bench(&bench);
 }
 
-static void test_one_batch_records_at_a_time(void **state) {
+static void one_batch_records_at_a_time(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     struct vw_batch *second = NULL;
-    assert_ok(vw_batch_create(test_gpu(), &second));
+    ASSERT_OK(vw_batch_create(test_gpu(), &second));
     assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "vw_batch_begin"); // never begun
     vw_batch_begin(bench.batch);
     vw_batch_begin(second);
     scale(second, bench.a_to_b, 2);
     assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "one batch at a time");
     scale(bench.batch, bench.a_to_b, 3);
-    assert_ok(vw_batch_submit(bench.batch));
+    ASSERT_OK(vw_batch_submit(bench.batch));
     vw_batch_begin(bench.batch);
     assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
-    assert_ok(vw_batch_wait(bench.batch));
+    ASSERT_OK(vw_batch_wait(bench.batch));
     vw_batch_begin(second);
     vw_batch_destroy(&second); // an abandoned recording makes room
     vw_batch_begin(bench.batch);
@@ -387,11 +380,11 @@ static void test_one_batch_records_at_a_time(void **state) {
 // ---- Timers
 // --------------------------------------------------------------------------------------------------------------
 
-static void test_timers_add_up_by_pass_name(void **state) {
+static void timers_add_up_by_pass_name(void **state) {
     (void)state;
     if (!vw_gpu_get_limits(test_gpu())->timestamps) skip();
     struct vw_gpu *gpu = NULL;
-    assert_ok(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
     struct bench bench = open_bench(gpu);
     uint32_t count = 99;
     vw_gpu_timers(gpu, &count);
@@ -411,10 +404,10 @@ static void test_timers_add_up_by_pass_name(void **state) {
     assert_int_equal(timers[1].dispatches, 2);
     for (uint32_t i = 0; i < count; i++) assert_true(timers[i].total_ms > 0 && timers[i].total_ms < 60000);
     close_bench(&bench);
-    assert_ok(vw_gpu_close(&gpu));
+    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void test_no_timers_unless_asked(void **state) {
+static void there_are_no_timers_unless_asked(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
@@ -428,22 +421,22 @@ static void test_no_timers_unless_asked(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_hazards),
-        cmocka_unit_test(test_read_after_write_waits_once),
-        cmocka_unit_test(test_write_after_read_and_write_after_write_wait),
-        cmocka_unit_test(test_accumulation_and_texel_reads_wait),
-        cmocka_unit_test(test_copies_wait),
-        cmocka_unit_test(test_batches_in_flight_run_in_order),
-        cmocka_unit_test(test_dispatch_folds_into_y),
-        cmocka_unit_test(test_fold_covers_every_workgroup_beyond_the_clamp),
-        cmocka_unit_test(test_listed_workgroups_run),
-        cmocka_unit_test(test_listed_workgroups_wait_for_who_lists_them),
-        cmocka_unit_test(test_listed_workgroups_out_of_place_are_refused),
-        cmocka_unit_test(test_nothing_to_do_is_done),
-        cmocka_unit_test(test_first_failure_sticks_until_submit),
-        cmocka_unit_test(test_one_batch_records_at_a_time),
-        cmocka_unit_test(test_timers_add_up_by_pass_name),
-        cmocka_unit_test(test_no_timers_unless_asked),
+        cmocka_unit_test(hazards_are_all_but_read_after_read),
+        cmocka_unit_test(a_read_after_a_write_waits_once),
+        cmocka_unit_test(a_write_after_a_read_or_a_write_waits),
+        cmocka_unit_test(accumulation_and_texel_reads_wait),
+        cmocka_unit_test(copies_wait),
+        cmocka_unit_test(batches_in_flight_run_in_order),
+        cmocka_unit_test(a_dispatch_folds_into_y),
+        cmocka_unit_test(a_fold_covers_every_workgroup_beyond_the_clamp),
+        cmocka_unit_test(listed_workgroups_run),
+        cmocka_unit_test(listed_workgroups_wait_for_who_lists_them),
+        cmocka_unit_test(listed_workgroups_out_of_place_are_refused),
+        cmocka_unit_test(nothing_to_do_is_done),
+        cmocka_unit_test(the_first_failure_sticks_until_submit),
+        cmocka_unit_test(one_batch_records_at_a_time),
+        cmocka_unit_test(timers_add_up_by_pass_name),
+        cmocka_unit_test(there_are_no_timers_unless_asked),
     };
     return cmocka_run_group_tests_name("gpu batch", tests, NULL, test_gpu_close);
 }

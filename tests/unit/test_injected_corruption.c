@@ -1,14 +1,11 @@
 // Defects injected in the photos of a scene that has none of its own: which photos, what happens to them, and that
 // nothing else changes.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

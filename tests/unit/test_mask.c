@@ -1,14 +1,11 @@
 // Masks: where they are found, what they keep, and that training and the scene's hash heed them.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "scene/mask.h"
 #include "support/temporary_folder.h"
@@ -57,7 +54,7 @@ static void check_load(const char *path, uint32_t photo_width_px, uint32_t photo
     free(mask);
 }
 
-static void test_white_keeps(void **state) {
+static void white_keeps(void **state) {
     check_load(write_mask(*state, "m.png", 4, 2, ".#+--..#"), 4, 2, 1, ".##....#");
     const float rgba[2 * 4] = {1, 1, 1, 1, 1, 1, 1, 0.2f}; // transparent white does not keep
     const char *path = temporary_path(*state, "alpha.png");
@@ -65,7 +62,7 @@ static void test_white_keeps(void **state) {
     check_load(path, 2, 1, 1, ".#");
 }
 
-static void test_other_sizes(void **state) {
+static void a_mask_of_another_size_is_scaled(void **state) {
     const char *path = write_mask(*state, "m.png", 2, 2,
                                   ".#"
                                   "#.");
@@ -82,7 +79,7 @@ static void test_other_sizes(void **state) {
                2, 1, 1, ".#"); // centres at 1.5 and 4.5: mask pixels 1 and 4 of row 1
 }
 
-static void test_downscale_keeps_whole_footprints(void **state) {
+static void downscale_keeps_whole_footprints(void **state) {
     const char *path = write_mask(*state, "m.png", 6, 4,
                                   "......"
                                   "...#.."
@@ -95,7 +92,7 @@ static void test_downscale_keeps_whole_footprints(void **state) {
     check_load(write_mask(*state, "odd.png", 7, 1, "..#...."), 7, 1, 2, "##.");
 }
 
-static void test_refusals(void **state) {
+static void bad_masks_are_refused(void **state) {
     uint8_t *mask = NULL;
     const char *path = write_mask(*state, "m.png", 4, 2, ".......#");
     assert_int_equal(vw_mask_load(path, 4, 3, 1, &mask), VW_ERROR_INPUT);
@@ -130,7 +127,7 @@ static struct vw_scene *open_scene(const char *folder) {
     return tiny_scene_open(&(struct vw_scene_params){.path = folder});
 }
 
-static void test_masks_beside_images(void **state) {
+static void masks_lie_beside_images(void **state) {
     static const char *const mask_names[] = {"masks/01.png", "masks/01.png.png"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(mask_names); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
@@ -147,7 +144,7 @@ static void test_masks_beside_images(void **state) {
 }
 
 // Photos are often JPEG while masks are PNG: the extension may be replaced.
-static void test_masks_of_other_extensions(void **state) {
+static void masks_have_other_extensions(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".jpg"});
     for (int i = 0; i < 3; i++) {
         char name[32], mask[32];
@@ -163,7 +160,7 @@ static void test_masks_of_other_extensions(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_mask_path(void **state) {
+static void mask_path_names_the_mask(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"mask_path\": \"./shapes/m.png\","});
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path",
                        "does not exist", NULL);
@@ -184,7 +181,7 @@ static void test_mask_path(void **state) {
     }
 }
 
-static void test_masks_stay_in_the_folder(void **state) {
+static void masks_stay_in_the_folder(void **state) {
     char *elsewhere = temporary_folder_create();
     write_mask(elsewhere, "m.png", 8, 6, half);
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
@@ -195,7 +192,7 @@ static void test_masks_stay_in_the_folder(void **state) {
     temporary_folder_remove(elsewhere);
 }
 
-static void test_hidden_pixels_weigh_nothing(void **state) {
+static void hidden_pixels_weigh_nothing(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     write_mask(*state, "masks/01.png", 8, 6, half);
     struct vw_scene *scene = open_scene(*state);
@@ -206,7 +203,7 @@ static void test_hidden_pixels_weigh_nothing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_masks_are_hashed(void **state) {
+static void masks_are_hashed(void **state) {
     uint8_t hashes[3][VW_HASH_BYTES];
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     for (int i = 0; i < 3; i++) {
@@ -218,7 +215,7 @@ static void test_masks_are_hashed(void **state) {
     }
 }
 
-static void test_statue_of_liberty(void **state) {
+static void masks_of_statue_of_liberty_are_read(void **state) {
     (void)state;
     const char *path = real_scene_path("statue_of_liberty");
     if (!path) skip();
@@ -232,17 +229,17 @@ static void test_statue_of_liberty(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_white_keeps, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_other_sizes, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_downscale_keeps_whole_footprints, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_masks_beside_images, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_masks_of_other_extensions, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_mask_path, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_masks_stay_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_hidden_pixels_weigh_nothing, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_masks_are_hashed, make_folder, remove_folder),
-        cmocka_unit_test(test_statue_of_liberty),
+        cmocka_unit_test_setup_teardown(white_keeps, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_mask_of_another_size_is_scaled, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(downscale_keeps_whole_footprints, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_masks_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(masks_lie_beside_images, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(masks_have_other_extensions, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(mask_path_names_the_mask, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(masks_stay_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(hidden_pixels_weigh_nothing, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(masks_are_hashed, make_folder, remove_folder),
+        cmocka_unit_test(masks_of_statue_of_liberty_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

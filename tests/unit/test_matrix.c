@@ -2,7 +2,6 @@
 // what is odd of a view.
 #include "unit/ledger_fixture.h"
 
-#include "support/assert_near.h"
 #include "value/matrix.h"
 #include "base/psnr.h"
 #include "base/statistics.h"

@@ -17,7 +17,7 @@ static double value_of(const struct vw_ledger_score *scores, uint32_t count, con
 }
 
 // Sums of some dozen numbers near 20 are right to 1e-13.
-static void assert_near(double value, double expected, const char *what) {
+static void check_near(double value, double expected, const char *what) {
     if (!(fabs(value - expected) <= 1e-11))
         fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
 }
@@ -65,8 +65,8 @@ static void additive_worths_come_back(void **state) {
     struct vw_ledger_score *scores = score(game, 0, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         double worth = worth_db[photo], whole = VALUED * worth;
-        assert_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
-        assert_near(shapley(additive, photo, seed), whole, "Shapley's value");
+        check_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
+        check_near(shapley(additive, photo, seed), whole, "Shapley's value");
         const struct {
             const char *method;
             double expected;
@@ -87,7 +87,7 @@ static void additive_worths_come_back(void **state) {
             {"root_sum_psnr", VALUED * copysign(sqrt(fabs(worth)), worth)},
         };
         for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)
-            assert_near(value_of(scores, count, cases[i].method, photo), cases[i].expected, cases[i].method);
+            check_near(value_of(scores, count, cases[i].method, photo), cases[i].expected, cases[i].method);
     }
     free(scores);
     free(game);
@@ -111,7 +111,7 @@ static void duplicates_share_their_worth(void **state) {
         uint32_t count = 0;
         struct vw_ledger_score *scores = score(game, 0, &count);
         double first = value_of(scores, count, "dv_psnr", 0), second = value_of(scores, count, "dv_psnr", 1);
-        assert_near(first + second, 0.5 * VALUED, "what a pair shares");
+        check_near(first + second, 0.5 * VALUED, "what a pair shares");
         pair[0] += first / SEEDS;
         pair[1] += second / SEEDS;
         free(scores);
@@ -122,8 +122,8 @@ static void duplicates_share_their_worth(void **state) {
     assert_true(fabs(pair[0] - 0.25 * VALUED) < 0.55);
     for (uint32_t photo = 0; photo < 2;
          photo++) { // so that the sums tell Shapley's value, not what is lost without the photo
-        assert_near(shapley(duplicates, photo, seed), 0.25 * VALUED, "Shapley's value");
-        assert_near(leave_one_out(duplicates, photo, seed), 0, "leave-one-out");
+        check_near(shapley(duplicates, photo, seed), 0.25 * VALUED, "Shapley's value");
+        check_near(leave_one_out(duplicates, photo, seed), 0, "leave-one-out");
     }
 }
 
@@ -146,7 +146,7 @@ static void repaired_damage_is_overstated_by_sums(void **state) {
     assert_true(fabs(leave_one_out(repaired, 3, seed)) <= 2 + 1e-9); // a last visit may go unrepaired
     assert_true(value_of(scores, count, "dv_psnr", 3) <= -2 * (VALUED - 1));
     assert_true(fabs(value_of(scores, count, "clipped_loss", 3)) < 0.9 * fabs(value_of(scores, count, "dv_loss", 3)));
-    assert_near(value_of(scores, count, "root_psnr", 3), cbrt(value_of(scores, count, "dv_psnr", 3)), "root_psnr");
+    check_near(value_of(scores, count, "root_psnr", 3), cbrt(value_of(scores, count, "dv_psnr", 3)), "root_psnr");
     assert_true(value_of(scores, count, "win_rate_psnr", 3) < -0.6);
     free(scores);
     free(game);
@@ -254,7 +254,7 @@ static void check_score(const struct test_game *game, const struct vw_ledger_sco
     }
     if (strcmp(method, "win_rate") == 0) sum /= visits;
     if (strcmp(method, "root") == 0) sum = cbrt(sum);
-    assert_near(score->value, sum, score->method);
+    check_near(score->value, sum, score->method);
     assert_int_equal(score->visits, visits);
     free(method);
 }
@@ -336,8 +336,8 @@ static void a_single_epoch_has_scores_without_errors(void **state) {
         double whole = value_of(scores, count, "dv_psnr", photo);
         assert_true(value_of(scores, count, "middle_psnr", photo) == whole &&
                     value_of(scores, count, "last_epoch_psnr", photo) == whole);
-        assert_near(value_of(scores, count, "exponential_psnr", photo), whole, "exponential_psnr");
-        assert_near(value_of(scores, count, "linear_psnr", photo), whole, "linear_psnr");
+        check_near(value_of(scores, count, "exponential_psnr", photo), whole, "exponential_psnr");
+        check_near(value_of(scores, count, "linear_psnr", photo), whole, "linear_psnr");
     }
     free(scores);
     ASSERT_OK(vw_value_score(&(struct vw_value_input){.records = game->records, .record_count = 1}, &scores, &count));
@@ -356,7 +356,7 @@ static void a_lone_photo_has_its_worth(void **state) {
     struct test_game *game = test_play_subset(additive, 1, EPOCHS, seed);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, 0, &count);
-    assert_near(value_of(scores, count, "clipped_loss", 0), VALUED * worth_db[0] / 100, "clipped_loss");
+    check_near(value_of(scores, count, "clipped_loss", 0), VALUED * worth_db[0] / 100, "clipped_loss");
     assert_true(value_of(scores, count, "win_rate_psnr", 1) == 0 &&
                 value_of(scores, count, "root_psnr", 1) == 0); // not visited
     free(scores);
@@ -373,10 +373,10 @@ static void intervals_follow_the_outcome(void **state) {
         const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
         const struct vw_ledger_score *root = test_find_score(scores, count, "root_psnr", test_train_views[photo]);
         assert_true(sum->ci_low < sum->value && sum->value < sum->ci_high && sum->standard_error > 0);
-        assert_near(root->ci_low, cbrt(sum->ci_low), "the low end of a root");
-        assert_near(root->ci_high, cbrt(sum->ci_high), "the high end of a root");
-        assert_near(root->standard_error / (root->ci_high - root->ci_low),
-                    sum->standard_error / (sum->ci_high - sum->ci_low), "a root's error");
+        check_near(root->ci_low, cbrt(sum->ci_low), "the low end of a root");
+        check_near(root->ci_high, cbrt(sum->ci_high), "the high end of a root");
+        check_near(root->standard_error / (root->ci_high - root->ci_low),
+                   sum->standard_error / (sum->ci_high - sum->ci_low), "a root's error");
         const struct vw_ledger_score *rate = test_find_score(scores, count, "win_rate_psnr", test_train_views[photo]);
         assert_true(rate->standard_error < 1 && rate->ci_low >= -1 &&
                     rate->ci_high <= 1); // of a mean: that of the sum is VALUED times as long
@@ -421,7 +421,7 @@ static void resampling_stderr_heed_weights(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         double error = test_find_score(scores, count, cases[i].method, game->records[23].view)->resampling_stderr;
         assert_int_equal(isnan(error), isnan(cases[i].expected));
-        if (!isnan(error)) assert_near(error, cases[i].expected, cases[i].method);
+        if (!isnan(error)) check_near(error, cases[i].expected, cases[i].method);
     }
     for (uint32_t i = 0; i < count; i++)
         if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed

@@ -1,18 +1,14 @@
 // What points tell: near and far of each view, and the box.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "scene/bounds.h"
 #include "scene/near_far.h"
-#include "support/assert_near.h"
 #include "support/synthetic_scene.h"
 #include "base/memory.h"
 
@@ -40,7 +36,7 @@ static void place(const struct vw_view *view, double depth, double aside, struct
             view->camera_to_world[i][3] - depth * view->camera_to_world[i][2] + aside * view->camera_to_world[i][0];
 }
 
-static void test_percentiles(void **state) {
+static void near_and_far_are_percentiles(void **state) {
     (void)state;
     struct vw_scene *scene = scene_with_points(1001, 1001, 0);
     for (uint32_t p = 0; p < 1001; p++)
@@ -60,7 +56,7 @@ static void test_percentiles(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_each_view_has_its_own(void **state) {
+static void each_view_has_its_own(void **state) {
     (void)state;
     struct vw_scene *scene = scene_with_points(400, 4, 1e6);
     for (uint32_t p = 0; p < 400; p++) {
@@ -88,7 +84,7 @@ static void scatter(struct vw_scene *scene, double offset_world) {
     }
 }
 
-static void test_box_of_points(void **state) {
+static void the_box_holds_the_points(void **state) {
     (void)state;
     static const double offsets[] = {0, 1e6, -1e6};
     struct vw_box boxes[VW_ARRAY_COUNT(offsets)];
@@ -110,7 +106,7 @@ static void test_box_of_points(void **state) {
 }
 
 // What the cameras look at belongs to the box even where no points are: the synthetic cameras look at the origin.
-static void test_box_holds_what_is_looked_at(void **state) {
+static void the_box_holds_what_is_looked_at(void **state) {
     (void)state;
     struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)
@@ -124,7 +120,7 @@ static void test_box_holds_what_is_looked_at(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_precedence(void **state) {
+static void a_declared_box_wins_over_points(void **state) {
     (void)state;
     struct vw_scene *scene = scene_with_points(1020, 1, 0);
     scatter(scene, 0);
@@ -141,9 +137,9 @@ static void test_precedence(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_percentiles),   cmocka_unit_test(test_each_view_has_its_own),
-        cmocka_unit_test(test_box_of_points), cmocka_unit_test(test_box_holds_what_is_looked_at),
-        cmocka_unit_test(test_precedence),
+        cmocka_unit_test(near_and_far_are_percentiles),    cmocka_unit_test(each_view_has_its_own),
+        cmocka_unit_test(the_box_holds_the_points),        cmocka_unit_test(the_box_holds_what_is_looked_at),
+        cmocka_unit_test(a_declared_box_wins_over_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,9 @@
 // Split files of NeRF-W: any column order, strange ids, every refusal; and the real ones.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "scene/formats/nerfw_tsv.h"
 #include "support/temporary_folder.h"
@@ -33,7 +30,7 @@ static void check_row(const struct vw_tsv_row *row, const char *name, bool test,
     assert_int_equal(row->line, line);
 }
 
-static void test_columns_in_any_order(void **state) {
+static void columns_come_in_any_order(void **state) {
     static const char *const texts[] = {
         "filename\tid\tsplit\tdataset\nb.jpg\t1091.0\ttest\tx\na.jpg\t\ttrain\tx\n\nc d.jpg\t7\ttrain\tx\n",
         "id\tsplit\tfilename\tdataset\r\n24\ttest\tb.jpg\tx\r\n\ttrain\ta.jpg\tx\r\n\r\n9\ttrain\tc d.jpg\tx\r\n",
@@ -54,7 +51,7 @@ static void test_columns_in_any_order(void **state) {
     vw_tsv_clear(&tsv); // an empty one is fine
 }
 
-static void test_errors(void **state) {
+static void bad_files_are_refused(void **state) {
     static const struct {
         const char *text, *line, *said;
     } cases[] = {
@@ -90,7 +87,7 @@ static void test_errors(void **state) {
     assert_int_equal(vw_tsv_read(temporary_path(*state, "none.tsv"), &tsv), VW_ERROR_INPUT);
 }
 
-static void test_header_is_recognised(void **state) {
+static void the_header_is_recognised(void **state) {
     assert_true(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\tfilename\r\n")));
     assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\n")));
     assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "")));
@@ -99,7 +96,7 @@ static void test_header_is_recognised(void **state) {
 }
 
 // As counted in the published files: rows = train with id + train without + test.
-static void test_real_files(void **state) {
+static void published_files_are_read(void **state) {
     (void)state;
     static const struct {
         const char *name;
@@ -125,10 +122,10 @@ static void test_real_files(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_columns_in_any_order, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_errors, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_header_is_recognised, make_folder, remove_folder),
-        cmocka_unit_test(test_real_files),
+        cmocka_unit_test_setup_teardown(columns_come_in_any_order, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_files_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_header_is_recognised, make_folder, remove_folder),
+        cmocka_unit_test(published_files_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,6 @@
 // Providers' sums and their errors, and amounts divided to the cent.
 #include "unit/ledger_fixture.h"
 
-#include "support/assert_near.h"
 #include "value/providers.h"
 
 // Photos 1 and 6 are alice's, 2 and 5 bob's, 3 nobody's; see test_images.

@@ -1,8 +1,7 @@
 // Lists of chosen photos in the formats of scenes, and that they open again: splits that lists moved, paths, what is
 // refused. (What select makes of whole runs is in tests/cli/test_select.sh.)
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
 #include <jansson.h>
 
 #include "support/colmap_files.h"
@@ -80,7 +78,7 @@ static void check_text(const char *path, const char *expected) {
 // ---- transforms.json
 // ----------------------------------------------------------------------------------------------------
 
-static void test_splits_of_the_file(void **state) {
+static void splits_of_the_file_are_kept(void **state) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     tiny_scene_write(*state, &(struct tiny_scene){
                                  .count = 6,
@@ -107,7 +105,7 @@ static void test_splits_of_the_file(void **state) {
 }
 
 // Splits that lists made hold in the file, without the lists.
-static void test_transforms_keep_the_splits_of_lists(void **state) {
+static void transforms_keep_the_splits_of_lists(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 6});
     const char *val = temporary_file(*state, "val.txt", "01.png\n"),
                *test = temporary_file(*state, "test.txt", "04.png\n");
@@ -120,7 +118,7 @@ static void test_transforms_keep_the_splits_of_lists(void **state) {
 }
 
 // Where three files say the splits, photos go to the file of their split, as long as all else in the files is the same.
-static void test_three_files_by_split(void **state) {
+static void three_files_hold_a_split_each(void **state) {
     char *scene = vw_path_join(*state, "a/b");
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
@@ -163,7 +161,7 @@ static void test_three_files_by_split(void **state) {
 }
 
 // A way that starts anywhere leads to the photos, links followed.
-static void test_paths_lead_from_the_list(void **state) {
+static void paths_lead_from_the_list(void **state) {
     static const struct {
         const char *to, *path;
         bool opens;
@@ -239,7 +237,7 @@ static const char rows[] =
     "split\tid\tnote\tfilename\tdataset\r\ntest\t7.0\ta b\tp6.png\td\r\ntrain\t\t\tp1.png\td\r\n"
     "test\t\t\tgone.png\td\r\ntrain\t5\t=x\tp2.png\td\r\ntrain\t6\t\tnot there.png\td\r\ntest\t9\t\tp0.png\td\r\n";
 
-static void test_tsv_of_chosen_photos(void **state) {
+static void a_tsv_holds_the_chosen_photos(void **state) {
     write_dense(*state, rows);
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     check_scene(
@@ -268,7 +266,7 @@ static void test_tsv_of_chosen_photos(void **state) {
 }
 
 // What lists moved from one split to another: nobody trains on what validates or tests.
-static void test_tsv_keeps_the_splits_of_lists(void **state) {
+static void a_tsv_keeps_the_splits_of_lists(void **state) {
     write_dense(*state, rows);
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
@@ -282,7 +280,7 @@ static void test_tsv_keeps_the_splits_of_lists(void **state) {
         "train\t9\t\tp0.png\td\ntrain\t13\t\tp3.png\td\n");
 }
 
-static void test_tsv_as_a_list(void **state) {
+static void a_tsv_serves_as_a_list(void **state) {
     write_dense(*state, rows);
     const char *tsv =
         temporary_file(*state, "lists/a.tsv", "filename\tsplit\np3.png\ttest\np4.png\ttrain\np5.png\ttrain\n");
@@ -302,7 +300,7 @@ static void test_tsv_as_a_list(void **state) {
 // -------------------------------------------------------------------------------------------------
 
 // Names as the model spells them, also where another folder has the same.
-static void test_image_list(void **state) {
+static void an_image_list_spells_names_as_the_model_does(void **state) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.images[1].name = "sub/a.png";
     tiny_photo_write(temporary_file(*state, "images/sub/a.png", ""), 9);
@@ -324,7 +322,7 @@ static void test_image_list(void **state) {
 
 // A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its
 // name.
-static void test_other_lists_leave_the_scene_what_it_is(void **state) {
+static void lists_of_other_formats_leave_the_scene_as_it_is(void **state) {
     static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
                                         "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
@@ -352,7 +350,7 @@ static void *allocate_some(size_t size_bytes) {
     return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL;
 }
 
-static void test_transforms_are_whole_or_not_there(void **state) {
+static void transforms_are_whole_or_not_there(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true},
                                              {"images/01.png", VW_SPLIT_TRAIN, true}};
@@ -381,7 +379,7 @@ static void test_transforms_are_whole_or_not_there(void **state) {
     free(text);
 }
 
-static void test_plain_names(void **state) {
+static void names_unfit_for_lists_are_refused(void **state) {
     static const char *const bad[] = {"two\nlines", "a\rb", " a", "a ", "\ta", "", "a\xff"};
     const struct vw_listed_photo good[] = {
         {"=a, \"b\"", VW_SPLIT_TRAIN, true}, {"c", VW_SPLIT_TRAIN, false}, {"é/d e", VW_SPLIT_TRAIN, true}};
@@ -409,17 +407,17 @@ static void test_plain_names(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_splits_of_the_file, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_transforms_keep_the_splits_of_lists, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_three_files_by_split, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_paths_lead_from_the_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_tsv_of_chosen_photos, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_tsv_keeps_the_splits_of_lists, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_tsv_as_a_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_image_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_other_lists_leave_the_scene_what_it_is, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_transforms_are_whole_or_not_there, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_plain_names, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(splits_of_the_file_are_kept, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(transforms_keep_the_splits_of_lists, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(three_files_hold_a_split_each, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(paths_lead_from_the_list, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_tsv_holds_the_chosen_photos, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_tsv_keeps_the_splits_of_lists, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_tsv_serves_as_a_list, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(an_image_list_spells_names_as_the_model_does, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(lists_of_other_formats_leave_the_scene_as_it_is, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(transforms_are_whole_or_not_there, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(names_unfit_for_lists_are_refused, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 // PhotoTourism folders, which format a folder is read as, and points beside another scene file.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -86,7 +82,7 @@ static const char rows[] =
     "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
     "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
 
-static void test_splits_of_the_tsv(void **state) {
+static void splits_come_from_the_tsv(void **state) {
     write_dense(*state, rows);
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_string_equal(scene->format, "phototourism");
@@ -102,7 +98,7 @@ static void test_splits_of_the_tsv(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_pool_list(void **state) {
+static void pool_list_excludes_unlisted_photos(void **state) {
     write_dense(*state, rows);
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
     check_splits(scene, "tvtxTxvx");
@@ -117,7 +113,7 @@ static void test_pool_list(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_tsv_without_test_rows(void **state) {
+static void a_tsv_without_test_rows_is_split_by_index(void **state) {
     write_dense(*state, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     check_splits(scene, "vtttTttt");
@@ -128,7 +124,7 @@ static void test_tsv_without_test_rows(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_refusals(void **state) {
+static void bad_scenes_are_refused(void **state) {
     const struct vw_scene_params params = {.path = *state, .format = "phototourism"};
     write_dense(*state, "filename\tsplit\np0.png\tval\n");
     tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test", NULL);
@@ -150,7 +146,7 @@ static void test_refusals(void **state) {
 }
 
 // A TSV that links out of the folder is not read, not even to see what it is.
-static void test_tsv_stays_in_the_folder(void **state) {
+static void the_tsv_stays_in_the_folder(void **state) {
     char *elsewhere = temporary_folder_create();
     write_dense(*state, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
@@ -186,7 +182,7 @@ static void check_format(const char *folder, const char *asked, const char *got)
     vw_scene_close(&scene);
 }
 
-static void test_precedence(void **state) {
+static void formats_have_a_precedence(void **state) {
     struct colmap_test_model model = make_model();
     write_dense(*state, rows);
     write_photos(*state, "images");
@@ -212,7 +208,7 @@ static struct vw_scene *open_with_points(const char *folder, double focal_px, do
     return tiny_scene_open(&(struct vw_scene_params){.path = folder});
 }
 
-static void test_points_are_evidence(void **state) {
+static void points_are_evidence(void **state) {
     struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 2);
@@ -222,7 +218,7 @@ static void test_points_are_evidence(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_points_of_other_cameras_are_not(void **state) {
+static void points_of_other_cameras_are_no_evidence(void **state) {
     struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
     assert_int_equal(scene->point_count, 0);
     assert_true(has_note(scene, "its camera of images/p0 is another one"));
@@ -235,7 +231,7 @@ static void test_points_of_other_cameras_are_not(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_points_of_other_photos_are_not(void **state) {
+static void points_of_other_photos_are_no_evidence(void **state) {
     struct colmap_test_model model = make_model();
     for (uint32_t i = 1; i < PHOTOS; i++) model.images[i].name = names[i - 1]; // p7 is in the model no more
     model.images[0].name = "other.png";
@@ -257,14 +253,14 @@ static void test_points_of_other_photos_are_not(void **state) {
 }
 
 // A broken model is refused also where only its points would be used.
-static void test_broken_points_are_refused(void **state) {
+static void broken_points_are_refused(void **state) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     vw_scene_close(&scene);
     temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "points3D.txt", NULL);
 }
 
-static void test_downscale_moves_tracks(void **state) {
+static void downscale_moves_tracks(void **state) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     float x_px = scene->tracks[0].x_px, y_px = scene->tracks[0].y_px;
     vw_scene_close(&scene);
@@ -277,7 +273,7 @@ static void test_downscale_moves_tracks(void **state) {
 // ---- Real data
 // -------------------------------------------------------------------------------------------------------------
 
-static void test_sacre_coeur(void **state) {
+static void sacre_coeur_is_read(void **state) {
     (void)state;
     const char *path = real_scene_path("sacre_coeur");
     if (!path) skip();
@@ -301,18 +297,18 @@ static void test_sacre_coeur(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_splits_of_the_tsv, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_pool_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_tsv_without_test_rows, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_refusals, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_tsv_stays_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_precedence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_points_are_evidence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_points_of_other_cameras_are_not, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_points_of_other_photos_are_not, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_broken_points_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_downscale_moves_tracks, make_folder, remove_folder),
-        cmocka_unit_test(test_sacre_coeur),
+        cmocka_unit_test_setup_teardown(splits_come_from_the_tsv, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(pool_list_excludes_unlisted_photos, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_tsv_without_test_rows_is_split_by_index, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_scenes_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_tsv_stays_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(formats_have_a_precedence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(points_are_evidence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(points_of_other_cameras_are_no_evidence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(points_of_other_photos_are_no_evidence, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(broken_points_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(downscale_moves_tracks, make_folder, remove_folder),
+        cmocka_unit_test(sacre_coeur_is_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,7 +67,7 @@ static struct vw_value_input make_run(struct probed_run *run) {
                                    .image_count = TEST_IMAGE_COUNT};
 }
 
-static void assert_near(double value, double expected, const char *what) {
+static void check_near(double value, double expected, const char *what) {
     if (isnan(expected) ? !isnan(value) : !(fabs(value - expected) <= 1e-12))
         fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
@@ -96,9 +96,9 @@ static void scores_are_those_counted_by_hand(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_ledger_score *score = test_find_score(scores, count, cases[i].method, cases[i].image_id);
         assert_int_equal(score->visits, cases[i].visits);
-        assert_near(score->value, cases[i].value * cases[i].unit, cases[i].method);
-        assert_near(score->standard_error, cases[i].standard_error * cases[i].unit, "its standard error");
-        assert_near(score->resampling_stderr, cases[i].resampling_stderr * cases[i].unit, "its sampling error");
+        check_near(score->value, cases[i].value * cases[i].unit, cases[i].method);
+        check_near(score->standard_error, cases[i].standard_error * cases[i].unit, "its standard error");
+        check_near(score->resampling_stderr, cases[i].resampling_stderr * cases[i].unit, "its sampling error");
         assert_true(isnan(score->ci_low) && isnan(score->ci_high)); // no interval from so few states
     }
 }

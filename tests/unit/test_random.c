@@ -1,10 +1,8 @@
 // Philox4x32-10 against the known-answer vectors published with Random123, and what is made from its words.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 
-#include <cmocka.h>
 #include <stdbool.h>
 #include <string.h>
 

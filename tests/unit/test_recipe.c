@@ -1,14 +1,10 @@
 // Recipes without a device: what is refused, cameras, splits, defects and their truth.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "unit/recipe_fixture.h"
 
 #define DEFECTS(list) "\"defects\": [" list "]"
@@ -16,7 +12,7 @@
 
 static const struct vw_scene_params headers = {.headers_only = true};
 
-static void test_refusals(void **state) {
+static void bad_recipes_are_refused(void **state) {
     (void)state;
     const struct {
         const char *from, *to, *message;
@@ -85,14 +81,14 @@ static void test_refusals(void **state) {
     }
 }
 
-static void test_needs_a_device_for_pixels(void **state) {
+static void pixels_need_a_device(void **state) {
     (void)state;
     struct vw_scene *scene = NULL;
     assert_int_equal(open_text(recipe_text, (struct vw_scene_params){0}, &scene), VW_ERROR_USAGE);
     assert_null(scene);
 }
 
-static void test_views(void **state) {
+static void views_are_named_and_posed(void **state) {
     (void)state;
     struct vw_scene *scene =
         open_changed(headers, "\"count\": 24", "\"count\": 24, \"provider\": \"anna\"", NULL, NULL);
@@ -116,7 +112,7 @@ static void test_views(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_explicit_split(void **state) {
+static void a_path_may_name_its_split(void **state) {
     (void)state;
     const char *two_paths =
         "\"split\": \"val\", \"count\": 3, \"field_of_view_deg\": 50}, {\"path\": \"orbit\", \"centre\": [0, 0, 0], "
@@ -128,7 +124,7 @@ static void test_explicit_split(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_downscale(void **state) {
+static void downscale_divides_the_camera(void **state) {
     (void)state;
     struct vw_scene *scene =
         open_changed((struct vw_scene_params){.headers_only = true, .downscale = 5}, NULL, NULL, NULL, NULL);
@@ -144,7 +140,7 @@ static uint32_t count_truth(const struct vw_scene *scene, const char *ground_tru
     return count;
 }
 
-static void test_truth(void **state) {
+static void the_ground_truth_lists_defects(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"exposure\", \"strength\": 2, \"views\": [1, 23]}, "
                           "{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.17}, {\"kind\": \"blur\", "
@@ -166,7 +162,7 @@ static void test_truth(void **state) {
 }
 
 // A share falls on the same views every time, and on others with another seed.
-static void test_seed_chooses(void **state) {
+static void the_seed_chooses_defective_views(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.5}]";
     struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
@@ -191,7 +187,7 @@ static double angle_between(const double a[3][4], const double b[3][4]) {
     return acos((trace - 1) / 2) * 180 / M_PI;
 }
 
-static void test_wrong_pose(void **state) {
+static void a_wrong_pose_turns_only_its_views(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"wrong_pose\", \"strength\": 8, \"views\": [2, 5, 11]}]";
     struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
@@ -214,7 +210,7 @@ static void test_wrong_pose(void **state) {
 }
 
 // The scenes that come with viewworth can be read.
-static void test_own_scenes(void **state) {
+static void our_own_recipes_are_read(void **state) {
     (void)state;
     const struct {
         const char *name;
@@ -242,11 +238,11 @@ static void test_own_scenes(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_needs_a_device_for_pixels),
-        cmocka_unit_test(test_views),        cmocka_unit_test(test_explicit_split),
-        cmocka_unit_test(test_downscale),    cmocka_unit_test(test_truth),
-        cmocka_unit_test(test_seed_chooses), cmocka_unit_test(test_wrong_pose),
-        cmocka_unit_test(test_own_scenes),
+        cmocka_unit_test(bad_recipes_are_refused),          cmocka_unit_test(pixels_need_a_device),
+        cmocka_unit_test(views_are_named_and_posed),        cmocka_unit_test(a_path_may_name_its_split),
+        cmocka_unit_test(downscale_divides_the_camera),     cmocka_unit_test(the_ground_truth_lists_defects),
+        cmocka_unit_test(the_seed_chooses_defective_views), cmocka_unit_test(a_wrong_pose_turns_only_its_views),
+        cmocka_unit_test(our_own_recipes_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,10 @@
 // Recipes drawn by a device: geometry against analysis, defects, determinism, points.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/gpu_fixture.h"
 #include "image/image.h"
 #include "unit/recipe_fixture.h"
@@ -95,7 +91,7 @@ static void check_rim(const struct vw_scene *scene) {
             }
 }
 
-static void test_sphere(void **state) {
+static void a_sphere_has_its_outline(void **state) {
     (void)state;
     struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
     check_silhouette(scene);
@@ -103,7 +99,7 @@ static void test_sphere(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_sphere_through_a_distorted_lens(void **state) {
+static void a_distorted_lens_bends_the_sphere(void **state) {
     (void)state;
     const char *lens =
         "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
@@ -144,7 +140,7 @@ static void check_brightness(const struct vw_point *point, double (*distance)(co
 }
 
 // Points are made from depths: they lie on the shape, on all its sides, and are lit as the side faces.
-static void test_points_lie_on_the_shapes(void **state) {
+static void points_lie_on_the_shapes(void **state) {
     (void)state;
     const struct {
         const char *shape;
@@ -177,7 +173,7 @@ static void test_points_lie_on_the_shapes(void **state) {
 
 // Lit from straight above, a sphere's shadow on the ground is a disc of its radius; light and shade have the stated
 // brightness.
-static void test_light_and_shadow(void **state) {
+static void light_and_shadow_fall(void **state) {
     (void)state;
     const char *lit =
         "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
@@ -196,7 +192,7 @@ static void test_light_and_shadow(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_textures_differ(void **state) {
+static void textures_differ(void **state) {
     (void)state;
     const char *kinds[] = {"checker", "stripes", "noise"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(kinds); i++) {
@@ -216,7 +212,7 @@ static void test_textures_differ(void **state) {
     }
 }
 
-static void test_same_bits_twice(void **state) {
+static void a_recipe_renders_the_same_bits_twice(void **state) {
     (void)state;
     struct vw_scene *first = draw_own("courtyard"), *second = draw_own("courtyard");
     assert_memory_equal(first->hash, second->hash, sizeof first->hash);
@@ -230,7 +226,7 @@ static void test_same_bits_twice(void **state) {
 }
 
 // A scene a million units away looks the same.
-static void test_far_from_the_origin(void **state) {
+static void a_scene_far_from_the_origin_looks_the_same(void **state) {
     (void)state;
     const char *far_text = "\"centre\": [1000000.2, -2000000.1, 3000000.3], \"radius\": 0.5";
     char *moved = replaced(recipe_text, "\"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5", far_text);
@@ -253,7 +249,7 @@ static void test_far_from_the_origin(void **state) {
 }
 
 // On a flat grey photo each defect can be measured.
-static void test_defects(void **state) {
+static void defects_have_their_strength(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.1, \"views\": [1]}, "
                           "{\"kind\": \"exposure\", \"strength\": 0.5, \"bias\": 0.1, \"views\": [2]}, "
@@ -286,7 +282,7 @@ static void test_defects(void **state) {
 
 // Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for
 // a seed.
-static void test_exposure(void **state) {
+static void exposure_varies_by_view(void **state) {
     (void)state;
     const char *grey = "\"background\": [0.5, 0.5, 0.5], \"exposure\": {\"gain\": 0.2, \"tint\": 0.05}";
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", grey, NULL, NULL),
@@ -309,7 +305,7 @@ static void test_exposure(void **state) {
 
 // A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd *
 // sqrt(2 pi)).
-static void test_blur(void **state) {
+static void blur_widens_edges(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"blur\", \"strength\": 2, \"views\": [6]}]";
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL), *clean = draw(NULL, NULL, NULL, NULL);
@@ -327,7 +323,7 @@ static void test_blur(void **state) {
     vw_scene_close(&clean);
 }
 
-static void test_transparent_background(void **state) {
+static void a_transparent_background_becomes_alpha(void **state) {
     (void)state;
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", "\"background\": \"transparent\"",
                                   "\"samples_per_pixel\": 1", "\"samples_per_pixel\": 9");
@@ -349,7 +345,7 @@ static void test_transparent_background(void **state) {
 
 // Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour
 // there.
-static void test_tracks(void **state) {
+static void tracks_end_at_the_points(void **state) {
     (void)state;
     struct vw_scene *scene = draw_own("courtyard");
     uint32_t compared = 0, alike = 0, tracks = 0;
@@ -385,7 +381,7 @@ static void test_tracks(void **state) {
 }
 
 // Points behind an occluder, or behind a shape, are not seen.
-static void test_hidden_points(void **state) {
+static void hidden_points_have_no_track(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"occluder\", \"strength\": 0.95, \"views\": [3]}]";
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
@@ -407,19 +403,19 @@ static void test_hidden_points(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_sphere_through_a_distorted_lens),
-        cmocka_unit_test(test_points_lie_on_the_shapes),
-        cmocka_unit_test(test_light_and_shadow),
-        cmocka_unit_test(test_textures_differ),
-        cmocka_unit_test(test_same_bits_twice),
-        cmocka_unit_test(test_far_from_the_origin),
-        cmocka_unit_test(test_defects),
-        cmocka_unit_test(test_exposure),
-        cmocka_unit_test(test_blur),
-        cmocka_unit_test(test_transparent_background),
-        cmocka_unit_test(test_tracks),
-        cmocka_unit_test(test_hidden_points),
+        cmocka_unit_test(a_sphere_has_its_outline),
+        cmocka_unit_test(a_distorted_lens_bends_the_sphere),
+        cmocka_unit_test(points_lie_on_the_shapes),
+        cmocka_unit_test(light_and_shadow_fall),
+        cmocka_unit_test(textures_differ),
+        cmocka_unit_test(a_recipe_renders_the_same_bits_twice),
+        cmocka_unit_test(a_scene_far_from_the_origin_looks_the_same),
+        cmocka_unit_test(defects_have_their_strength),
+        cmocka_unit_test(exposure_varies_by_view),
+        cmocka_unit_test(blur_widens_edges),
+        cmocka_unit_test(a_transparent_background_becomes_alpha),
+        cmocka_unit_test(tracks_end_at_the_points),
+        cmocka_unit_test(hidden_points_have_no_track),
     };
     return cmocka_run_group_tests(tests, NULL, test_gpu_close);
 }

@@ -1,17 +1,13 @@
 // Opening a scene: the box, downscaling, transparency, the hash, and the real scenes.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "base/hash.h"
@@ -44,7 +40,7 @@ static void check_box(const struct vw_box *box, double x, double y, double z, do
     assert_near(box->half_extent_world, half_extent, tolerance);
 }
 
-static void test_box_of_inward_cameras(void **state) {
+static void inward_cameras_have_a_box_around_their_axes(void **state) {
     double half_extent = 1.1 * 4 * tan(0.35);
     struct vw_box box = box_of(*state, &(struct tiny_scene){0}, "closest to all optical axes");
     check_box(&box, 0, 0, 0, half_extent, 1e-12);
@@ -54,7 +50,7 @@ static void test_box_of_inward_cameras(void **state) {
     check_box(&box, 0, 0, 0, 1e6 * half_extent, 1e-6);
 }
 
-static void test_box_of_instant_ngp(void **state) {
+static void the_box_of_instant_ngp_is_read(void **state) {
     struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4");
     check_box(&box, 0, 0, 0, 2 / 0.33, 1e-12);
     box = box_of(
@@ -64,7 +60,7 @@ static void test_box_of_instant_ngp(void **state) {
     check_box(&box, 0.5, 0, -1, 2, 1e-12); // 0.5 * world + offset covers -0.5 ... 1.5
 }
 
-static void test_box_of_other_coordinates_is_ignored(void **state) {
+static void a_box_of_other_coordinates_is_ignored(void **state) {
     const char *keys = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
     double half_extent = 1.1 * 4 * tan(0.35);
     struct vw_box box =
@@ -100,7 +96,7 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
     return box;
 }
 
-static void test_box_without_common_point(void **state) {
+static void axes_without_a_common_point_have_a_box(void **state) {
     double depth = 4 * sqrt(2);
     struct vw_box box = box_of_square(*state, false);
     check_box(&box, 0, 0, -depth, 1.1 * depth, 1e-12);
@@ -111,7 +107,7 @@ static void test_box_without_common_point(void **state) {
 // ---- Photos
 // ------------------------------------------------------------------------------------------------------------------
 
-static void test_downscale_fits_the_camera(void **state) {
+static void a_downscale_fits_the_camera(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
     for (int headers_only = 0; headers_only < 2; headers_only++) {
         struct vw_scene *scene =
@@ -128,7 +124,7 @@ static void test_downscale_fits_the_camera(void **state) {
     }
 }
 
-static void test_background(void **state) {
+static void the_background_follows_alpha(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_false(scene->has_alpha);
@@ -143,7 +139,7 @@ static void test_background(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_excluded_views_are_not_decoded(void **state) {
+static void excluded_views_are_not_decoded(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
@@ -170,7 +166,7 @@ static void check_hash_differs(const struct vw_scene_params *params, const char 
     assert_string_not_equal(hex, from);
 }
 
-static void test_hash(void **state) {
+static void the_hash_names_all_that_is_read(void **state) {
     char first[VW_HASH_HEX_BYTES], again[VW_HASH_HEX_BYTES];
     struct vw_scene_params params = {.path = *state};
     tiny_scene_write(*state, &(struct tiny_scene){0});
@@ -207,7 +203,7 @@ static void test_hash(void **state) {
     check_hash_differs(&params, first);
 }
 
-static void test_headers_only_reads_no_pixels(void **state) {
+static void headers_only_reads_no_pixels(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){0});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .headers_only = true});
     const uint8_t zero[VW_HASH_BYTES] = {0};
@@ -220,7 +216,7 @@ static void test_headers_only_reads_no_pixels(void **state) {
     vw_scene_close(&scene); // closing twice is fine
 }
 
-static void test_clamped_share_is_noted(void **state) {
+static void a_clamped_share_is_noted(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".exr"});
     for (int i = 0; i < 3; i++) {
         float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 3] = {0};
@@ -238,7 +234,7 @@ static void test_clamped_share_is_noted(void **state) {
 // ---- Real scenes
 // -----------------------------------------------------------------------------------------------------------------
 
-static void test_fox(void **state) {
+static void fox_is_read(void **state) {
     (void)state;
     const char *path = real_scene_path("fox");
     if (!path) skip();
@@ -262,7 +258,7 @@ static void test_fox(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_chair(void **state) {
+static void chair_synthetic_is_read(void **state) {
     (void)state;
     const char *path = real_scene_path("chair_synthetic");
     if (!path) skip();
@@ -280,18 +276,18 @@ static void test_chair(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_box_of_inward_cameras, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_box_of_instant_ngp, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_box_of_other_coordinates_is_ignored, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_box_without_common_point, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_downscale_fits_the_camera, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_background, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_excluded_views_are_not_decoded, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_hash, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_headers_only_reads_no_pixels, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_clamped_share_is_noted, make_folder, remove_folder),
-        cmocka_unit_test(test_fox),
-        cmocka_unit_test(test_chair),
+        cmocka_unit_test_setup_teardown(inward_cameras_have_a_box_around_their_axes, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_box_of_instant_ngp_is_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_box_of_other_coordinates_is_ignored, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(axes_without_a_common_point_have_a_box, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_downscale_fits_the_camera, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_background_follows_alpha, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(excluded_views_are_not_decoded, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_hash_names_all_that_is_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(headers_only_reads_no_pixels, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_clamped_share_is_noted, make_folder, remove_folder),
+        cmocka_unit_test(fox_is_read),
+        cmocka_unit_test(chair_synthetic_is_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,9 @@
 // Which view trains, validates or tests; name lists and providers.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -32,12 +29,12 @@ static void check_splits(const struct vw_scene_params *params, const char *expec
     vw_scene_close(&scene);
 }
 
-static void test_every_eighth(void **state) {
+static void every_eighth_view_validates(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 18});
     check_splits(&(struct vw_scene_params){.path = *state}, "vtttTtttvtttTtttvt");
 }
 
-static void test_two_are_left_to_train(void **state) {
+static void two_are_left_to_train(void **state) {
     static const char *const expected[] = {"tt", "vtt", "vttt", "vtttT"};
     for (uint32_t count = 2; count <= 5; count++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = count});
@@ -48,7 +45,7 @@ static void test_two_are_left_to_train(void **state) {
                        "at least 2", NULL);
 }
 
-static void test_split_files(void **state) {
+static void three_files_split_the_views(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 5, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
@@ -57,21 +54,21 @@ static void test_split_files(void **state) {
                  "tt"); // one file is read alone
 }
 
-static void test_half_of_test_validates(void **state) {
+static void half_of_test_validates(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     check_splits(&(struct vw_scene_params){.path = *state}, "vtt"); // train alone has no opinion
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 3, .count = 5});
     check_splits(&(struct vw_scene_params){.path = *state}, "tttvvvTT");
 }
 
-static void test_view_in_two_split_files(void **state) {
+static void a_view_in_two_split_files_is_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "frame 0",
                        "images/03.png", "train and val", NULL);
 }
 
-static void test_lists_win(void **state) {
+static void lists_win(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *train = temporary_file(*state, "train.txt", "\n  images/00.png \r\n\n./images/02.png\t\nimages/02.png");
     const char *val = temporary_file(*state, "val.txt", "images/04.png\n");
@@ -84,7 +81,7 @@ static void test_lists_win(void **state) {
 }
 
 // Lists may name a photo by its bare name where no other has it.
-static void test_bare_names(void **state) {
+static void lists_may_use_bare_names(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *val = temporary_file(*state, "val.txt", "04.png\n./05.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvvtt");
@@ -101,14 +98,14 @@ static void test_bare_names(void **state) {
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "tvt");
 }
 
-static void test_lists_win_over_files(void **state) {
+static void lists_win_over_files(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 3});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/03.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .train_list = train}, "xtxtvv"); // claimed from val
 }
 
-static void test_split_without_photos(void **state) {
+static void a_split_without_photos_is_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 4, .count = 1});
     assert_int_equal(remove(temporary_path(*state, "images/04.png")), 0);
@@ -116,7 +113,7 @@ static void test_split_without_photos(void **state) {
                        "images/04.png", NULL);
 }
 
-static void test_pool_is_of_phototourism(void **state) {
+static void only_phototourism_has_a_pool(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     check_splits(&(struct vw_scene_params){.path = *state, .pool = "all"}, "vttt");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "list"}, VW_ERROR_USAGE, "--pool list",
@@ -124,7 +121,7 @@ static void test_pool_is_of_phototourism(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "some"}, VW_ERROR_USAGE, "--pool some", NULL);
 }
 
-static void test_list_errors(void **state) {
+static void bad_lists_are_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *train = temporary_file(*state, "train.txt", "images/00.png\nimages/01.png\n");
     const char *overlap = temporary_file(*state, "val.txt", "images/02.png\nimages/01.png\n");
@@ -149,7 +146,7 @@ static void test_list_errors(void **state) {
                        NULL);
 }
 
-static void test_providers(void **state) {
+static void providers_are_read(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *csv =
         temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
@@ -160,7 +157,7 @@ static void test_providers(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_provider_errors(void **state) {
+static void bad_providers_are_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     static const struct {
         const char *text, *line, *said;
@@ -185,19 +182,19 @@ static void test_provider_errors(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_every_eighth, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_two_are_left_to_train, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_split_files, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_half_of_test_validates, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_view_in_two_split_files, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_lists_win, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_bare_names, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_lists_win_over_files, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_split_without_photos, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_pool_is_of_phototourism, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_list_errors, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_providers, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_provider_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(every_eighth_view_validates, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(two_are_left_to_train, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(three_files_split_the_views, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(half_of_test_validates, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_view_in_two_split_files_is_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(lists_win, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(lists_may_use_bare_names, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(lists_win_over_files, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_split_without_photos_is_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(only_phototourism_has_a_pool, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_lists_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(providers_are_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_providers_are_refused, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,8 +1,7 @@
 // Reading transforms.json: every key, every refusal.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,9 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "base/memory.h"
@@ -43,7 +39,7 @@ static void check_camera(const struct vw_camera *camera, double focal_x, double 
     assert_near(camera->centre_y_px, centre_y, 1e-12);
 }
 
-static void test_focal_keys(void **state) {
+static void every_focal_key_is_read(void **state) {
     struct vw_camera camera = camera_of(*state, "\"camera_angle_x\": 1,", NULL);
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 4, 3);
     camera = camera_of(*state, "\"camera_angle_x\": 1, \"camera_angle_y\": 0.5,", NULL);
@@ -60,7 +56,7 @@ static void test_focal_keys(void **state) {
     check_camera(&camera, 9, 9, 4, 3);
 }
 
-static void test_distortion_keys(void **state) {
+static void distortion_keys_are_read(void **state) {
     struct vw_camera camera = camera_of(*state,
                                         "\"fl_x\": 7, \"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.01, \"p2\": -0.02, "
                                         "\"k3\": 0, \"k4\": 0.0, \"is_fisheye\": false, \"camera_model\": \"OPENCV\",",
@@ -68,7 +64,7 @@ static void test_distortion_keys(void **state) {
     assert_true(camera.k1 == 0.1 && camera.k2 == -0.2 && camera.p1 == 0.01 && camera.p2 == -0.02);
 }
 
-static void test_lenses(void **state) {
+static void lenses_follow_the_keys(void **state) {
     struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": 0.2, \"k3\": 0.3,", NULL);
     assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
     assert_true(camera.k3 == 0.3);
@@ -85,7 +81,7 @@ static void test_lenses(void **state) {
     assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
 }
 
-static void test_frame_keys_win(void **state) {
+static void frame_keys_win(void **state) {
     struct vw_camera camera =
         camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 2, 3);
@@ -95,7 +91,7 @@ static void test_frame_keys_win(void **state) {
     check_camera(&camera, 7, 8, 4, 3);
 }
 
-static void test_intrinsics_of_another_size(void **state) {
+static void intrinsics_of_another_size_are_scaled(void **state) {
     tiny_scene_write(*state,
                      &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
@@ -108,7 +104,7 @@ static void test_intrinsics_of_another_size(void **state) {
                        "80 x 61", "8 x 6", NULL);
 }
 
-static void test_names_and_extensions(void **state) {
+static void extensions_may_be_missing(void **state) {
     tiny_scene_write(
         *state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
@@ -121,7 +117,7 @@ static void test_names_and_extensions(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_pose(void **state) {
+static void the_pose_is_read(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     temporary_file(
         *state, "transforms.json",
@@ -135,7 +131,7 @@ static void test_pose(void **state) {
     vw_scene_close(&scene);
 }
 
-static void test_pose_errors(void **state) {
+static void bad_poses_are_refused(void **state) {
     static const char *const matrices[][2] = {
         {"null", "missing"},
         {"[[1,0,0,0],[0,1,0,0]]", "4 rows"},
@@ -162,7 +158,7 @@ static void test_pose_errors(void **state) {
     }
 }
 
-static void test_key_errors(void **state) {
+static void bad_keys_are_refused(void **state) {
     static const char *const cases[][2] = {
         {"", "focal length"},
         {"\"fl_x\": 0,", "fl_x"},
@@ -197,7 +193,7 @@ static void test_key_errors(void **state) {
                        NULL);
 }
 
-static void test_file_errors(void **state) {
+static void unreadable_files_are_refused(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "no scene found", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene",
                        "no such scene", NULL);
@@ -220,7 +216,7 @@ static void test_file_errors(void **state) {
 }
 
 // Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.
-static void test_hostile_files(void **state) {
+static void hostile_files_are_refused(void **state) {
     enum { DEPTH = 100000 };
     static char deep[DEPTH + 1];
     memset(deep, '[', DEPTH);
@@ -237,7 +233,7 @@ static void test_hostile_files(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", NULL);
 }
 
-static void test_missing_photos(void **state) {
+static void missing_photos_are_skipped(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
@@ -256,7 +252,7 @@ static void test_missing_photos(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "5 frames", "images/00.png", NULL);
 }
 
-static void test_photos_stay_in_the_folder(void **state) {
+static void photos_stay_in_the_folder(void **state) {
     static const char *const prefixes[] = {"../images/", "images/../../images/", "/images/"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(prefixes); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 2, .name_prefix = prefixes[i]});
@@ -277,7 +273,7 @@ static void test_photos_stay_in_the_folder(void **state) {
 }
 
 // The scene file too: what it links to would show in messages.
-static void test_the_scene_file_stays_in_the_folder(void **state) {
+static void the_scene_file_stays_in_the_folder(void **state) {
     char *elsewhere = temporary_folder_create();
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
@@ -287,7 +283,7 @@ static void test_the_scene_file_stays_in_the_folder(void **state) {
     temporary_folder_remove(elsewhere);
 }
 
-static void test_photos_of_other_kinds(void **state) {
+static void photos_that_are_no_files_are_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     const char *photo = temporary_path(*state, "images/01.png");
     assert_int_equal(unlink(photo), 0);
@@ -300,7 +296,7 @@ static void test_photos_of_other_kinds(void **state) {
                        "not a plain file", NULL);
 }
 
-static void test_photo_errors(void **state) {
+static void bad_photos_are_refused(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     temporary_file(*state, "images/01.png", "not an image");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1",
@@ -316,22 +312,22 @@ static void test_photo_errors(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_focal_keys, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_distortion_keys, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_lenses, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_frame_keys_win, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_intrinsics_of_another_size, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_names_and_extensions, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_pose, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_pose_errors, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_key_errors, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_file_errors, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_hostile_files, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_missing_photos, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_photos_stay_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_the_scene_file_stays_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_photos_of_other_kinds, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(test_photo_errors, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(every_focal_key_is_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(distortion_keys_are_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(lenses_follow_the_keys, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(frame_keys_win, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(intrinsics_of_another_size_are_scaled, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(extensions_may_be_missing, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_pose_is_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_poses_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_keys_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(unreadable_files_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(hostile_files_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(missing_photos_are_skipped, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(photos_stay_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_scene_file_stays_in_the_folder, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(photos_that_are_no_files_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(bad_photos_are_refused, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,11 @@
 // What is kept of compiled shaders from run to run: by device, driver and vector width, never trusted when damaged.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "support/temporary_folder.h"
 #include "base/file.h"

@@ -1,16 +1,12 @@
 // Structural similarity: known values, another program's, and an independent implementation that filters nothing
 // separably.
+#include "support/cmocka_test.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "support/assert_near.h"
 #include "image/ssim.h"
 
 enum { WIDTH = 24, HEIGHT = 17, VALUES = 3 * WIDTH * HEIGHT };

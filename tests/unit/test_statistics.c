@@ -1,11 +1,8 @@
 // Medians, quantiles, spreads and correlations of numbers worked out by hand.
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "support/cmocka_test.h"
 
-#include <cmocka.h>
+#include <math.h>
+#include <stdint.h>
 
 #include "base/statistics.h"
 

@@ -1,11 +1,8 @@
 // When a run is given up: by its steps alone, at the same one however they come.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <math.h>
-
-#include <cmocka.h>
 
 #include "value/step_statistics.h"
 

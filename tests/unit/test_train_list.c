@@ -1,12 +1,9 @@
 // Lists of photos to train on, as files name them.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "scene/formats/train_list.h"
 #include "support/temporary_folder.h"

@@ -1,10 +1,8 @@
 // Whether 95 % intervals hold 95 % of the time: on series whose mean over seeds is known. SEED=N draws others.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "support/cmocka_test.h"
+
 #include <stdint.h>
 
-#include <cmocka.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -162,7 +160,7 @@ static void fill(double *by_epoch, uint32_t photos, uint32_t epochs) {
     for (uint32_t i = 0; i < photos * epochs; i++) by_epoch[i] = 0.3 * (i / epochs) + normal(7, i / epochs, i % epochs);
 }
 
-static void assert_near(double value, double expected, const char *what) {
+static void check_near(double value, double expected, const char *what) {
     if (!(fabs(value - expected) <= 1e-9 * (1 + fabs(expected))))
         fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
@@ -185,10 +183,10 @@ static void intervals_follow_the_sum(void **state) {
     for (uint32_t p = 0; p < PHOTOS; p++) {
         double sum = 0;
         for (uint32_t e = 0; e < EPOCHS; e++) sum += plain[p * EPOCHS + e];
-        assert_near((a[p].ci_low + a[p].ci_high) / 2, sum, "the middle");
+        check_near((a[p].ci_low + a[p].ci_high) / 2, sum, "the middle");
         assert_true(a[p].standard_error > 0 && a[p].ci_high - sum > 1.96 * a[p].standard_error);
-        assert_near(b[p].standard_error, 3 * a[p].standard_error, "the error of three times as much");
-        assert_near(b[p].ci_low, -3 * a[p].ci_high + 2 * EPOCHS, "the low end of three times as much");
+        check_near(b[p].standard_error, 3 * a[p].standard_error, "the error of three times as much");
+        check_near(b[p].ci_low, -3 * a[p].ci_high + 2 * EPOCHS, "the low end of three times as much");
         assert_true(c[p].standard_error == a[p].standard_error && c[p].ci_low == a[p].ci_low &&
                     c[p].ci_high == a[p].ci_high);
     }
@@ -208,12 +206,12 @@ static void what_is_unknown_is_said(void **state) {
         assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].ci_low) && isnan(intervals[p].ci_high));
     assert_true(intervals[2].standard_error >
                 0); // that two visits agree is no proof: the other photos' variance is heard
-    assert_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
+    check_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
     for (uint32_t i = 0; i < PHOTOS * EPOCHS; i++) by_epoch[i] = i / EPOCHS;
     assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
     for (uint32_t p = 0; p < PHOTOS; p++) {
         assert_true(intervals[p].standard_error < 1e-12); // rounding
-        assert_near(intervals[p].ci_low, p * EPOCHS, "the low end where nothing varies");
+        check_near(intervals[p].ci_low, p * EPOCHS, "the low end where nothing varies");
     }
     assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, 1, intervals), VW_OK);
     assert_true(isnan(intervals[3].standard_error));

@@ -37,7 +37,7 @@ static struct vw_ledger_score *score(const struct test_recording *training, uint
     return scores;
 }
 
-static void assert_near(double value, double expected, const char *what) {
+static void check_near(double value, double expected, const char *what) {
     if (!(fabs(value - expected) <= 1e-12)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
@@ -55,8 +55,8 @@ static void known_worths_come_back(void **state) {
         assert_string_equal(scores[i].unit, units[method]);
         assert_int_equal(scores[i].image_id, test_train_views[image]);
         assert_int_equal(scores[i].visits, 5);
-        assert_near(scores[i].value, 5 * factors[method] * worth_db[image], scores[i].method);
-        assert_near(scores[i].standard_error, 0, "the standard error of equal deltas");
+        check_near(scores[i].value, 5 * factors[method] * worth_db[image], scores[i].method);
+        check_near(scores[i].standard_error, 0, "the standard error of equal deltas");
     }
     free(scores);
     free(training);
@@ -70,7 +70,7 @@ static void burn_in_leaves_epochs_out(void **state) {
     for (uint32_t burn_in = 0; burn_in < 4; burn_in++) {
         struct vw_ledger_score *scores = score(training, burn_in, &count);
         const struct vw_ledger_score *first = test_find_score(scores, count, "dv_psnr", 1);
-        assert_near(first->value, expected[burn_in] * worth_db[0], "dv_psnr of image 1");
+        check_near(first->value, expected[burn_in] * worth_db[0], "dv_psnr of image 1");
         assert_int_equal(first->visits, 4 - burn_in);
         assert_int_equal(isnan(first->standard_error), burn_in == 3); // one visit has none
         free(scores);
@@ -96,7 +96,7 @@ static void what_was_visited_has_a_standard_error(void **state) {
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
-    assert_near(third->value, 9, "dv_psnr");
+    check_near(third->value, 9, "dv_psnr");
     assert_true(third->standard_error > 0 && third->ci_low < 9 && third->ci_high > 9);
     assert_int_equal(third->visits, 3);
     const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
@@ -116,10 +116,10 @@ static void flagged_steps_are_bridged(void **state) {
     flag(training, flagged);
     struct vw_ledger_score *scores = score(training, 1, &count);
     assert_int_equal(test_find_score(scores, count, "dv_psnr", photo)->visits, 1);
-    assert_near(test_find_score(scores, count, "dv_psnr", photo)->value, photo_worth, "dv_psnr of the flagged photo");
+    check_near(test_find_score(scores, count, "dv_psnr", photo)->value, photo_worth, "dv_psnr of the flagged photo");
     assert_int_equal(test_find_score(scores, count, "dv_psnr", next)->visits, 2);
-    assert_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth,
-                "dv_psnr of the next photo");
+    check_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth,
+               "dv_psnr of the next photo");
     free(scores);
     free(whole);
     free(training);
@@ -243,8 +243,8 @@ static void resampling_stderr_is_the_redraws_spread(void **state) {
         struct vw_ledger_score *scores = NULL;
         uint32_t count = 0;
         ASSERT_OK(vw_value_score(&input, &scores, &count));
-        assert_near(test_find_score(scores, count, cases[i].method, 3)->resampling_stderr, cases[i].expected,
-                    cases[i].method);
+        check_near(test_find_score(scores, count, cases[i].method, 3)->resampling_stderr, cases[i].expected,
+                   cases[i].method);
         assert_true(isnan(test_find_score(scores, count, cases[i].method, 5)->resampling_stderr)); // not probed
         assert_true(isnan(test_find_score(scores, count, cases[i].method, 6)->resampling_stderr)); // a single value
         free(scores);
@@ -265,16 +265,16 @@ static void noise_floor_is_of_all_probes(void **state) {
                      3); // one more begins behind a flagged step, so that there is nothing to compare it with
     assert_int_equal(floor.zero_learning_rate_count, 2);
     assert_int_equal(floor.resampled_count, 6);
-    assert_near(floor.repeated_db, 0.5,
-                "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
-    assert_near(floor.zero_learning_rate_db, 0.5, "the largest delta of a step with learning rate 0");
-    assert_near(floor.resampled_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
-    assert_near(floor.resampled_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
+    check_near(floor.repeated_db, 0.5,
+               "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
+    check_near(floor.zero_learning_rate_db, 0.5, "the largest delta of a step with learning rate 0");
+    check_near(floor.resampled_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
+    check_near(floor.resampled_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
 
     run.probes[7].val_psnr = 12.25; // now the largest is the one downwards
     run.probes[13].val_psnr = 14.5;
     vw_value_noise_floor(&input, &floor);
-    assert_near(floor.repeated_db, 0.5, "the largest delta of a repeat");
+    check_near(floor.repeated_db, 0.5, "the largest delta of a repeat");
 
     for (uint32_t i = 0; i < 4; i++)
         run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEATED, 11, 22, 0.11, VW_RECORD_UNTRAINED};
@@ -402,8 +402,8 @@ static void score_quality_tells_auc_and_r(void **state) {
     char *script = vw_format_text("%s/scripts/score_quality", VW_SOURCE_FOLDER);
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
-    assert_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
-    double r = correlation(a, b, TEST_TRAIN_COUNT);          // the first scores are dv_psnr
+    check_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
+    double r = correlation(a, b, TEST_TRAIN_COUNT);         // the first scores are dv_psnr
     if (!(fabs(figure(output, "dv_psnr", 1) - r) <= 6e-5)) fail_msg("r is %.6f, not as in:%s", r, output);
     free(output);
     free(command);
