@@ -7,6 +7,9 @@
 #include <stdint.h>
 
 #include "viewworth/status.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 struct vw_gpu;
 
@@ -69,5 +72,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);
 const struct vw_gpu_info *vw_gpu_get_info(const struct vw_gpu *gpu);
 const struct vw_gpu_limits *vw_gpu_get_limits(const struct vw_gpu *gpu); // after clamping
+
+VW_PUBLIC_END
 
 #endif

@@ -24,6 +24,9 @@
 #include "viewworth/types.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 struct vw_ledger;
 
@@ -114,5 +117,7 @@ enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_s
 // validation view.
 typedef void vw_ledger_view_taker(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error);
 enum vw_status vw_ledger_each_view(struct vw_ledger *ledger, vw_ledger_view_taker *take, void *context);
+
+VW_PUBLIC_END
 
 #endif

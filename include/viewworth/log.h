@@ -5,6 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
+
 // --quiet: only errors (which main prints) and warnings. Process-wide; set once at start.
 void vw_log_set_quiet(bool quiet);
 void vw_log_info(const char *format, ...) __attribute__((format(printf, 1, 2)));
@@ -29,5 +33,7 @@ void vw_progress_end(struct vw_progress *progress);    // leaves the last state 
 // For display only, never for a decision that affects bits.
 double vw_now_s(void); // monotonic seconds
 double vw_cpu_s(void); // that all threads of the program have computed
+
+VW_PUBLIC_END
 
 #endif

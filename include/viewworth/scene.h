@@ -11,6 +11,9 @@
 
 #include "viewworth/status.h"
 #include "viewworth/types.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 enum vw_split { VW_SPLIT_TRAIN, VW_SPLIT_VAL, VW_SPLIT_TEST, VW_SPLIT_EXCLUDED };
 const char *vw_split_name(enum vw_split split); // "train", "val", "test", "excluded"
@@ -144,5 +147,7 @@ bool vw_camera_project(const struct vw_camera *camera, const double direction_ca
 double vw_camera_reach(const struct vw_camera *camera);
 // Whether the lens bends rays at all; a fisheye always does.
 bool vw_camera_is_distorted(const struct vw_camera *camera);
+
+VW_PUBLIC_END
 
 #endif

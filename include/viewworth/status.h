@@ -13,6 +13,10 @@
 #ifndef VIEWWORTH_STATUS_H
 #define VIEWWORTH_STATUS_H
 
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
+
 enum vw_status {
     VW_OK = 0,
     VW_ERROR_USAGE,       // wrong command line or config value; exit code 2
@@ -50,5 +54,7 @@ void vw_error_restore(const struct vw_saved_error *kept);
 
 // The program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
 int vw_exit_code(enum vw_status status);
+
+VW_PUBLIC_END
 
 #endif

@@ -7,6 +7,9 @@
 #include <stdint.h>
 
 #include "viewworth/status.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 enum vw_loss { VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER };
 enum vw_optimizer {
@@ -116,4 +119,7 @@ enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Whether an effect is on that fits every measured view by its left half, so that it is scored on its right half alone.
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
+
+VW_PUBLIC_END
+
 #endif

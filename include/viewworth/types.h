@@ -7,6 +7,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
+
 enum {
     VW_HASH_BYTES = 32,
     VW_HASH_HEX_BYTES = 65, // 64 hex digits and the end
@@ -85,5 +89,7 @@ struct vw_step_record {
         *probes; // in order of their index; borrowed likewise; NULL and 0 for a step that was not probed
     uint32_t probe_count;
 };
+
+VW_PUBLIC_END
 
 #endif

@@ -35,6 +35,9 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 // What scores are computed from: the rows of a ledger. Borrowed.
 struct vw_value_input {
@@ -85,5 +88,7 @@ struct vw_noise_floor {
     double resampled_l1; // likewise of val_l1
 };
 void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_floor *floor);
+
+VW_PUBLIC_END
 
 #endif
