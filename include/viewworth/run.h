@@ -15,10 +15,9 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
+#include "viewworth/version.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+VW_PUBLIC_BEGIN
 
 struct vw_run;
 
@@ -77,8 +76,6 @@ enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const
 // A run that was not finished keeps its steps, and `resume` continues it.
 void vw_run_close(struct vw_run **run);
 
-#ifdef __cplusplus
-}
-#endif
+VW_PUBLIC_END
 
 #endif
