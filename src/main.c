@@ -1,134 +1,116 @@
 // viewworth: what each photo is worth to a 3-D reconstruction. The table of commands, and the only place that ends the
 // program.
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "cli/commands/commands.h"
-#include "viewworth/log.h"
 #include "base/memory.h"
+#include "cli/commands/commands.h"
+#include "cli/help.h"
+#include "cli/manual.h"
+#include "viewworth/log.h"
 #include "viewworth/version.h"
-#include "viewworth/train.h"
+
+// clang-format off
+#define NEEDS_SCENE_FOLDER "If the scene path was relative, run the command in the same folder as the training."
 
 static const struct vw_command commands[] = {
-    {"devices", NULL, "List the Vulkan devices, most preferred first", NULL, VW_OPTIONS_JSON, vw_command_devices},
-    {"info", "SCENE", "Say what a scene holds and which effects it calls for",
-     "SCENE is a folder with transforms*.json, a COLMAP model or a NeRF-W list (.tsv) beside dense/, a transforms "
-     "file, or a recipe "
-     "(.json).",
+    {VW_COMMANDS_VALUE, "devices", NULL, "List the Vulkan devices in order of preference", NULL,
+     VW_OPTIONS_JSON, vw_command_devices},
+    {VW_COMMANDS_VALUE, "info", "SCENE", "Show what a scene contains and which effects it calls for",
+     "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside dense/; "
+     "a transforms file; a recipe (.json).\n"
+     "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
+     "effect if the measured evidence reaches its threshold; the command prints both.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
-    {"value", "SCENE", "Train a radiance field one photo per step and say what each photo is worth",
-     "Leaves ledger.db (every step and score), report.html, scores.csv, matrix.csv (photo by validation photo), "
-     "field.vwf and checkpoints "
-     "in the --out folder; with providers also providers.csv and, by --payout, payout.csv; duplicates.csv where photos "
-     "show the same. "
-     "Positive scores help. With --resume on a finished run all tables but scores.csv are made again.",
+    {VW_COMMANDS_VALUE, "value", "SCENE", "Train a radiance field, one photo per step, and score what each photo is worth",
+     "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train photo "
+     "did for each validation photo), report.html, field.vwf (the trained field) and checkpoints. Also writes "
+     "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are near-duplicates.\n"
+     "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report and "
+     "the tables are written again, except scores.csv.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
-    {"train", "SCENE", "Take the same training steps as value, without validation after each and without scores",
-     "Leaves ledger.db, field.vwf and checkpoints in the --out folder.",
+    {VW_COMMANDS_VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
+     "Writes ledger.db, field.vwf (the trained field) and checkpoints to the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON,
      vw_command_train},
-    {"reproduce", "SCENE", "Value the photos with several seeds and say how far the scores agree",
-     "Leaves a run per seed in OUT/seed_<seed>, as value does, report.html, reproduce.csv (every measure of agreement, "
-     "pair, method and "
-     "number of epochs) and scatter.csv (the scores of every pair side by side). Goes on with the runs that OUT holds, "
-     "and reuses finished "
-     "ones.",
+    {VW_COMMANDS_VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
+     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names the "
+     "photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 is the "
+     "untrained state. Writes ledger.db and scores.csv to the --out folder.",
+     VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
+
+    {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
+     "Needs one of --positive, --significant, --not-harmful, --top and --drop. Needs neither a GPU nor the images.\n"
+     "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. For "
+     "transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, val_filenames and "
+     "test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. Validation and test photos "
+     "stay as they are.\n"
+     "To train on the selection, pass a list to value --train. Image paths in transforms.json are relative to PATH, so "
+     "viewworth opens it as a scene if PATH is in the scene's folder or in a parent of it.\n"
+     "The scene must still name all valued photos. This command does not check whether photos or poses have changed; "
+     "verify --replay does. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
+    {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
+     "OUT is the --out folder of value, reproduce, benchmark, compare or tradeoff. The report shows thumbnails if the "
+     "scene can be opened. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
+    {VW_COMMANDS_USE, "render", "OUT", "Render a view with the trained field, beside its photo",
+     "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
+
+    {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the ledger of OUT was not changed",
+     "Finds rows that were edited, removed, added or reordered: recomputes every hash and every score. A ledger that was "
+     "rewritten as a whole is detected by --expect HEAD, or by --replay N, which opens the scene. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
+    {VW_COMMANDS_CHECK, "reproduce", "SCENE", "Value the photos with several seeds and measure how well the scores agree",
+     "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv (metrics of "
+     "agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair side by side). "
+     "Resumes runs that are not finished and reuses finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS |
          VW_OPTIONS_REPRODUCE | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},
-    {"render", "OUT", "Render a photo's view with the trained field in OUT: photo left, render right",
-     "Opens the scene as the training did: run it from the same folder when paths were relative.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
-    {"benchmark", "SCENE", "Evaluate every scoring method where truth is known",
-     "Values the scene with two seeds, trains on random halves of its photos with two others, and says how well scores "
-     "find corrupted photos "
-     "and predict those trainings. Leaves seed_<N>/, retrainings.db and benchmark.csv in the --out folder; the same "
-     "command goes on where it "
-     "was stopped.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK |
-         VW_OPTIONS_JSON,
-     vw_command_benchmark},
-    {"compare", "SCENE", "Say which set of photos makes the better reconstruction",
-     "Trains every --list with the same seeds and measures whole validation and test photos (where appearance effects "
-     "fit them, their "
-     "right "
-     "halves): PSNR, SSIM and L1, and whether lists differ beyond noise. Lists chosen by --scores were chosen on "
-     "validation photos: only "
-     "test "
-     "figures evaluate them; take other seeds than the valued run's. random draws as many photos as the list before "
-     "it, anew for each seed. "
-     "Leaves retrainings.db, compare.json, compare.csv, "
-     "pairs.csv, disagreements.csv, renders/ and report.html in the --out folder; the same command goes on where it "
-     "was stopped.",
+
+    {VW_COMMANDS_EXPERIMENT, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",
+     "Trains on every --list with the same seeds. Measures PSNR, SSIM and L1 of whole validation and test photos, and "
+     "whether lists differ by more than noise. If an appearance effect is on, it is fitted on the left half of a photo, "
+     "and only the right half is measured.\n"
+     "Lists that use --scores were selected with the validation photos: only the test photos are a fair comparison, with "
+     "other seeds than those of the valued run. The list random draws as many photos as the list before it, again for "
+     "each seed.\n"
+     "Writes to the --out folder: retrainings.db, compare.json, compare.csv, pairs.csv, disagreements.csv, renders/ and "
+     "report.html. Run the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_compare},
-    {"tradeoff", "SCENE", "Show what accuracy costs in time, parameter by parameter",
-     "Values the scene at the setting of the options and at points around it, each with one parameter changed, and at "
-     "an exhaustive one (all "
-     "validation pixels, twice the rays), which the others' scores are held against. Times the steps of all points "
-     "first, in turn, and "
-     "says how "
-     "long the rest takes; a higher --downscale makes it affordable. Leaves points/, tradeoff.db, retrainings.db, "
-     "tradeoff.csv and report.html "
-     "in the --out folder; the same command goes on where it was stopped.",
+    {VW_COMMANDS_EXPERIMENT, "benchmark", "SCENE", "Evaluate the scoring methods against ground truth",
+     "Values the scene with two seeds and trains on random halves of its photos with two other seeds. Then measures how "
+     "well the scores of each method find corrupted photos and predict the results of those trainings.\n"
+     "Writes to the --out folder: seed_N/, retrainings.db and benchmark.csv. Run the same command again to resume it.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK |
+         VW_OPTIONS_JSON,
+     vw_command_benchmark},
+    {VW_COMMANDS_EXPERIMENT, "tradeoff", "SCENE", "Measure what accuracy costs in time, one parameter at a time",
+     "Values the scene with the configuration that the options give, the base, and with configurations that change one "
+     "parameter each. A full-resolution reference (all validation pixels, twice the rays) shows how accurate the scores "
+     "of the others are.\n"
+     "Times the steps of all configurations first, interleaved with the base, and prints how long the rest takes; a "
+     "higher --downscale makes it shorter.\n"
+     "Writes to the --out folder: configurations/, tradeoff.db, retrainings.db, tradeoff.csv and report.html. Run the "
+     "same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF |
          VW_OPTIONS_JSON,
      vw_command_tradeoff},
-    {"report", "OUT...", "Write the report of what OUT holds, or one of several, anew",
-     "Takes what value, reproduce, benchmark, compare and tradeoff leave. Shows the photos where the scene can be "
-     "opened as the training "
-     "did: run it "
-     "from the same folder when paths were relative.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
-    {"verify", "OUT", "Check that nothing in the ledger of OUT was edited, removed, added or reordered",
-     "Recomputes all hashes and scores. Who rewrites a whole ledger, hashes and all, is found out by --expect, or by "
-     "--replay, which opens "
-     "the scene as the training did.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
-    {"select", "OUT", "List the photos worth training on, in the format that the scene came in",
-     "Takes one of --positive, --significant, --not-harmful, --top and --drop; needs no GPU and none of the scene's "
-     "images. Writes the "
-     "scene's NeRF-W TSV "
-     "with the rows of the chosen photos, transforms.json with their frames (to PATH.json as one file that tells "
-     "splits apart by "
-     "nerfstudio's train_filenames, val_filenames and test_filenames; to any other PATH as a folder of "
-     "transforms_{train,val,test}.json), "
-     "COLMAP's image list, or plain names, one a line. Validation and test photos stay as they are. Paths in "
-     "transforms.json lead from "
-     "PATH; viewworth opens it when PATH lies in the scene's folder or in one above. All other lists go to value "
-     "--train. The scene must "
-     "still name all photos that were valued; whether photos or poses have changed since is not looked at (verify "
-     "--replay does). Run it "
-     "from the same folder as value when paths were relative.",
-     VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
-    {"import-steps", "LOG.csv", "Value photos by the per-step log of any other trainer",
-     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order and among others: the photo that a step "
-     "trained on, and the "
-     "validation after it. Step 0 is the untrained state. Leaves ledger.db and scores.csv in the --out folder.",
-     VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 };
-
-static void print_help(void) {
-    printf("viewworth: what each photo is worth to a 3-D reconstruction\n\nusage: viewworth COMMAND "
-           "[options]\n\ncommands:\n");
-    for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++) {
-        char call[32];
-        snprintf(call, sizeof call, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
-        printf("  %-20s %s\n", call, commands[i].summary);
-    }
-    printf("\nviewworth COMMAND --help says more; viewworth --version names the version.\n");
-}
+// clang-format on
 
 static enum vw_status run_command(const struct vw_command *command, int argc, char **argv) {
     struct vw_options options;
     enum vw_status status = vw_options_parse(command, argc, argv, &options);
     if (status) return status;
-    if (options.help) {
-        vw_options_print_help(command);
+    if (options.help || options.help_all) {
+        vw_help_print_command(command, options.help_all);
         return VW_OK;
     }
     vw_log_set_quiet(options.quiet);
@@ -138,13 +120,15 @@ static enum vw_status run_command(const struct vw_command *command, int argc, ch
 static enum vw_status run(int argc, char **argv) {
     if (argc < 2) return vw_fail(VW_ERROR_USAGE, "no command given; see viewworth --help");
     if (strcmp(argv[1], "--help") == 0) {
-        print_help();
+        vw_help_print_program(commands, VW_ARRAY_COUNT(commands));
         return VW_OK;
     }
     if (strcmp(argv[1], "--version") == 0) {
         printf("viewworth %s\n", vw_version());
         return VW_OK;
     }
+    if (strcmp(argv[1], "--generate-docs") == 0)
+        return vw_manual_write(argc == 3 ? argv[2] : "", commands, VW_ARRAY_COUNT(commands));
     for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++)
         if (strcmp(argv[1], commands[i].name) == 0) return run_command(&commands[i], argc - 1, argv + 1);
     return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see viewworth --help", argv[1]);

@@ -34,17 +34,29 @@ value_by_threads() { LP_NUM_THREADS=$1 value "threads$1"; }
 # ---- Without a device ---------------------------------------------------------------------------------------------------
 
 check "--help lists the commands" prints '^  value SCENE' "$program" --help
+check "--help lists them in groups" prints '^Use the scores:$' "$program" --help
 check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$program" --version
 for command in devices info value train reproduce render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
+helps() { # helps PATTERN COMMAND [--help-all]: the help, with its lines joined, matches
+    run "$program" "$2" "${3:---help}" || return
+    grep -qE -- "$1" <<<"$(tr -s '[:space:]' ' ' <"$folder/stdout")" && return
+    cat "$folder/stdout"
+    return 1
+}
+not() { ! "$@" >/dev/null; }
 for command in reproduce benchmark; do
-    check "$command --help says that it goes on" prints '^  --out FOLDER .* is gone on with$' "$program" "$command" --help
-    check "and does not ask for --resume" test "$(grep -c 'unless with --resume' "$folder/stdout")" = 0
+    check "$command --help says that it resumes" helps '--out FOLDER [^-]* are resumed\.' "$command"
+    check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done
-check "help shows ranges and defaults" prints '^  --rays N .*, 1 to 65536 \(500\)$' "$program" value --help
-check "help shows ranges with gaps" prints '^  --width N .*, a power of two, 16 to 64 \(32\)$' "$program" train --help
-check "help shows ranges outside the config" prints '^  --downscale N .*, 1 to 64 \(1\)$' "$program" info --help
+check "help shows the options that most people need" not helps ' --rays N ' value
+check "and says where the others are" helps 'value --help-all lists all options \([0-9]+ more\)' value
+check "help fits a terminal of 80 columns" test "$("$program" value --help-all | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
+check "help shows ranges and defaults" helps '--rays N Training rays per step \(1 to 65536; default 500\)\.' value --help-all
+check "help shows ranges with gaps" helps '--width N [^-]*\(a power of two, 16 to 64; default 32\)\.' train --help-all
+check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
+check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l1\)\.' value --help-all
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
 check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate
@@ -52,7 +64,7 @@ check "an option of another command is refused" refuses 'unknown option "--out"'
 check "a missing value is refused" refuses '--seed needs a value' value "$scene" --seed
 check "a value for a flag is refused" refuses '--json takes no value' devices --json=1
 check "a missing operand is refused" refuses 'SCENE is missing' value --out "$folder/none"
-check "a second operand is refused" refuses 'one argument too many' value "$scene" other --out "$folder/none"
+check "a second operand is refused" refuses 'unexpected argument "other"' value "$scene" other --out "$folder/none"
 check "value without --out is refused" refuses '--out is missing' value "$scene"
 check "an empty --out is refused" refuses '--out is missing' value "$scene" --out ''
 for bad in '--rays 5x' '--rays -1' '--rays 0' '--rays 65537' '--rays 99999999999999999999' '--epochs 1.5' '--epochs 0' \
@@ -93,7 +105,7 @@ check "info --json says what a run would take" answers "j ->> '\$.estimate.devic
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
 check "value prints photos and files" prints '^least valuable photos' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
-check "a recipe's photos are shown with their truth" test "$(grep -cE ' dB .* view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
+check "a recipe's photos are shown with their ground-truth label" test "$(grep -cE ' dB .* view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74
@@ -138,7 +150,7 @@ query second "UPDATE image SET ground_truth = 'blur'
     WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
 check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
 query second "UPDATE image SET ground_truth = NULL"
-check "without a truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
+check "without ground truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
 
 # ---- Training and rendering ---------------------------------------------------------------------------------------------
 

@@ -49,5 +49,5 @@ check "a field of the other precision is refused" fails 2 'field.vwf: trained wi
 check "the slope along a step is refused" fails 2 '--first-order .*take --table-precision float32$' value none --first-order \
     --table-precision float16
 check "and so is a precision that there is not" fails 2 '"float8" is not one of float32\|float16' value none --table-precision float8
-check "the help knows both" prints '--table-precision float32\|float16 .*\(float32\)' "$program" value --help
+check "the help knows both" prints '--table-precision float32\|float16$' "$program" value --help-all
 conclude

@@ -120,7 +120,7 @@ for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "--se
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
 done
-all=$("$program" tradeoff --help | sed -n 's/.*(default: all): //p' | tr -d ' ')
+all=$("$program" tradeoff --help | tr -s '[:space:]' ' ' | sed -n 's/.*with commas between: \([^(]*\) (default all).*/\1/p' | tr -d ' ')
 check "every parameter of the help is one" fails 2 '"none-such" is none of' sweep_it none --parameters "$all,none-such"
 check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.csv
 check "nothing is written" test ! -e "$folder/none"

@@ -1,0 +1,110 @@
+#include "cli/help.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "cli/option_table.h"
+
+enum { WIDTH = 80, OPTION_COLUMN = 24, COMMAND_COLUMN = 24 };
+
+// Prints `text` word by word from column `column` on, and indents further lines. A newline in it becomes an empty line.
+static void print_wrapped(const char *text, size_t column, size_t indent) {
+    while (*text) {
+        size_t length = strcspn(text, " \n");
+        if (column > indent && column + 1 + length > WIDTH) {
+            printf("\n%*s", (int)indent, "");
+            column = indent;
+        }
+        bool is_first = column == indent;
+        printf("%s%.*s", is_first ? "" : " ", (int)length, text);
+        column += length + !is_first;
+        text += length;
+        if (*text == '\n') {
+            printf("\n\n%*s", (int)indent, "");
+            column = indent;
+        }
+        if (*text) text++;
+    }
+    printf("\n");
+}
+
+// A term in the left column and its explanation in the right one; a long term has a line of its own.
+static void print_term(const char *term, const char *text, size_t column) {
+    printf("  %s", term);
+    size_t used = 2 + strlen(term);
+    if (used + 2 > column) {
+        printf("\n");
+        used = 0;
+    }
+    printf("%*s", (int)(column - used), "");
+    print_wrapped(text, column, column);
+}
+
+const char *vw_command_group_title(enum vw_command_group group) {
+    static const char *const titles[VW_COMMANDS_COUNT] = {[VW_COMMANDS_VALUE] = "Value photos",
+                                                          [VW_COMMANDS_USE] = "Use the scores",
+                                                          [VW_COMMANDS_CHECK] = "Check the results",
+                                                          [VW_COMMANDS_EXPERIMENT] = "Experiments"};
+    return titles[group];
+}
+
+void vw_help_print_program(const struct vw_command *commands, size_t count) {
+    printf("viewworth: what each photo is worth to a 3-D reconstruction\n\nusage: viewworth COMMAND [options]\n");
+    for (enum vw_command_group group = 0; group < VW_COMMANDS_COUNT; group++) {
+        printf("\n%s:\n", vw_command_group_title(group));
+        for (size_t i = 0; i < count; i++) {
+            if (commands[i].group != group) continue;
+            char term[COMMAND_COLUMN + 16];
+            snprintf(term, sizeof term, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
+            print_term(term, commands[i].summary, COMMAND_COLUMN);
+        }
+    }
+    printf("\nviewworth COMMAND --help explains a command and its main options.\n"
+           "viewworth COMMAND --help-all lists all its options.\n"
+           "viewworth --version prints the version.\n"
+           "viewworth --generate-docs FOLDER writes man pages and bash completion.\n");
+}
+
+static bool is_listed(const struct vw_option *option, const struct vw_command *command, bool all) {
+    return vw_option_fits(option, command) && (all || option->common);
+}
+
+static void print_option(const struct vw_option *option) {
+    char usage[VW_OPTION_USAGE_BYTES], sentence[VW_OPTION_HELP_BYTES];
+    vw_option_usage(option, usage);
+    vw_option_sentence(option, sentence);
+    print_term(usage, sentence, OPTION_COLUMN);
+}
+
+static void print_section(const struct vw_command *command, enum vw_option_section section, bool all) {
+    bool has_title = false;
+    for (int i = 0; i < vw_option_count; i++) {
+        const struct vw_option *option = &vw_option_table[i];
+        if (option->section != section || !is_listed(option, command, all)) continue;
+        if (!has_title) printf("\n%s:\n", vw_option_section_title(section));
+        has_title = true;
+        print_option(option);
+    }
+}
+
+static int count_hidden(const struct vw_command *command) {
+    int count = 0;
+    for (int i = 0; i < vw_option_count; i++)
+        count += vw_option_fits(&vw_option_table[i], command) && !vw_option_table[i].common;
+    return count;
+}
+
+void vw_help_print_command(const struct vw_command *command, bool all) {
+    const char *operand = command->operand ? command->operand : "";
+    printf("usage: viewworth %s%s%s%s [options]\n\n", command->name, *operand ? " " : "", operand,
+           vw_command_needs_out(command) ? " --out FOLDER" : "");
+    print_wrapped(command->summary, 0, 0);
+    if (command->details) {
+        printf("\n");
+        print_wrapped(command->details, 0, 0);
+    }
+    for (enum vw_option_section section = 0; section < VW_SECTION_COUNT; section++)
+        print_section(command, section, all);
+    int hidden = all ? 0 : count_hidden(command);
+    if (hidden) printf("\nviewworth %s --help-all lists all options (%d more).\n", command->name, hidden);
+}

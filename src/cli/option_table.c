@@ -1,0 +1,287 @@
+#include "cli/option_table.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "experiment/sweep/configurations.h"
+
+const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
+
+static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
+static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
+static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *table_precision_choice(uint32_t choice) {
+    return vw_table_precision_name((enum vw_table_precision)choice);
+}
+static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
+static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
+
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
+                   sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
+                   sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t),
+               "VW_OPTION_CHOICE stores 32 bits");
+
+#define OPTION(type, field) .kind = VW_OPTION_##type, .offset = offsetof(struct vw_options, field)
+#define RANGE(from, to) .least = from, .most = to
+#define CHOICE(field, name_of, last) OPTION(CHOICE, field), .choice_name = name_of, .choice_count = (uint32_t)(last) + 1
+#define COMMON .common = true
+#define DEFAULT(text) .default_text = text
+
+const struct vw_option vw_option_table[] = {
+    // What a command makes, and from what.
+    {"out", "FOLDER", "Folder for the results (required); it must not contain a run unless --resume is given",
+     VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
+    {"out", "FOLDER", "Folder for the results (required); it must not contain a run", VW_OPTIONS_IMPORT,
+     VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
+    {"out", "FOLDER", "Folder for the results (required); existing runs of the same configuration are resumed",
+     VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
+    {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
+     VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
+    {"resume", NULL, "No effect: this command always resumes", VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(FLAG, resume)},
+    {"to", "FILE", "Image file to write, .png or .exr", VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON,
+     DEFAULT("OUT/render_VIEW.png")},
+    {"to", "PATH", "Photo list to write (required): a new file, or for transforms.json also a new folder",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
+    {"to", "FILE", "Report file to write", VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON,
+     DEFAULT("report.html in the first OUT")},
+    {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
+     VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"positive", NULL, "Keep photos whose score is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
+     OPTION(FLAG, positive), COMMON},
+    {"significant", NULL, "Keep photos whose 95 % interval is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
+     OPTION(FLAG, significant), COMMON},
+    {"not-harmful", NULL, "Drop photos whose 95 % interval is below zero and keep all others", VW_OPTIONS_SELECT,
+     VW_SECTION_MAIN, OPTION(FLAG, not_harmful), COMMON},
+    {"top", "K|P%", "Keep the K best photos, or the best P percent", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
+     OPTION(TEXT, top), COMMON},
+    {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
+     VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
+    {"list", "LIST",
+     "Photos to train on (required, repeatable): all, positive, significant, not-harmful, top:K, top:P%, drop:P%, "
+     "random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, which keeps the photos with at "
+     "least that score (CSV header: name,score)",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXTS, lists), COMMON},
+    {"scores", "OUT",
+     "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
+    {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
+     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON, DEFAULT("dv_psnr")},
+    {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN,
+     OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
+    {"seeds", "K", "Number of trainings of each list, one per seed; seeds count up from --seed", VW_OPTIONS_COMPARE,
+     VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50), COMMON},
+    {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
+     VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
+    {"vary", NULL, "What the seed changes between the runs; everything else uses --seed in all of them",
+     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_INIT), COMMON},
+    {"equal", NULL,
+     "What lists of different lengths have in common: the number of steps, or the number of epochs (as in the paper)",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
+    {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
+    {"parameters", "LIST", "Parameters to change, with commas between: " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF,
+     VW_SECTION_MAIN, OPTION(TEXT, parameters), COMMON, DEFAULT("all")},
+    {"halves", "N",
+     "Number of random halves of the train photos that evaluate the scores, each trained on twice; 0: none; LDS needs "
+     "at least 3",
+     VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, halves), RANGE(0, 10000), COMMON},
+    {"subsets", "N", "Number of random halves of the train photos, each trained on twice", VW_OPTIONS_BENCHMARK,
+     VW_SECTION_MAIN, OPTION(COUNT, subsets), RANGE(8, 10000), COMMON},
+    {"leave-one-out", NULL, "Also train without each photo in turn: two more trainings per train photo",
+     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(FLAG, leave_one_out), COMMON},
+    {"curves", "LIST|all|none", "Methods with removal and addition curves, with commas between", VW_OPTIONS_BENCHMARK,
+     VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"), .words = "all none"},
+    {"measure", NULL,
+     "Also train briefly with and without each effect that the scene calls for; print its time in milliseconds, its "
+     "params, its bytes and its gain in PSNR",
+     VW_OPTIONS_INFO, VW_SECTION_MAIN, OPTION(FLAG, measure), COMMON},
+    {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
+     VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
+    {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
+     VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
+    {"payout", "AMOUNT", "Amount of money to divide among the providers in proportion to the scores of their photos",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
+    {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
+     VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, no_thumbnails)},
+
+    // The scene and its photos.
+    {"format", "NAME", "Scene format: recipe, transforms, phototourism or colmap", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
+     OPTION(TEXT, format), DEFAULT("the first that fits"), .words = "recipe transforms phototourism colmap"},
+    {"pool", "all|list", "Photos of a PhotoTourism scene: all registered photos, or those that the TSV lists",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, pool), DEFAULT("all"), .words = "all list"},
+    {"train", "FILE", "Photos to train on: a file with one name per line, or a NeRF-W TSV", VW_OPTIONS_SCENE,
+     VW_SECTION_SCENE, OPTION(TEXT, train_list), COMMON},
+    {"val", "FILE", "Photos to validate on: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
+     OPTION(TEXT, val_list), COMMON},
+    {"test", "FILE", "Photos to keep for tests: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
+     OPTION(TEXT, test_list), COMMON},
+    {"providers", "FILE.csv", "Who supplied each photo (CSV header: name,provider)", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
+     OPTION(TEXT, providers), COMMON},
+    {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
+     OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
+    {"corrupt", "N", "Number of train photos to corrupt, each by one of five defects, as ground truth for scores",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, corrupt), RANGE(0, 1000000)},
+
+    // The training.
+    {"seed", "N", "Seed of photo order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     OPTION(SEED, config.seed), COMMON},
+    {"epochs", "N", "Number of epochs; each photo is trained on once per epoch", VW_OPTIONS_TRAINING,
+     VW_SECTION_TRAINING, OPTION(COUNT, config.epochs), COMMON},
+    {"burn-in", "N", "Number of first epochs that do not count for the scores", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
+     VW_SECTION_TRAINING, OPTION(COUNT, config.burn_in_epochs)},
+    {"rays", "N", "Training rays per step", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.rays)},
+    {"samples", "N", "Samples per ray", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.samples)},
+    {"val-rays", "N", "Validation rays in total; every validation photo gets at least 32", VW_OPTIONS_TRAINING,
+     VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
+    {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
+    {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
+     VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
+    {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate)},
+    {"beta1", "X", "Momentum of Adam; at 0 a step credits only its own photo", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
+     VW_SECTION_TRAINING, OPTION(REAL, config.beta1)},
+    {"effects", "auto|none|LIST|+a,-b",
+     "Optional parts of image formation: those that the scene calls for (auto), none, exactly a list, or auto with "
+     "some added and removed",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(EFFECTS, config.effects), COMMON, .words = "auto none"},
+    {"background", NULL, "Colour behind transparent train pixels: the scene's own, or a random one per ray and step",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
+
+    // Accuracy and time.
+    {"budget", "TIME",
+     "Time limit for the whole command, for example 90s, 10min or 1.5h; it chooses rays, samples, val-rays, "
+     "log2-table, width and epochs, where explicit options override it and --epochs is an upper limit",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, budget), COMMON, DEFAULT("none")},
+    {"accuracy", "NAME",
+     "Preset of rays, samples, val-rays, log2-table, width and epochs: draft, quick, standard or reference; explicit "
+     "options override it",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
+     .words = "draft quick standard reference"},
+    {"until-stable", "R",
+     "Stop at the end of an epoch when the scores rank the photos as after half the epochs: least Spearman "
+     "correlation, below 1; 0: never",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(REAL, until_stable)},
+    {"profile", NULL, "Also measure the time, memory traffic and arithmetic of every GPU pass", VW_OPTIONS_ONE_RUN,
+     VW_SECTION_TIME, OPTION(FLAG, profile)},
+
+    // More scores.
+    {"noise-floor", NULL,
+     "Also estimate measurement noise by repeated validation, steps of learning rate 0 and resampled pixels",
+     VW_OPTIONS_VALUE, VW_SECTION_SCORES, OPTION(FLAG, config.noise_floor)},
+    {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_OPTIONS_VALUE,
+     VW_SECTION_SCORES, OPTION(COUNT, config.same_state), RANGE(1, 1000000)},
+    {"first-order", NULL, "Also score every photo by the slope of validation along its steps", VW_OPTIONS_VALUE,
+     VW_SECTION_SCORES, OPTION(FLAG, config.first_order)},
+
+    // The field.
+    {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.levels)},
+    {"features", "N", "Number of features per grid entry", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.features)},
+    {"log2-table", "N", "Entries per level of the hash grid, at most 2^N", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.log2_table)},
+    {"table-precision", NULL, "Storage format of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     CHOICE(config.table_precision, table_precision_choice, VW_TABLE_FLOAT16)},
+    {"base-resolution", "N", "Cells along each axis of the coarsest level", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.base_resolution)},
+    {"growth", "X", "Ratio of the resolutions of neighbouring levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(REAL, config.growth)},
+    {"width", "N", "Number of neurons per hidden layer", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.width)},
+
+    // What most commands share.
+    {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
+     VW_SECTION_GENERAL, OPTION(TEXT, device), COMMON, DEFAULT("the preferred one")},
+    {"json", NULL, "Print the results as one JSON object", VW_OPTIONS_JSON, VW_SECTION_GENERAL, OPTION(FLAG, json),
+     COMMON},
+    {"quiet", NULL, "Print only results, warnings and errors", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
+     OPTION(FLAG, quiet), COMMON},
+    {"help", NULL, "Show the options that most people need", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help),
+     COMMON},
+    {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},
+};
+
+const int vw_option_count = VW_ARRAY_COUNT(vw_option_table);
+_Static_assert(VW_ARRAY_COUNT(vw_option_table) <= 128, "struct vw_options has a bit for each");
+
+const struct vw_options vw_options_default = {.downscale = 1, .seeds = 3, .subsets = 200, .halves = 24, .views = 2};
+
+const char *vw_option_section_title(enum vw_option_section section) {
+    static const char *const titles[VW_SECTION_COUNT] = {
+        [VW_SECTION_MAIN] = "Main options",      [VW_SECTION_SCENE] = "Scene and photos",
+        [VW_SECTION_TRAINING] = "Training",      [VW_SECTION_TIME] = "Accuracy and time",
+        [VW_SECTION_SCORES] = "More scores",     [VW_SECTION_FIELD] = "Radiance field",
+        [VW_SECTION_GENERAL] = "General options"};
+    return titles[section];
+}
+
+bool vw_option_fits(const struct vw_option *option, const struct vw_command *command) {
+    return option->groups == VW_OPTIONS_ALWAYS || (option->groups & command->options);
+}
+
+bool vw_command_needs_out(const struct vw_command *command) {
+    return command->options & (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT);
+}
+
+void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]) {
+    text[0] = 0;
+    if (option->most) snprintf(text, VW_CONFIG_RANGE_BYTES, "%" PRIu32 " to %" PRIu32, option->least, option->most);
+    else vw_config_range(option->name, text);
+}
+
+void vw_option_choices(const struct vw_option *option, char separator, char text[VW_OPTION_CHOICES_BYTES]) {
+    size_t used = 0;
+    text[0] = 0;
+    for (uint32_t i = 0; i < option->choice_count && used < VW_OPTION_CHOICES_BYTES; i++) {
+        if (i) text[used++] = separator;
+        used += (size_t)snprintf(text + used, VW_OPTION_CHOICES_BYTES - used, "%s", option->choice_name(i));
+    }
+}
+
+void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_BYTES]) {
+    char choices[VW_OPTION_CHOICES_BYTES];
+    vw_option_choices(option, '|', choices);
+    const char *argument = choices[0] ? choices : option->argument ? option->argument : "";
+    snprintf(text, VW_OPTION_USAGE_BYTES, "--%s%s%s", option->name, *argument ? " " : "", argument);
+}
+
+static void describe_default(const struct vw_option *option, char *text, size_t text_bytes) {
+    struct vw_options options = vw_options_default;
+    options.config = vw_config_default;
+    const void *field = (const char *)&options + option->offset;
+    text[0] = 0;
+    switch (option->kind) {
+    case VW_OPTION_FLAG:
+    case VW_OPTION_TEXTS: break;
+    case VW_OPTION_TEXT:
+        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
+        break;
+    case VW_OPTION_COUNT: snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field); break;
+    case VW_OPTION_SEED: snprintf(text, text_bytes, "%" PRIu64, *(const uint64_t *)field); break;
+    case VW_OPTION_REAL: snprintf(text, text_bytes, "%g", *(const double *)field); break;
+    case VW_OPTION_CHOICE: snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field)); break;
+    case VW_OPTION_EFFECTS: snprintf(text, text_bytes, "%s", (const char *)field); break;
+    }
+}
+
+// A count below its range is the default of an option that is off without it (--replay, --same-state).
+static bool is_off_by_default(const struct vw_option *option, const char *standard) {
+    return option->kind == VW_OPTION_COUNT && option->least > 0 && strcmp(standard, "0") == 0;
+}
+
+void vw_option_sentence(const struct vw_option *option, char text[VW_OPTION_HELP_BYTES]) {
+    char range[VW_CONFIG_RANGE_BYTES], standard[300];
+    vw_option_range(option, range);
+    describe_default(option, standard, sizeof standard);
+    const char *before = "default ";
+    if (is_off_by_default(option, standard)) {
+        before = "";
+        snprintf(standard, sizeof standard, "off by default");
+    }
+    bool has_range = range[0], has_default = standard[0];
+    snprintf(text, VW_OPTION_HELP_BYTES, "%s%s%s%s%s%s%s.", option->help, has_range || has_default ? " (" : "", range,
+             has_range && has_default ? "; " : "", has_default ? before : "", standard,
+             has_range || has_default ? ")" : "");
+}
