@@ -32,8 +32,7 @@ struct setup {
 
 enum { STEPS_PER_BATCH = 8, ROUNDS_MAX = 64 };
 
-// ---- Settings
-// ---------------------------------------------------------------------------------------------------------
+// ---- Settings -------------------------------------------------------------------------------------------------------
 
 static void choose_yardstick(struct setup *setup) {
     struct vw_config *config = &setup->config;
@@ -104,8 +103,7 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
     return good && setup->rounds <= ROUNDS_MAX;
 }
 
-// ---- Measuring
-// --------------------------------------------------------------------------------------------------------
+// ---- Measuring ------------------------------------------------------------------------------------------------------
 
 struct timing {
     double wall_ms, cpu_ms; // per step
@@ -165,8 +163,7 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
     return status;
 }
 
-// ---- The report
-// -------------------------------------------------------------------------------------------------------
+// ---- The report -----------------------------------------------------------------------------------------------------
 
 static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds,
                           const struct vw_trainer_stats *stats, const char *device) {

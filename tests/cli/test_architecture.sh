@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The rules of the house that a compiler does not know: who may include whom, and what no file may hold.
+# The rules that a compiler does not know: who may include whom, and what no file may hold. Every rule is stated with a
+# violation: the rule holds in the tree, and is broken in a copy of the tree that contains the violation.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 . tests/support/shell_test.sh
@@ -7,25 +8,156 @@ cd "$(dirname "$0")/../.."
 code=(src include shaders tests scripts CMakeLists.txt .ci)
 c_code=(--include='*.c' --include='*.cpp' --include='*.h' --include='*.glsl' --include='*.comp')
 
+copy=$(mktemp -d)
+trap 'rm -rf "$copy"' EXIT
+for root in "${code[@]}" scenes README.md; do [[ ! -e $root ]] || cp -r "$root" "$copy"; done
+rm -rf "$copy/tests/fuzz/corpus"
+
+# rule WHAT [FILE TEXT]... -- COMMAND...: the command succeeds in the tree, and fails in the copy that contains these new files.
+rule() {
+    local what=$1 violation=()
+    shift
+    while [[ $1 != -- ]]; do violation+=("$1") && shift; done
+    shift
+    check "$what" "$@"
+    check "  a violation is found" finds "${#violation[@]}" "${violation[@]}" "$@"
+}
+
+# finds COUNT [FILE TEXT]... COMMAND...: COUNT arguments are the violation.
+finds() (
+    local planted=("${@:2:$1}") i name status=0
+    shift "$(($1 + 1))"
+    cd "$copy" || exit 1
+    for ((i = 0; i < ${#planted[@]}; i += 2)); do
+        [[ ! -e ${planted[i]} ]] || { echo "${planted[i]} exists"; exit 1; }
+        mkdir -p "$(dirname "${planted[i]}")" && printf '%s\n' "${planted[i + 1]}" >"${planted[i]}"
+    done
+    "$@" >found || status=$?
+    name=$(basename "${planted[0]%.*}")
+    [[ $status -ne 0 ]] && grep -q "$name" found || { echo "$name is not named:"; cat found; status=0; }
+    for ((i = 0; i < ${#planted[@]}; i += 2)); do
+        rm "${planted[i]}" && rmdir -p --ignore-fail-on-non-empty "$(dirname "${planted[i]}")"
+    done
+    [[ $status -ne 0 ]]
+)
+
+# ---- Folders and includes -------------------------------------------------------------------------------------------------
+
+# layers: every include of ours, as "FILE:LINE: FOLDER includes OWNER", that the folder may not see. A public header belongs to a folder.
+# Folders below `run` see training or the ledger, never both: no row above `run` has both.
+layers() {
+    local wrong
+    wrong=$(grep -rnE '^ *# *include +"' --include='*.c' --include='*.cpp' --include='*.h' src | awk -F'[:"]' '
+        function allow(folder, list,   part, i, n) {
+            n = split(list, part, " ")
+            for (i = 1; i <= n; i++) allowed[folder, part[i]] = 1
+            known[folder] = 1
+        }
+        function own(folder, list,   part, i, n) {
+            n = split(list, part, " ")
+            for (i = 1; i <= n; i++) owner["viewworth/" part[i] ".h"] = folder
+        }
+        BEGIN {
+            allow("base", "base")
+            allow("gpu", "base gpu shaders")
+            allow("image", "base gpu image")
+            allow("scene", "base gpu shaders image scene")
+            allow("train", "base gpu shaders image scene train")
+            allow("detect", "base gpu shaders image scene train detect")
+            allow("ledger", "base ledger")
+            allow("value", "base ledger value")
+            allow("report", "base ledger value report")
+            allow("run", "base gpu image scene train detect ledger value report run")
+            allow("experiment", "base gpu image scene train detect ledger value report run experiment")
+            allow("cli", "base gpu image scene train detect ledger value report run experiment cli")
+            own("base", "types version status log")
+            own("gpu", "gpu")
+            own("scene", "scene")
+            own("train", "train")
+            own("ledger", "ledger")
+            own("value", "value selection")
+            own("run", "run report")
+            owner["interface.h"] = "shaders"
+            owner["embedded_shaders.h"] = "gpu"
+        }
+        {
+            n = split($1, path, "/")
+            folder = $1 == "src/main.c" ? "cli" : n > 2 ? path[2] : "no folder"
+            target = $4 in owner ? owner[$4] : index($4, "/") ? substr($4, 1, index($4, "/") - 1) : "no folder"
+            if (target == "viewworth") target = "no folder"
+            if (!(folder in known) || !((folder, target) in allowed)) print $1 ":" $2 ": " folder " includes \"" $4 "\" of " target
+        }')
+    [[ -z $wrong ]] || { echo "$wrong"; return 1; }
+}
+
+# circles: prints every circle of files that include each other. A source and its header are one file.
+circles() {
+    local found
+    found=$(grep -roE '^ *# *include +"[^"]+"' --include='*.c' --include='*.cpp' --include='*.h' src include |
+        sed -E 's/^(src|include)\///; s/: *# *include +"/ /; s/"$//; s/\.(c|cpp|h)( |$)/\2/g' | tsort 2>&1 >/dev/null)
+    [[ -z $found ]] || { echo "$found"; return 1; }
+}
+
+folders=(base gpu image scene train detect ledger value report run experiment cli)
+every_pair_is_known() { # every include from a folder to a folder above or beside it is refused
+    local folder other refused
+    for folder in "${folders[@]}"; do
+        mkdir -p "$copy/src/$folder"
+        for other in "${folders[@]}"; do echo "#include \"$other/x.h\""; done >"$copy/src/$folder/planted.c"
+    done
+    refused=$(cd "$copy" && layers | grep -c '/planted\.c:')
+    rm "$copy"/src/*/planted.c
+    [[ $refused -eq 81 ]] || { echo "$refused of 144 pairs are refused, not 81"; return 1; }
+}
+
 # nowhere PATTERN [GREP ARGUMENT]...: succeeds when no line matches; prints those that do.
 nowhere() {
-    ! grep -rnE --exclude-dir=corpus -e "$1" "${@:2}" # what fuzzers found is no text of ours
+    ! grep -rnE --exclude-dir=corpus -e "$1" "${@:2}" # a corpus holds what fuzzers found
 }
 
-# nowhere_but ALLOWED PATTERN [GREP ARGUMENT]...: the same, but for lines in the files that begin with ALLOWED.
+# nowhere_but ALLOWED PATTERN [GREP ARGUMENT]...: the same, except in the files that begin with ALLOWED.
 nowhere_but() {
-    ! grep -rnE -e "$2" "${@:3}" | grep -v "^$1"
+    ! grep -rnE -e "$2" "${@:3}" | grep -v "^\($1\)"
 }
 
-# includes_only FOLDER ALLOWED: every include of our own in the folder matches ALLOWED.
-includes_only() {
-    ! grep -rnE "${c_code[@]}" '#include "' "$1" | grep -vE "#include \"($2)"
+public_headers() {
+    local extra
+    extra=$(find include -type f | grep -vE \
+        '^include/viewworth/(viewworth|version|types|status|log|gpu|scene|train|run|ledger|value|selection|report)\.h$')
+    [[ -z $extra ]] || { echo "$extra"; return 1; }
 }
 
-# sees_none MODULES FOLDER...: no file there includes a header of these modules, public or private.
-sees_none() {
-    nowhere "^#include \"(viewworth/($1)\.h|($1)/)" "${@:2}"
+one_shim() {
+    local others
+    others=$(find src include tests \( -name '*.cc' -o -name '*.cpp' -o -name '*.cxx' \) -not -path src/image/oiio_shim.cpp \
+        -not -path 'tests/*example*')
+    [[ -z $others ]] || { echo "$others"; return 1; }
 }
+
+rule "a folder includes only folders below it" src/base/planted.c '#include "cli/options.h"' -- layers
+check "  so for every pair of folders" every_pair_is_known
+rule "no include is relative" src/run/planted.c '#include "../base/file.h"' -- nowhere '^ *# *include "\.' src include shaders tests
+rule "no circle of files" src/base/planted.c '#include "base/other.h"' src/base/other.c '#include "base/planted.h"' -- circles
+rule "no other public headers" include/viewworth/planted.h '' -- public_headers
+rule "public headers include public headers alone" include/viewworth/planted.h '#include "base/file.h"' -- \
+    nowhere '^ *# *include "([^v]|v[^i]|viewworth[^/])' include
+rule "only gpu sees Vulkan" src/scene/planted.c '#include <volk.h>' -- \
+    nowhere_but src/gpu/ '^ *# *include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
+rule "only the shim sees OpenImageIO" src/image/planted.c '#include <OpenImageIO/imageio.h>' -- \
+    nowhere_but src/image/oiio_shim.cpp '^ *# *include.*OpenImageIO' "${c_code[@]}" src include tests
+rule "only the shim is C++" src/image/planted.cpp '' -- one_shim
+rule "only ledger sees SQLite" src/value/planted.c '#include <sqlite3.h>' -- \
+    nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
+rule "only the program includes cli" tests/unit/planted.c '#include "cli/options.h"' -- \
+    nowhere_but 'src/cli/\|src/main\.c' '^ *# *include "cli/' "${c_code[@]}" src include tests
+rule "only cli sees the options" src/run/planted.h 'void planted(const struct vw_options *options);' -- \
+    nowhere_but 'src/cli/\|src/main\.c' '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
+rule "the product includes no tests" src/base/planted.c '#include "support/cmocka_test.h"' -- \
+    nowhere '^ *# *include.*(tests|support|reference)/' src include shaders
+rule "tests include cmocka by its preamble" tests/unit/planted.c '#include <cmocka.h>' -- \
+    nowhere_but tests/support/cmocka_test.h '^ *# *include <(cmocka|setjmp)\.h>' tests
+
+# ---- What no file may hold --------------------------------------------------------------------------------------------------
 
 short_files() {
     local long
@@ -33,12 +165,11 @@ short_files() {
     [[ -z $long ]] || { echo "$long"; return 1; }
 }
 
-readme_names_folders() {
+named_folders() { # on the map in README.md, or in the README.md of the folder at the top that holds it
     local folder missing=0
-    [[ -f README.md ]] || { echo "README.md is missing"; return 1; }
     while read -r folder; do
-        grep -qE "(^|[^[:alnum:]_])${folder##*/}/" README.md && continue
-        echo "README.md: $folder/ is not on the map"
+        grep -qsE "(^|[^[:alnum:]_])${folder##*/}/" README.md "${folder%%/*}/README.md" && continue
+        echo "README.md and ${folder%%/*}/README.md: neither names $folder/"
         missing=1
     done < <(find include scenes scripts shaders src tests -type d -not -path '*/corpus/*')
     return "$missing"
@@ -50,30 +181,25 @@ unique_test_names() {
     [[ -z $twice ]] || { echo "$twice"; return 1; }
 }
 
-check "base includes base alone" includes_only src/base 'viewworth/(status|memory|file|csv|hash|json|log|psnr|random|statistics)\.h"'
-check "only gpu sees Vulkan" nowhere_but src/gpu/ '^#include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
-check "only the shim sees OpenImageIO" nowhere_but src/image/oiio_shim.cpp '^#include.*OpenImageIO' "${c_code[@]}" src include tests
-check "only the shim is C++" test "$(find src include tests -name '*.cc' -o -name '*.cpp' -o -name '*.cxx')" = src/image/oiio_shim.cpp
-check "only ledger sees SQLite" nowhere_but src/ledger/ '^#include.*sqlite3' "${c_code[@]}" src include
-check "value sees neither training nor GPU" sees_none 'train|gpu|scene|image|report' src/value
-check "report sees neither training nor GPU" sees_none 'train|gpu|scene|image|value' src/report
-check "ledger sees neither training nor GPU" sees_none 'train|gpu|scene|image|value|report' src/ledger
-check "gpu sees nothing above it" sees_none 'train|scene|image|ledger|value|report' src/gpu
-check "scenes do not see training" sees_none 'train|ledger|value|report' src/scene src/image
-check "training does not see the ledger" sees_none 'ledger|value|report' src/train
-check "nothing but the program includes cli" nowhere_but 'src/\(cli/\|main\.c\)' '^#include "cli/' "${c_code[@]}" src include tests
-check "no product code includes tests" nowhere '^#include.*(tests|support|reference)/' src include shaders
-check "public headers include public headers alone" includes_only include 'viewworth/'
+repeat() { awk -v count="$1" -v text="$2" 'BEGIN { while (count--) printf "%s", text }'; }
 
-check "only main may end the program" nowhere_but src/main.c '\b(_exit|exit|quick_exit|abort)\(' src include
-check "stdout belongs to the commands" nowhere_but 'src/\(cli/\|main\.c\)' '\b(printf|puts|putchar)\(|printf\(stdout' src include
-check "asserts stay in every build" nowhere 'NDEBUG' "${c_code[@]}" src include tests
-check "no fast-math in the product" nowhere 'fast-math' src include shaders
-check "nothing is left for later" nowhere '[T]ODO|[F]IXME|\b[X]XX\b|[H]ACK' "${code[@]}" scenes
-check "no paths of one machine" nowhere '(^|[^.[:alnum:]])/([w]ork|[h]ome|[r]oot|[U]sers)/' "${code[@]}" scenes
-check "no tabs and no spaces at line ends" nowhere $'\t|[ \r]$' "${code[@]}"
-check "files have at most 600 lines" short_files
-check "lines have at most 140 characters" nowhere '^.{141}' "${code[@]}" --exclude=native_step.c
-check "the map in README names every folder" readme_names_folders
-check "test names are unique" unique_test_names
+rule "only main may end the program" src/run/planted.c '    exit(1);' -- \
+    nowhere_but src/main.c '\b(_exit|exit|quick_exit|abort)\(' src include
+rule "only cli prints to stdout" src/experiment/planted.c '    printf("x");' -- \
+    nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
+rule "  by any name" src/report/planted.c '    fputs(text, stdout);' -- \
+    nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
+rule "asserts stay in every build" src/base/planted.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests
+rule "no fast-math in the product" shaders/planted.glsl '// fast-math' -- nowhere 'fast-math' src include shaders
+rule "nothing is left for later" src/base/planted.c '// TO''DO' -- \
+    nowhere '[T]ODO|[F]IXME|\b[X]XX\b|[H]ACK' "${code[@]}" scenes
+rule "no paths of one machine" scripts/planted '/ho''me/someone' -- \
+    nowhere '(^|[^.[:alnum:]])/([w]ork|[h]ome|[r]oot|[U]sers)/' "${code[@]}" scenes
+rule "no tabs and no spaces at line ends" src/base/planted.c $'\tint x; ' -- nowhere $'\t|[ \r]$' "${code[@]}"
+rule "files have at most 600 lines" src/base/planted.c "$(repeat 601 $'x\n')" -- short_files
+rule "C lines have at most 120 characters" src/base/planted.c "$(repeat 121 x)" -- \
+    nowhere '^.{121}' --include='*.c' --include='*.cpp' --include='*.h' src include tests
+rule "other lines have at most 140 characters" scripts/planted "$(repeat 141 x)" -- nowhere '^.{141}' "${code[@]}"
+rule "a README names every folder" src/planted/planted.c '' -- named_folders
+rule "test names are unique" tests/unit/test_seeds.sh '' -- unique_test_names
 conclude

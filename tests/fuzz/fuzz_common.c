@@ -25,8 +25,7 @@ static void stop(int line, const char *condition) {
     abort();
 }
 
-// ---- Files
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Files ----------------------------------------------------------------------------------------------------------
 
 void fuzz_remove_folder(void) {
     if (folder) temporary_folder_remove(folder);
@@ -75,8 +74,7 @@ void fuzz_write_model(const char *model_folder, const char *extension, const uin
     }
 }
 
-// ---- What a reader may do
-// --------------------------------------------------------------------------------------------------
+// ---- What a reader may do -------------------------------------------------------------------------------------------
 
 void fuzz_forget_message(void) { vw_fail(VW_ERROR_USAGE, "%s", STALE); }
 

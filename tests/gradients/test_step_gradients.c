@@ -155,8 +155,7 @@ static void gradients_match_the_reference(void **state) {
     }
 }
 
-// ---- The slope of the loss
-// -------------------------------------------------------------------------------------------------
+// ---- The slope of the loss ------------------------------------------------------------------------------------------
 
 // The reference's loss of the step when `count` values have moved by `distance` times their direction.
 static double moved_loss(struct reference_step *reference, const struct reference_params *params, double *values,
@@ -254,8 +253,7 @@ static void the_loss_changes_as_the_gradients_say(void **state) {
     }
 }
 
-// ---- Descent and rendering
-// -------------------------------------------------------------------------------------------------
+// ---- Descent and rendering ------------------------------------------------------------------------------------------
 
 // Of the step's photo and of the code weights, by their own rates; other photos stay.
 static void check_photos_moved(const struct step_bench *bench, uint64_t number, const struct reference_step *reference,

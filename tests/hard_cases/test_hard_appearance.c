@@ -65,8 +65,7 @@ static void train_well(struct hard_finding *finding) {
     }
 }
 
-// ---- Fits
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Fits -----------------------------------------------------------------------------------------------------------
 
 // Hand-made rays of one view (index REDUCED_VIEWS - 1), fitted by the device and by the reference.
 static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench,
@@ -145,8 +144,7 @@ static void one_usable_pixel(struct hard_finding *finding) {
     train_well(finding);
 }
 
-// ---- Widths
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Widths ---------------------------------------------------------------------------------------------------------
 
 // One column has no halves: refused by name. Two and three are a left and a right column, the third is in neither.
 static void few_columns(struct hard_finding *finding) {
@@ -170,8 +168,7 @@ static void few_columns(struct hard_finding *finding) {
                  "a photo of one column is refused by name");
 }
 
-// ---- Photos
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Photos ---------------------------------------------------------------------------------------------------------
 
 // The photo's numbers after a step, from the gradients that the rays left on the device.
 static void check_photo(struct hard_finding *finding, struct step_bench *bench, const float *before, const float *after,

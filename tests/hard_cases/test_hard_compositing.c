@@ -29,8 +29,7 @@ static const struct step_case setup = {.name = "media",
                                        .width = 16,
                                        .loss = VW_LOSS_L2};
 
-// ---- Samples made by hand
-// ------------------------------------------------------------------------------------------------
+// ---- Samples made by hand -------------------------------------------------------------------------------------------
 
 // Optical thickness of sample i of a ray.
 typedef double thickness(uint32_t ray, uint32_t i);
@@ -157,8 +156,7 @@ static void opaque_first_sample(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Whole steps
-// -----------------------------------------------------------------------------------------------------------
+// ---- Whole steps ----------------------------------------------------------------------------------------------------
 
 // All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
 static void set_density_weights(struct step_bench *bench, float weight) {
@@ -206,8 +204,7 @@ static void no_density_anywhere(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- 4,096 samples
-// -----------------------------------------------------------------------------------------------------------
+// ---- 4,096 samples --------------------------------------------------------------------------------------------------
 
 // 8,192 trips through the loops of backward_rays, of the 65,535 that lavapipe allows; jitter of 12 bits within a
 // stratum.

@@ -75,8 +75,7 @@ static void check_exactly(struct hard_finding *finding, struct step_bench *bench
     grid_free(&after);
 }
 
-// ---- Rounding
-// ------------------------------------------------------------------------------------------------------------
+// ---- Rounding -------------------------------------------------------------------------------------------------------
 
 // Eleven digits, as a half has, and up to 12 more: just below the middle between two halves, in it, just beyond, or
 // anywhere.
@@ -104,8 +103,7 @@ static void rounding_to_halves(struct hard_finding *finding) {
     }
 }
 
-// ---- The largest
-// -----------------------------------------------------------------------------------------------------------
+// ---- The largest ----------------------------------------------------------------------------------------------------
 
 // From the largest half by up to 64 either way, where neighbours are 32 apart: 65520 would round to infinity.
 static void entries_near_the_largest(struct hard_finding *finding) {
@@ -122,8 +120,7 @@ static void entries_near_the_largest(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- The smallest steps
-// ----------------------------------------------------------------------------------------------------
+// ---- The smallest steps ---------------------------------------------------------------------------------------------
 
 enum { SMALL_STEPS = 40 };
 
@@ -160,8 +157,7 @@ static void steps_below_half_a_unit(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Whole steps and trainings
-// ---------------------------------------------------------------------------------------------
+// ---- Whole steps and trainings --------------------------------------------------------------------------------------
 
 static void steps_of_halves(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);

@@ -45,8 +45,7 @@ static uint32_t slot_count(struct step_bench *bench) {
     return slots;
 }
 
-// ---- Nothing, one, all
-// -----------------------------------------------------------------------------------------------------
+// ---- Nothing, one, all ----------------------------------------------------------------------------------------------
 
 static void nothing_kept(struct hard_finding *finding) {
     for (enum scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
@@ -130,8 +129,7 @@ static void everything_kept(struct hard_finding *finding) {
     }
 }
 
-// ---- No numbers
-// --------------------------------------------------------------------------------------------------------------
+// ---- No numbers -----------------------------------------------------------------------------------------------------
 
 static void densities_that_are_no_numbers(struct hard_finding *finding) {
     static const float unusual[] = {NAN, INFINITY};
@@ -160,8 +158,7 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Rays
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Rays -----------------------------------------------------------------------------------------------------------
 
 static void rays_that_miss(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);

@@ -57,8 +57,7 @@ static struct vw_config whole_photos(void) {
     return config;
 }
 
-// ---- One colour
-// ------------------------------------------------------------------------------------------------------------
+// ---- One colour -----------------------------------------------------------------------------------------------------
 
 // Three steps on pixels of one colour, and a run of photos painted in it.
 static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4], enum vw_loss loss) {
@@ -95,8 +94,7 @@ static void single_colour_photos(struct hard_finding *finding) {
     train_on_colour(finding, (const uint8_t[]){128, 127, 129, 255}, VW_LOSS_HUBER);
 }
 
-// ---- One pixel, and no colours
-// -----------------------------------------------------------------------------------------------
+// ---- One pixel, and no colours --------------------------------------------------------------------------------------
 
 static void photos_of_one_pixel(struct hard_finding *finding) {
     folder = temporary_folder_create();
@@ -177,8 +175,7 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
     tiny_scene_refused(&(struct vw_scene_params){.path = folder}, VW_ERROR_INPUT, "05.pfm", "6.2 %", NULL);
 }
 
-// ---- Nothing to learn
-// ----------------------------------------------------------------------------------------------------------
+// ---- Nothing to learn -----------------------------------------------------------------------------------------------
 
 // Black photos, and a box that no camera sees: what is rendered is black.
 static void match_nothing(struct hard_finding *finding) {
@@ -251,8 +248,7 @@ static void identical_photos(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Next to nothing to see
-// ------------------------------------------------------------------------------------------------------
+// ---- Next to nothing to see -----------------------------------------------------------------------------------------
 
 // Validation photos with one opaque pixel in the middle and a box that covers little more: nearly every ray shows the
 // background, whose errors are exactly 0.

@@ -32,8 +32,7 @@ static const struct step_case setup = {.name = "rays",
                                        .width = 16,
                                        .loss = VW_LOSS_L2};
 
-// ---- Set-up
-// --------------------------------------------------------------------------------------------------------------
+// ---- Set-up ---------------------------------------------------------------------------------------------------------
 
 // All rays come from view 0 and cover its photo evenly.
 static struct step_bench *open_bench(const struct step_case *c) {
@@ -59,8 +58,7 @@ static void check_whole_step(struct hard_finding *finding, struct step_bench *be
     hard_check_rendering(finding, bench);
 }
 
-// ---- Comparison
-// ----------------------------------------------------------------------------------------------------------
+// ---- Comparison -----------------------------------------------------------------------------------------------------
 
 static void point_at(const struct reference_ray *ray, double parameter, double point[3]) {
     for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
@@ -108,8 +106,7 @@ static uint32_t check_rays(struct hard_finding *finding, struct step_bench *benc
     return hits;
 }
 
-// ---- Misses, grazes, insides
-// ----------------------------------------------------------------------------------------------
+// ---- Misses, grazes, insides ----------------------------------------------------------------------------------------
 
 static void rays_that_miss(struct hard_finding *finding) {
     static const struct {
@@ -231,8 +228,7 @@ static void rays_of_no_extent(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Distances and lenses
-// --------------------------------------------------------------------------------------------------
+// ---- Distances and lenses -------------------------------------------------------------------------------------------
 
 static void look_at_centre(struct step_bench *bench, double distance_edges, double focal_px) {
     static const double back[3] = {0.6, -0.48, 0.64}, centre[3] = {0.5, 0.5, 0.5};

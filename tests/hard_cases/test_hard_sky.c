@@ -148,8 +148,7 @@ static void most_rays(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Random backgrounds
-// ----------------------------------------------------------------------------------------------------
+// ---- Random backgrounds ---------------------------------------------------------------------------------------------
 
 static void set_alpha(struct step_bench *bench, float alpha) {
     for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].rgba.w = alpha;

@@ -38,8 +38,7 @@ static void open_scene(void) {
         &(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
 }
 
-// ---- One entry
-// -----------------------------------------------------------------------------------------------------------
+// ---- One entry ------------------------------------------------------------------------------------------------------
 
 static void table_of_one_entry(struct hard_finding *finding) {
     struct step_case one = setup;
@@ -55,8 +54,7 @@ static void table_of_one_entry(struct hard_finding *finding) {
     hard_train_well(finding, scene, &config);
 }
 
-// ---- Divergence
-// ------------------------------------------------------------------------------------------------------------
+// ---- Divergence -----------------------------------------------------------------------------------------------------
 
 // A step that is finite moves every param as the reference's optimiser does from the same gradients; one that is not is
 // flagged and moves none. Returns how many were flagged.
@@ -120,8 +118,7 @@ static void gradients_with_infinite_squares(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- The fixed-point clamp
-// -------------------------------------------------------------------------------------------------
+// ---- The fixed-point clamp ------------------------------------------------------------------------------------------
 
 // The gradients of all samples at the clamp or far beyond, all in the one entry of each level: the activation rows that
 // scatter_grid reads. The samples sit at corners of the box, lattice points of every level, so that each adds to one
@@ -193,8 +190,7 @@ static void gradients_at_the_clamp(struct hard_finding *finding) {
     }
 }
 
-// ---- Silence
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Silence --------------------------------------------------------------------------------------------------------
 
 enum { SPOKEN_STEPS = 20, SILENT_STEPS = 10000, BATCH_STEPS = 500 };
 
@@ -268,8 +264,7 @@ static void entry_long_silent(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Seeds and step numbers
-// ----------------------------------------------------------------------------------------------------
+// ---- Seeds and step numbers -----------------------------------------------------------------------------------------
 
 static void extreme_seeds(struct hard_finding *finding) {
     static const uint64_t seeds[] = {0, INT64_MAX};

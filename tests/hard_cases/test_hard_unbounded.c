@@ -27,8 +27,7 @@ static const struct step_case setup = {.name = "unbounded",
                                        .loss = VW_LOSS_L2,
                                        .unbounded = true};
 
-// ---- The contraction
-// -------------------------------------------------------------------------------------------------------
+// ---- The contraction ------------------------------------------------------------------------------------------------
 
 // Positions of the first samples of rays in the field's cube, as forward_field makes them in training. Owned by the
 // caller: x, y, z, 0 of one ray after the other.
@@ -107,8 +106,7 @@ static void contraction_across_the_sphere(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Strata
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Strata ---------------------------------------------------------------------------------------------------------
 
 // Fog of the same density everywhere leaves as much light as one stratum from near to far would.
 static void strata_of_any_lengths(struct hard_finding *finding) {
@@ -146,8 +144,7 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Cameras
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Cameras --------------------------------------------------------------------------------------------------------
 
 // All rays come from view 0, which the test moves, and cover its photo evenly.
 static struct step_bench *open_bench(void) {
@@ -248,8 +245,7 @@ static void worlds_anywhere_and_of_any_size(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
-// ---- Runs
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Runs -----------------------------------------------------------------------------------------------------------
 
 static void whole_runs(struct hard_finding *finding) {
     struct vw_config config = hard_run_config();

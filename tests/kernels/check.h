@@ -7,8 +7,7 @@
 #include "gpu/compute.h"
 #include "reference/step_bench.h"
 
-// ---- Inputs
-// --------------------------------------------------------------------------------------------------------------
+// ---- Inputs ---------------------------------------------------------------------------------------------------------
 
 enum input_kind {
     INPUT_ORDINARY,      // as training has them
@@ -24,8 +23,7 @@ extern const char *const input_kind_names[INPUT_KINDS];
 float input_draw(enum input_kind kind, struct test_random *random);
 void input_fill(enum input_kind kind, struct test_random *random, float *values, size_t count);
 
-// ---- Tolerances
-// ----------------------------------------------------------------------------------------------------------
+// ---- Tolerances -----------------------------------------------------------------------------------------------------
 
 #define FLOAT_ROUNDING 0x1p-24 // half a unit in the last place, relative
 #define FLOAT_LEAST 0x1p-126   // smaller floats may be flushed to 0
@@ -37,8 +35,7 @@ double product_error(const struct reference_matrix *matrix, bool transposed, uin
 // Fails unless low <= device <= high.
 void check_between(const char *where, const char *what, uint64_t index, double device, double low, double high);
 
-// ---- Passes
-// --------------------------------------------------------------------------------------------------------------
+// ---- Passes ---------------------------------------------------------------------------------------------------------
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
 pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
@@ -48,8 +45,7 @@ pass_check check_generate_rays, check_forward_field, check_composite_rays, check
     check_multiply_registers, check_copy_memory, check_refresh_occupancy, check_mark_samples, check_place_rays,
     check_list_samples; // the last four only on benches with the effect `occupancy`
 
-// ---- Their parts, for the tests of what is special about a pass
-// ------------------------------------------------------------
+// ---- Their parts, for the tests of what is special about a pass -----------------------------------------------------
 
 // generate_rays: puts a camera at `position` that looks at `target`, both in box coordinates.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]);

@@ -32,8 +32,7 @@ static bool is_off(const struct vw_pass *pass, const struct param_range *range, 
     return true;
 }
 
-// ---- fit_views
-// -------------------------------------------------------------------------------------------------------------
+// ---- fit_views ------------------------------------------------------------------------------------------------------
 
 // The worst that rounding does to a fit: of sums of products of numbers measured from means that are themselves
 // rounded.
@@ -110,8 +109,7 @@ void check_fit_views(struct step_bench *bench, enum input_kind kind) {
     reduction_close(&r);
 }
 
-// ---- mix_code
-// --------------------------------------------------------------------------------------------------------------
+// ---- mix_code -------------------------------------------------------------------------------------------------------
 
 // Puts numbers of the kind into a range of the params on the device.
 static float *write_range(struct step_bench *bench, const struct param_range *range, enum input_kind kind,
@@ -147,8 +145,7 @@ void check_mix_code(struct step_bench *bench, enum input_kind kind) {
     free(shift);
 }
 
-// ---- Updates
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Updates --------------------------------------------------------------------------------------------------------
 
 // One number as it was and as it is.
 struct number {
@@ -188,8 +185,7 @@ static void check_untouched(const struct step_bench *bench, const char *what, co
                             (const char *)before + view * photo_bytes, photo_bytes);
 }
 
-// ---- update_appearance
-// -----------------------------------------------------------------------------------------------------
+// ---- update_appearance ----------------------------------------------------------------------------------------------
 
 static void check_photo(const struct step_bench *bench, const float *shares, const float *before, const float *after,
                         const float *moments, const float *moments_after) {
@@ -291,8 +287,7 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
     free(shares);
 }
 
-// ---- update_code
-// -----------------------------------------------------------------------------------------------------------
+// ---- update_code ----------------------------------------------------------------------------------------------------
 
 // All the pass reads and writes.
 struct code_state {

@@ -137,8 +137,7 @@ static void composite(const struct step_bench *bench, const struct inputs *in, u
                                       in->samples * (FLOAT_ROUNDING * reference->colour[c] + LEAST_LIGHT);
 }
 
-// ---- composite_rays
-// --------------------------------------------------------------------------------------------------------
+// ---- composite_rays -------------------------------------------------------------------------------------------------
 
 void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     struct evaluator *evaluator = step_bench_evaluator(bench);
@@ -160,8 +159,7 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
     free_inputs(&in);
 }
 
-// ---- backward_rays
-// ---------------------------------------------------------------------------------------------------------
+// ---- backward_rays --------------------------------------------------------------------------------------------------
 
 struct reference_loss {
     double loss, loss_error, d_colour[3], d_colour_error[3];
@@ -286,8 +284,7 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     free_inputs(&in);
 }
 
-// ---- gradient_sky
-// ----------------------------------------------------------------------------------------------------------
+// ---- gradient_sky ---------------------------------------------------------------------------------------------------
 
 static void check_coefficients(const struct step_bench *bench, const struct inputs *in, const vw_float4 *d_logits,
                                const float *d_sky) {

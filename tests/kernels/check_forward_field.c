@@ -73,8 +73,7 @@ static void check_sample(const struct step_bench *bench, const struct reference 
     }
 }
 
-// ---- Training
-// --------------------------------------------------------------------------------------------------------------
+// ---- Training -------------------------------------------------------------------------------------------------------
 
 static void copy_row(const struct step_bench *bench, const float *rows, uint32_t first_row, uint32_t sample,
                      uint32_t count, double *values) {
@@ -144,8 +143,7 @@ static void check_training(struct step_bench *bench, const struct reference *ref
     free(out.relu);
 }
 
-// ---- Validation
-// ------------------------------------------------------------------------------------------------------------
+// ---- Validation -----------------------------------------------------------------------------------------------------
 
 static void check_validation_sample(const struct step_bench *bench, const struct reference *reference,
                                     const struct vw_ray *rays, const float *samples, uint32_t index) {
@@ -182,8 +180,7 @@ static void check_validation(struct step_bench *bench, const struct reference *r
     free(samples);
 }
 
-// ---- The check
-// -------------------------------------------------------------------------------------------------------------
+// ---- The check ------------------------------------------------------------------------------------------------------
 
 // The grid holds inputs of the kind; the weights do as well where the kind is a zero.
 static float *make_params(const struct step_bench *bench, enum input_kind kind) {

@@ -14,8 +14,7 @@ static const double ENCODING_ROUNDINGS = 16.0;      // likewise
 static const double EXP_TOLERANCE = 0x1p-20;        // relative, beside what Vulkan allows at large arguments
 static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
 
-// ---- refresh_occupancy
-// -----------------------------------------------------------------------------------------------------
+// ---- refresh_occupancy ----------------------------------------------------------------------------------------------
 
 // Where a cell's density may lie on the device: from the reference's raw density and the roundings on the way to it.
 static void density_bounds(const struct step_bench *bench, struct reference_params *params, uint32_t cell,
@@ -71,8 +70,7 @@ void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
     free(device);
 }
 
-// ---- mark_samples
-// ----------------------------------------------------------------------------------------------------------
+// ---- mark_samples ---------------------------------------------------------------------------------------------------
 
 static bool bit_of(const uint32_t *bits, uint32_t ray, uint32_t samples, uint32_t i) {
     return bits[ray * ((samples + 31) / 32) + i / 32] >> i % 32 & 1;
@@ -139,8 +137,7 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     free(densities);
 }
 
-// ---- place_rays
-// ------------------------------------------------------------------------------------------------------------
+// ---- place_rays -----------------------------------------------------------------------------------------------------
 
 // Counts of many kinds: any, all, none, one in all, and filling the last workgroup exactly.
 static void draw_counts(const struct step_bench *bench, enum input_kind kind, uint32_t *counts) {
@@ -198,8 +195,7 @@ void check_place_rays(struct step_bench *bench, enum input_kind kind) {
     free(kept);
 }
 
-// ---- list_samples
-// ----------------------------------------------------------------------------------------------------------
+// ---- list_samples ---------------------------------------------------------------------------------------------------
 
 static uint32_t draw_bits(enum input_kind kind, struct test_random *random) {
     uint32_t drawn = (uint32_t)((0.5f + 0.5f * test_random_next(random)) * 0x1p32f);

@@ -14,8 +14,7 @@ static const double STEP_TOLERANCE = 5e-4;
 static const double MOMENT_TOLERANCE = 1e-6; // of the terms: 1 - beta in float, and a few roundings
 enum { UPDATES = 4 };
 
-// ---- The grid's state
-// --------------------------------------------------------------------------------------------------------
+// ---- The grid's state -----------------------------------------------------------------------------------------------
 
 struct grid_state grid_read(struct step_bench *bench) {
     bool momentum = bench->model.specialization.momentum;
@@ -78,8 +77,7 @@ static double step_error(const struct vw_specialization *s, double moved) {
     return STEP_TOLERANCE * fabs(moved) + 4.0 * s->learning_rate * FLOAT_LEAST / ((1.0 - s->beta1) * epsilon);
 }
 
-// ---- update_grid
-// -----------------------------------------------------------------------------------------------------------
+// ---- update_grid ----------------------------------------------------------------------------------------------------
 
 // What would leave the halves stays, as what would leave the floats does.
 static bool leaves_halves(const struct step_bench *bench, const float before[2], const double moved[2]) {
@@ -208,8 +206,7 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
     free(quanta);
 }
 
-// ---- update_weights
-// --------------------------------------------------------------------------------------------------------
+// ---- update_weights -------------------------------------------------------------------------------------------------
 
 void weights_update(struct step_bench *bench, uint32_t number) {
     struct vw_push_update push = {.count = bench->model.moved_columns, .step_low = number};

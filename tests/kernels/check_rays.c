@@ -174,8 +174,7 @@ uint32_t rays_check(struct step_bench *bench, double scale) {
     return hits;
 }
 
-// ---- The check
-// -------------------------------------------------------------------------------------------------------------
+// ---- The check ------------------------------------------------------------------------------------------------------
 
 // Colours and coverage of the kind, within [0,1].
 static void paint(struct step_bench *bench, enum input_kind kind) {

@@ -23,8 +23,7 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
     return buffer;
 }
 
-// ---- reduce_views
-// ----------------------------------------------------------------------------------------------------------
+// ---- reduce_views ---------------------------------------------------------------------------------------------------
 
 static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
     const struct vw_specialization specialization = {.effect_appearance = fitted};
@@ -127,8 +126,7 @@ void check_reduce_views(struct step_bench *bench, enum input_kind kind) {
     reduction_close(&reduction);
 }
 
-// ---- reduce_loss
-// -----------------------------------------------------------------------------------------------------------
+// ---- reduce_loss ----------------------------------------------------------------------------------------------------
 
 void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
     const uint32_t row = 2, rays = bench->step.padded_rays;

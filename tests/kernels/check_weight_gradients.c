@@ -29,8 +29,7 @@ void weight_gradients_run(struct step_bench *bench, const float *rows) {
     run_reduce_weights(bench, 0);
 }
 
-// ---- One slice's sums
-// ------------------------------------------------------------------------------------------------------
+// ---- One slice's sums -----------------------------------------------------------------------------------------------
 
 // Of one slice; `magnitudes`: of the absolute values.
 static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t first, bool magnitudes,
@@ -93,8 +92,7 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
     free(rows);
 }
 
-// ---- The sum of the slices
-// -------------------------------------------------------------------------------------------------
+// ---- The sum of the slices ------------------------------------------------------------------------------------------
 
 // The first chunk of a step overwrites, the second adds.
 void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {

@@ -181,8 +181,7 @@ static void a_poisoned_sky_is_flagged_and_shown(void **state) {
     step_bench_close(bench);
 }
 
-// ---- Single passes
-// ---------------------------------------------------------------------------------------------------------
+// ---- Single passes --------------------------------------------------------------------------------------------------
 
 static bool is_marked(struct step_bench *bench) {
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);

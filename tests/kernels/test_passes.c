@@ -93,8 +93,7 @@ static void run_pass(void **state) {
     if (guard_bands_broken()) fail_msg("pass %s wrote to guard bands, see stderr", pass->name);
 }
 
-// ---- That nothing is left out
-// ----------------------------------------------------------------------------------------------
+// ---- That nothing is left out ---------------------------------------------------------------------------------------
 
 static void every_shader_is_listed(void **state) {
     (void)state;

@@ -11,8 +11,7 @@ static void point_at(const double origin[3], const double direction[3], double p
     for (int i = 0; i < 3; i++) point[i] = origin[i] + parameter * direction[i];
 }
 
-// ---- Shapes
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Shapes ---------------------------------------------------------------------------------------------------------
 
 struct span {
     double entry, leave;
@@ -128,8 +127,7 @@ static struct hit nearest_hit(const struct reference_recipe *recipe, const doubl
     return nearest;
 }
 
-// ---- Textures
-// --------------------------------------------------------------------------------------------------------------
+// ---- Textures -------------------------------------------------------------------------------------------------------
 
 static uint32_t mix_bits(uint32_t word) {
     word = (word ^ word >> 16) * UINT32_C(0x85EBCA6B);
@@ -178,8 +176,7 @@ static void texture(const struct reference_recipe *recipe, const struct vw_recip
     for (int i = 0; i < 3; i++) rgb[i] = (1.0 - share) * a[i] + share * b[i];
 }
 
-// ---- Light
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Light ----------------------------------------------------------------------------------------------------------
 
 static void background(const struct vw_push_recipe *push, const double direction[3], double rgba[4]) {
     static const double low[3] = {0.80, 0.86, 0.92}, high[3] = {0.28, 0.47, 0.78};

@@ -21,8 +21,7 @@ enum {
     REFERENCE_CODE = 48, // numbers of a photo's code
 };
 
-// ---- camera.c: box coordinates throughout
-// ------------------------------------------------------------------------------
+// ---- camera.c: box coordinates throughout ---------------------------------------------------------------------------
 
 struct reference_ray {
     double origin[3], direction[3]; // direction: unit length
@@ -41,8 +40,7 @@ bool reference_box_span(const double origin[3], const double direction[3], doubl
                         double *far);
 struct reference_ray reference_ray_of(const struct vw_ray *ray);
 
-// ---- sampling.c
-// --------------------------------------------------------------------------------------------------------
+// ---- sampling.c -----------------------------------------------------------------------------------------------------
 
 // Position of a sample within its stratum: drawn in training, the centre otherwise.
 double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step);
@@ -52,14 +50,12 @@ void reference_sample_position(const struct vw_specialization *s, const struct r
 // Of the stratum that a sample lies in, in box edges.
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
 
-// ---- contraction.c
-// -----------------------------------------------------------------------------------------------------
+// ---- contraction.c --------------------------------------------------------------------------------------------------
 
 // From box coordinates to the field's unit cube, with the effect unbounded.
 void reference_contract(const double box[3], double field[3]);
 
-// ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f]
-// --------------------------
+// ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f] ---------------------
 
 struct reference_corner {
     uint64_t first_feature; // index of the entry's feature 0 in the grid
@@ -73,8 +69,7 @@ void reference_grid_encode(const struct vw_specialization *s, const double *grid
 void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding,
                             double *d_grid);
 
-// ---- half.c: tables of halves
-// --------------------------------------------------------------------------------------------
+// ---- half.c: tables of halves ---------------------------------------------------------------------------------------
 
 // The half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
 double reference_half(double value);
@@ -83,13 +78,11 @@ double reference_half_value(uint16_t bits);
 // Feature `index` of the grid in a params block, in either precision.
 double reference_feature(const struct model *model, const void *params, uint64_t index);
 
-// ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy)
-// -------------------------------
+// ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------
 
 void reference_spherical_harmonics(const double direction[3], double values[9]);
 
-// ---- sky.c: what stands behind the field and behind transparent pixels
-// ----------------------------------------------------
+// ---- sky.c: what stands behind the field and behind transparent pixels ----------------------------------------------
 
 // The coefficients from the whole params block; left as they are without the effect.
 void reference_sky_read(const struct model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
@@ -107,8 +100,7 @@ void reference_backdrop(const struct vw_specialization *s, const double sky[VW_S
 void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step,
                       double target[3]);
 
-// ---- mlp.c
-// -------------------------------------------------------------------------------------------------------------
+// ---- mlp.c ----------------------------------------------------------------------------------------------------------
 
 // One number per weight, [out][in] of each matrix.
 struct reference_weights {
@@ -163,8 +155,7 @@ void reference_networks_backward(const struct vw_specialization *s, const struct
 void reference_weights_gradient(const struct vw_specialization *s, const struct reference_sample *sample,
                                 const struct reference_d_sample *d_sample, struct reference_weights *d_weights);
 
-// ---- composite.c
-// -------------------------------------------------------------------------------------------------------
+// ---- composite.c ----------------------------------------------------------------------------------------------------
 
 struct reference_point { // what compositing sees of a sample
     double rgb[3], density;
@@ -179,14 +170,12 @@ struct reference_d_point {
 void reference_composite_gradient(const struct reference_point *points, uint32_t count, const double background[3],
                                   const double d_colour[3], struct reference_d_point *d_points);
 
-// ---- loss.c
-// ------------------------------------------------------------------------------------------------------------
+// ---- loss.c ---------------------------------------------------------------------------------------------------------
 
 // One channel's loss, and its slope by the error.
 double reference_loss(uint32_t loss, double error, double *slope);
 
-// ---- appearance.c
-// ------------------------------------------------------------------------------------------------------
+// ---- appearance.c ---------------------------------------------------------------------------------------------------
 
 double reference_photo_rate(uint64_t visits); // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
@@ -209,8 +198,7 @@ void reference_mix_code_gradient(uint32_t width, const double *code_weights, con
 // The gain beyond 1 and the bias that bring rendered values nearest to targets.
 void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias);
 
-// ---- fixed_point.c
-// -----------------------------------------------------------------------------------------------------
+// ---- fixed_point.c --------------------------------------------------------------------------------------------------
 
 // What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's
 // weight, rounded. Accumulates.
@@ -219,29 +207,25 @@ void reference_grid_scatter_fixed(const struct vw_specialization *s, const doubl
 // The integer gradient of every feature from the device's words.
 void reference_unpack_grid(const struct model *model, const uint64_t *words, int64_t *quanta);
 
-// ---- adam.c
-// ------------------------------------------------------------------------------------------------------------
+// ---- adam.c ---------------------------------------------------------------------------------------------------------
 
 // What to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the moments.
 double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1,
                       double *moment2);
 
-// ---- mix.c
-// -------------------------------------------------------------------------------------------------------------
+// ---- mix.c ----------------------------------------------------------------------------------------------------------
 
 // A parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
 double reference_mix(double before, double after, double reach);
 
-// ---- reductions.c
-// ------------------------------------------------------------------------------------------------------
+// ---- reductions.c ---------------------------------------------------------------------------------------------------
 
 struct reference_view_error {
     double squared, absolute; // sums over rays and channels
 };
 struct reference_view_error reference_view_error(const struct vw_ray *rays, const vw_float4 *colours, uint32_t count);
 
-// ---- occupancy.c: 32 cells per axis of the box, x first
-// ------------------------------------------------------------------
+// ---- occupancy.c: 32 cells per axis of the box, x first -------------------------------------------------------------
 
 uint32_t reference_cell(const double position[3]);
 // Cells of at most this density are empty.
@@ -251,8 +235,7 @@ struct reference_params;
 double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
                               uint64_t step, double position[3]);
 
-// ---- recipe.c
-// ----------------------------------------------------------------------------------------------------------
+// ---- recipe.c -------------------------------------------------------------------------------------------------------
 
 struct reference_recipe {
     const struct vw_recipe_shape *shapes;
@@ -264,8 +247,7 @@ struct reference_recipe {
 double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3],
                               double rgba[4]);
 
-// ---- reference_step.c
-// --------------------------------------------------------------------------------------------------
+// ---- reference_step.c -----------------------------------------------------------------------------------------------
 
 struct reference_params {
     struct reference_weights weights;

@@ -103,8 +103,7 @@ struct step_rows {
 };
 struct step_rows step_bench_rows(const struct step_bench *bench);
 
-// ---- Comparison
-// ----------------------------------------------------------------------------------------------------------
+// ---- Comparison -----------------------------------------------------------------------------------------------------
 
 // Fails unless |device - expected| <= tolerance (NaN fails); the message names the case, `what` and the index.
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance);

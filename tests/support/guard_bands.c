@@ -72,8 +72,7 @@ static void fill_pattern(const struct guarded *it, int side, uint32_t words[BAND
         words[i] = 0xFFC00000u | ((it->number * 2 + (uint32_t)side) * 40503u + i * 977u) % 0x3FFFFFu;
 }
 
-// ---- Buffers
-// -------------------------------------------------------------------------------------------------------------
+// ---- Buffers --------------------------------------------------------------------------------------------------------
 
 enum side { BEFORE, BEHIND };
 
@@ -167,8 +166,7 @@ void __wrap_vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_p
     __real_vw_batch_dispatch_indirect(batch, pass, push, push_bytes, groups, shift(groups, offset_bytes));
 }
 
-// ---- Passes
-// --------------------------------------------------------------------------------------------------------------
+// ---- Passes ---------------------------------------------------------------------------------------------------------
 
 static bool asks_for_lengths(const struct vw_shader *shader) {
     enum { HEADER_WORDS = 5, OP_ARRAY_LENGTH = 68 };
@@ -200,8 +198,7 @@ enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_pa
     return __real_vw_pass_create(gpu, &wide, pass);
 }
 
-// ---- The verdict
-// ---------------------------------------------------------------------------------------------------------
+// ---- The verdict ----------------------------------------------------------------------------------------------------
 
 unsigned guard_bands_broken(void) {
     for (size_t i = 0; i < BUFFERS_MAX; i++)

@@ -50,8 +50,7 @@ void hard_write_pixels(struct step_bench *bench) {
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
 }
 
-// ---- Gradients
-// -----------------------------------------------------------------------------------------------------------
+// ---- Gradients ------------------------------------------------------------------------------------------------------
 
 static void compare_losses(struct hard_finding *finding, struct step_bench *bench,
                            const struct reference_step *reference) {
@@ -161,8 +160,7 @@ void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench
     reference_step_destroy(reference);
 }
 
-// ---- Updates
-// -------------------------------------------------------------------------------------------------------------
+// ---- Updates --------------------------------------------------------------------------------------------------------
 
 // Params that the device moves together, or not at all: a column of weights, a pair of features.
 struct group {
@@ -280,8 +278,7 @@ void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uin
     hard_gradients_free(&gradients);
 }
 
-// ---- Rendering
-// -----------------------------------------------------------------------------------------------------------
+// ---- Rendering ------------------------------------------------------------------------------------------------------
 
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench) {
     struct evaluator *evaluator = step_bench_evaluator(bench);

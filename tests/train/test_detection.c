@@ -142,8 +142,7 @@ static void masks_are_ignored_with_the_effect_off(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real photos, where they are
-// ------------------------------------------------------------------------------------------------
+// ---- Real photos, where they are ------------------------------------------------------------------------------------
 
 struct real_scene {
     const char *name, *choice, *called_for; // effects, each between spaces

@@ -20,8 +20,7 @@ static struct vw_config probing_config(void) {
     return config;
 }
 
-// ---- The run
-// ----------------------------------------------------------------------------------------------------------------
+// ---- The run --------------------------------------------------------------------------------------------------------
 
 static void probes_leave_the_run_alone(void **state) {
     (void)state;
@@ -49,8 +48,7 @@ static void probes_leave_the_run_alone(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Against the reference
-// -------------------------------------------------------------------------------------------------------
+// ---- Against the reference ------------------------------------------------------------------------------------------
 
 // The derivative of a loss, summed over the rays of a validation view, along the step.
 static double dot_step(const struct reference_step *reference, const struct reference_params *before,
@@ -192,8 +190,7 @@ static void a_probe_is_the_gradient_times_the_step(void **state) {
     }
 }
 
-// ---- Small steps
-// ------------------------------------------------------------------------------------------------------------
+// ---- Small steps ----------------------------------------------------------------------------------------------------
 
 struct ratio {
     double psnr, l1; // what all steps predict, by what they did

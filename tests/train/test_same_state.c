@@ -89,8 +89,7 @@ static void submissions_of_any_size_give_the_same_bits(void **state) {
     test_run_free(single);
 }
 
-// ---- Against a step that is taken by hand
-// -----------------------------------------------------------------------------------
+// ---- Against a step that is taken by hand ---------------------------------------------------------------------------
 
 // Takes batches until a step with such probes is handed out, which ends its batch. Returns the step's number.
 static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run *run) {
@@ -173,8 +172,7 @@ static void a_run_goes_on_from_a_probed_state(void **state) {
     temporary_folder_remove(folder);
 }
 
-// ---- Which states
-// -----------------------------------------------------------------------------------------------------------
+// ---- Which states ---------------------------------------------------------------------------------------------------
 
 static uint32_t states_due(const struct vw_trainer *trainer) {
     uint32_t due = 0;

@@ -21,8 +21,7 @@ static struct vw_config config_of(enum vw_table_precision precision) {
     return config;
 }
 
-// ---- Rounding
-// ------------------------------------------------------------------------------------------------------------
+// ---- Rounding -------------------------------------------------------------------------------------------------------
 
 static void assert_nearest(float value) {
     double expected = reference_half(value), found = reference_half_value(half_nearest(value));
@@ -51,8 +50,7 @@ static void every_float_becomes_the_nearest_half(void **state) {
     assert_int_equal(half_nearest(3e38f), 0x7C00);
 }
 
-// ---- Params
-// --------------------------------------------------------------------------------------------------------------
+// ---- Params ---------------------------------------------------------------------------------------------------------
 
 static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
     (void)state;
@@ -129,8 +127,7 @@ static void halves_take_half_the_bytes(void **state) {
     assert_true(floats.field_bytes - halves.field_bytes == 4.0 * floats.gathered_pairs);
 }
 
-// ---- Runs
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Runs -----------------------------------------------------------------------------------------------------------
 
 // With the probes that put the state back, and without: whatever the batches, the same steps.
 static void a_run_on_halves_gives_the_same_bits_again(void **state) {
@@ -196,8 +193,7 @@ static void files_of_the_other_precision_are_refused(void **state) {
     temporary_folder_remove(folder);
 }
 
-// ---- The configuration
-// -----------------------------------------------------------------------------------------------------
+// ---- The configuration ----------------------------------------------------------------------------------------------
 
 static void the_json_names_halves_alone(void **state) {
     (void)state;

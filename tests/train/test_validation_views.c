@@ -51,8 +51,7 @@ static struct vw_view *validation_view(struct vw_scene *scene, uint32_t place) {
     return NULL;
 }
 
-// ---- Ways to corrupt a view
-// ---------------------------------------------------------------------------------------------
+// ---- Ways to corrupt a view -----------------------------------------------------------------------------------------
 
 static void leave(struct vw_view *view) { (void)view; }
 
@@ -81,8 +80,7 @@ static void turn_over(struct vw_view *view) {
     }
 }
 
-// ---- Trainings
-// --------------------------------------------------------------------------------------------------------
+// ---- Trainings ------------------------------------------------------------------------------------------------------
 
 // Records a training on the scene, and evaluates its validation views.
 static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VAL_VIEWS]) {

@@ -99,8 +99,7 @@ static void pairs_are_summarised(void **state) {
     free(pairs);
 }
 
-// ---- From ledgers
-// -----------------------------------------------------------------------------------------------------
+// ---- From ledgers ---------------------------------------------------------------------------------------------------
 
 static struct vw_value_input input_of(const struct test_recording *training, const struct vw_ledger_image *images) {
     return (struct vw_value_input){.records = training->records,

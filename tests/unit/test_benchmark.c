@@ -94,8 +94,7 @@ static void play_subsets(struct game *game, uint32_t count, struct vw_subsets *s
     assert_int_equal(game->odd, 0);
 }
 
-// ---- Subsets
-// --------------------------------------------------------------------------------------------------------------
+// ---- Subsets --------------------------------------------------------------------------------------------------------
 
 static void halves_are_different_and_balanced(void **state) {
     (void)state;
@@ -136,8 +135,7 @@ static void a_failing_training_ends_it(void **state) {
     vw_subsets_free(&subsets);
 }
 
-// ---- Detection
-// ------------------------------------------------------------------------------------------------------------
+// ---- Detection ------------------------------------------------------------------------------------------------------
 
 // Eight clean photos, two of either kind. By hand, for the scores of "dv_psnr": clean -0.9 (photo 0), 0.4, 0.7, -0.3
 // (photo 4), 0.8, 0.5, 0.6, 0.2; blur -1.3 and -1.0 lie below all; noise +0.7 (photo 8), above all but 0.8 and level
@@ -171,8 +169,7 @@ static void seeds_agree_over_all_and_within_clean(void **state) {
     free(metrics.rows);
 }
 
-// ---- Predicting
-// ----------------------------------------------------------------------------------------------------------
+// ---- Predicting -----------------------------------------------------------------------------------------------------
 
 static void true_worths_predict_an_additive_game(void **state) {
     (void)state;
@@ -325,8 +322,7 @@ static void only_kinds_that_do_harm_count_as_harmful(void **state) {
     free(metrics.rows);
 }
 
-// ---- Curves
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Curves ---------------------------------------------------------------------------------------------------------
 
 static void curves_of_true_worths_are_best(void **state) {
     (void)state;

@@ -99,8 +99,7 @@ static void pixels_beyond_the_fold_have_no_inverse(void **state) {
     assert_false(vw_camera_unproject(&camera, 320 + 500 * 1.0, 240, direction));
 }
 
-// ---- The rational polynomial and the fisheye
-// ----------------------------------------------------------------------------
+// ---- The rational polynomial and the fisheye ------------------------------------------------------------------------
 
 static void check_there_and_back(const struct vw_camera *camera, const double direction[3]) {
     double x_px, y_px, back[3];

@@ -174,8 +174,7 @@ static void points_of_missing_photos_are_dropped(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Lenses: COLMAP's formulas written out, model by model, for a position u, v = X/Z, Y/Z
-// ----------------------------------
+// ---- Lenses: COLMAP's formulas written out, model by model, for a position u, v = X/Z, Y/Z --------------------------
 
 static void formula(const struct colmap_test_camera *camera, double u, double v, double *x_px, double *y_px) {
     const double *p = camera->params;

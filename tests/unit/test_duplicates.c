@@ -191,8 +191,7 @@ static void groups_do_not_grow_along_a_film(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Validation views
-// -------------------------------------------------------------------------------------------------
+// ---- Validation views -----------------------------------------------------------------------------------------------
 
 static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *count) {
     struct vw_view_distance *distances = NULL;

@@ -58,8 +58,7 @@ static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
     return gpu;
 }
 
-// ---- Devices
-// -------------------------------------------------------------------------------------------------------------
+// ---- Devices --------------------------------------------------------------------------------------------------------
 
 static void devices_are_listed_in_order_of_preference(void **state) {
     (void)state;
@@ -170,8 +169,7 @@ static void a_validation_complaint_fails_submit_and_close(void **state) {
     assert_null(gpu);
 }
 
-// ---- Buffers
-// -------------------------------------------------------------------------------------------------------------
+// ---- Buffers --------------------------------------------------------------------------------------------------------
 
 static void new_buffers_are_zero_and_only_host_memory_maps(void **state) {
     (void)state;
@@ -221,8 +219,7 @@ static void a_huge_buffer_is_out_of_memory(void **state) {
                  "buffer none");
 }
 
-// ---- Passes
-// --------------------------------------------------------------------------------------------------------------
+// ---- Passes ---------------------------------------------------------------------------------------------------------
 
 enum { VALUES = 1000 };
 

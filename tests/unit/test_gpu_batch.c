@@ -106,8 +106,7 @@ static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], factor * (i + 1));
 }
 
-// ---- Barriers: synchronization validation watches what the counts only claim
-// -------------------------------------------
+// ---- Barriers: synchronization validation watches what the counts only claim ----------------------------------------
 
 static void hazards_are_all_but_read_after_read(void **state) {
     (void)state;
@@ -211,8 +210,7 @@ static void batches_in_flight_run_in_order(void **state) {
     close_bench(&bench);
 }
 
-// ---- Dispatching
-// ---------------------------------------------------------------------------------------------------------
+// ---- Dispatching ----------------------------------------------------------------------------------------------------
 
 static void a_dispatch_folds_into_y(void **state) {
     (void)state;
@@ -377,8 +375,7 @@ static void one_batch_records_at_a_time(void **state) {
     close_bench(&bench);
 }
 
-// ---- Timers
-// --------------------------------------------------------------------------------------------------------------
+// ---- Timers ---------------------------------------------------------------------------------------------------------
 
 static void timers_add_up_by_pass_name(void **state) {
     (void)state;

@@ -74,8 +74,7 @@ static uint32_t count(const char *text, const char *part) {
     return found;
 }
 
-// ---- Texts
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Texts ----------------------------------------------------------------------------------------------------------
 
 static void hostile_texts_stay_data(void **state) {
     struct fixture *fixture = *state;
@@ -130,8 +129,7 @@ static void bytes_that_are_no_utf8_are_replaced(void **state) {
     json_decref(nothing);
 }
 
-// ---- Numbers and what is missing
-// --------------------------------------------------------------------------------------------
+// ---- Numbers and what is missing ------------------------------------------------------------------------------------
 
 static void unknown_numbers_are_null(void **state) {
     struct fixture *fixture = *state;
@@ -195,8 +193,7 @@ static void long_runs_are_thinned_to_their_last_step(void **state) {
     free(records);
 }
 
-// ---- Pictures and files
-// -----------------------------------------------------------------------------------------------------
+// ---- Pictures and files ---------------------------------------------------------------------------------------------
 
 static void runs_share_their_thumbnails(void **state) {
     struct fixture *fixture = *state;
@@ -270,8 +267,7 @@ static void documents_carry_thumbnails_by_name(void **state) {
     assert_true(json_is_null(json_object_get(written, "constructor")));
 }
 
-// ---- Short memory
-// -----------------------------------------------------------------------------------------------------------
+// ---- Short memory ---------------------------------------------------------------------------------------------------
 
 enum { BLOCKS_MOST = 4000, BLOCK_BYTES = 8192 };
 static struct {
@@ -382,8 +378,7 @@ static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
     }
 }
 
-// ---- The page itself
-// --------------------------------------------------------------------------------------------------------
+// ---- The page itself ------------------------------------------------------------------------------------------------
 
 static void the_page_loads_nothing(void **state) {
     struct fixture *fixture = *state;

@@ -21,8 +21,7 @@ static int remove_folder(void **state) {
     return 0;
 }
 
-// ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads
-// -----------------------------------------------
+// ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads ----------------------------------------
 
 enum alpha { ALPHA_NONE = -1, ALPHA_ASSOCIATED = 1, ALPHA_STRAIGHT = 2 }; // as TIFF counts them
 
@@ -117,8 +116,7 @@ static double srgb(double linear) {
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-// ---- Formats
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Formats --------------------------------------------------------------------------------------------------------
 
 static void png_round_trips(void **state) {
     const char *path = temporary_path(*state, "a.png");
@@ -270,8 +268,7 @@ static void orientation_is_ignored(void **state) {
     }
 }
 
-// ---- Floats: linear light, masks, clamps
-// -------------------------------------------------------------------------------------
+// ---- Floats: linear light, masks, clamps ----------------------------------------------------------------------------
 
 static void floats_are_encoded_masked_and_clamped(void **state) {
     float pixels[100][3];
@@ -307,8 +304,7 @@ static void too_many_masked_pixels_are_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "6.0 %"));
 }
 
-// ---- Downscaling
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Downscaling ----------------------------------------------------------------------------------------------------
 
 static void downscale_keeps_constants(void **state) {
     static float pixels[37 * 23 * 3];
@@ -388,8 +384,7 @@ static void downscale_ignores_masked_pixels(void **state) {
     vw_image_clear(&image);
 }
 
-// ---- Errors
-// ----------------------------------------------------------------------------------------------------------------------
+// ---- Errors ---------------------------------------------------------------------------------------------------------
 
 static void check_refused(const char *path, enum vw_status expected, const char *said) {
     struct vw_image image = {0};

@@ -27,21 +27,20 @@ static void check_record(const struct vw_step_record *record, uint64_t step, uin
 
 // Photos b.png and "a, too.png" in two epochs; a.png is the second by name.
 static void columns_come_in_any_order(void **state) {
-    static const char *const texts[] =
-        {
-            "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
-            "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
-            "l1,psnr,photo,epoch,step\r\n0.5,10,,0,0\r\n\r\n0.4,11,b.png,0,1\r\n0.45,10.5,\"a, "
-            "too.png\",0,2\r\n0.25,12,b.png,1,3",
-            "\xef\xbb\xbfnote,photo,step,lr,epoch,l1,psnr\n,,0,1,0,0.5,10\n\"a "
-            "\"\"b\"\"\nc\",b.png,1,x,0,.4,1.1e1\n,\"a, "
-            "too.png\",2,,0,45e-2,10.5\n"
-            ",b.png,3,,1,0.25,12\n",
-            "step,epoch,photo,psnr,l1\n0,0,ignored.png,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
-            "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
-            "step,epoch,photo,psnr,l1\n0,9,,10,0.5\n1,7,b.png,11,0.4\n2,7,\"a, "
-            "too.png\",10.5,0.45\n3,8,b.png,12,0.25\n", // epochs from 7
-        };
+    static const char *const texts[] = {
+        "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
+        "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
+        "l1,psnr,photo,epoch,step\r\n0.5,10,,0,0\r\n\r\n0.4,11,b.png,0,1\r\n0.45,10.5,\"a, "
+        "too.png\",0,2\r\n0.25,12,b.png,1,3",
+        "\xef\xbb\xbfnote,photo,step,lr,epoch,l1,psnr\n,,0,1,0,0.5,10\n\"a "
+        "\"\"b\"\"\nc\",b.png,1,x,0,.4,1.1e1\n,\"a, "
+        "too.png\",2,,0,45e-2,10.5\n"
+        ",b.png,3,,1,0.25,12\n",
+        "step,epoch,photo,psnr,l1\n0,0,ignored.png,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
+        "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
+        "step,epoch,photo,psnr,l1\n0,9,,10,0.5\n1,7,b.png,11,0.4\n2,7,\"a, "
+        "too.png\",10.5,0.45\n3,8,b.png,12,0.25\n", // epochs from 7
+    };
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
         struct vw_step_log log = read_log(write_log(*state, texts[i]));
         assert_int_equal(log.image_count, 2);
@@ -152,8 +151,7 @@ static void malformed_lines_are_refused(void **state) {
     vw_step_log_clear(&log);
 }
 
-// ---- Damage
-// -----------------------------------------------------------------------------------------------------------
+// ---- Damage ---------------------------------------------------------------------------------------------------------
 
 // Whatever is read must be fit for the ledger; what is refused leaves a message of one line.
 static void check_any(const char *path) {
@@ -205,8 +203,7 @@ static void damaged_files_do_no_harm(void **state) {
     }
 }
 
-// ---- Whole runs
-// -------------------------------------------------------------------------------------------------------
+// ---- Whole runs -----------------------------------------------------------------------------------------------------
 
 static void print_run(FILE *stream, const void *context) {
     const struct test_recording *recording = context;

@@ -20,8 +20,7 @@
 
 enum { FIRST_COUNT = 4, RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT, PAGE_BYTES = 4096 };
 
-// ---- A file system that counts what is done to the ledger, and dies when told to
-// --------------------------------------
+// ---- A file system that counts what is done to the ledger, and dies when told to ------------------------------------
 
 // Shared by parent and child.
 struct observation {
@@ -121,8 +120,7 @@ static void watch_files(void) {
     sqlite3_vfs_register(&watching_vfs, 1);
 }
 
-// ---- The cut
-// ----------------------------------------------------------------------------------------------------------
+// ---- The cut --------------------------------------------------------------------------------------------------------
 
 struct scene {
     const char *folder;

@@ -82,8 +82,7 @@ static void the_untouched_ledger_verifies(void **state) {
     assert_int_equal(vw_exit_code(VW_ERROR_MISMATCH), 1);
 }
 
-// ---- Edits
-// ------------------------------------------------------------------------------------------------------------
+// ---- Edits ----------------------------------------------------------------------------------------------------------
 
 // What becomes of a cell; %1$s is the column. Those that a column cannot hold, or that leave it as it was, are no edits
 // of it.
@@ -212,8 +211,7 @@ static void every_edit_is_found(void **state) {
     }
 }
 
-// ---- Rows removed, added and moved
-// ------------------------------------------------------------------------------------
+// ---- Rows removed, added and moved ----------------------------------------------------------------------------------
 
 static void every_removed_row_is_found(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
@@ -329,8 +327,7 @@ static void rows_moved_and_added_are_found(void **state) {
     }
 }
 
-// ---- Files that only look like a ledger
-// -------------------------------------------------------------------------------
+// ---- Files that only look like a ledger -----------------------------------------------------------------------------
 
 // Uses a ledger in every way there is. Only that it ends, and without a crash, is asked.
 static void use(const char *path) {

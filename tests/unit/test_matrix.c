@@ -224,8 +224,7 @@ static void row_means_are_the_scores(void **state) {
     free(run);
 }
 
-// ---- The jackknife
-// ----------------------------------------------------------------------------------------------------
+// ---- The jackknife --------------------------------------------------------------------------------------------------
 
 static void one_view_at_a_time_is_left_out(void **state) {
     (void)state;

@@ -22,8 +22,7 @@ static void check_near(double value, double expected, const char *what) {
         fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
 }
 
-// ---- Games whose values are known
-// ---------------------------------------------------------------------------------------------
+// ---- Games whose values are known -----------------------------------------------------------------------------------
 
 static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
     struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
@@ -152,8 +151,7 @@ static void repaired_damage_is_overstated_by_sums(void **state) {
     free(game);
 }
 
-// ---- Against a plain recomputation
-// --------------------------------------------------------------------------------------------
+// ---- Against a plain recomputation ----------------------------------------------------------------------------------
 
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
@@ -279,8 +277,7 @@ static void methods_follow_their_formulas(void **state) {
     }
 }
 
-// ---- The table and the edges
-// --------------------------------------------------------------------------------------------------
+// ---- The table and the edges ----------------------------------------------------------------------------------------
 
 static void the_list_is_in_the_order_of_scores(void **state) {
     (void)state;

@@ -70,8 +70,7 @@ static void each_view_has_its_own(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- The box
-// ---------------------------------------------------------------------------------------------------------------
+// ---- The box --------------------------------------------------------------------------------------------------------
 
 // 1000 points through a box of 2 x 1 x 0.5 around (0.5, 0, 0), and 20 strays as far as 1000 units away.
 static void scatter(struct vw_scene *scene, double offset_world) {

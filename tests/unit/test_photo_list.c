@@ -75,8 +75,7 @@ static void check_text(const char *path, const char *expected) {
     free(text);
 }
 
-// ---- transforms.json
-// ----------------------------------------------------------------------------------------------------
+// ---- transforms.json ------------------------------------------------------------------------------------------------
 
 static void splits_of_the_file_are_kept(void **state) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
@@ -201,8 +200,7 @@ static void paths_lead_from_the_list(void **state) {
     free(scene);
 }
 
-// ---- PhotoTourism
-// -------------------------------------------------------------------------------------------------------
+// ---- PhotoTourism ---------------------------------------------------------------------------------------------------
 
 static void write_dense(const char *folder, const char *tsv) {
     static const char *const names[] = {"p0.png", "p1.png", "p2.png", "p3.png",
@@ -296,8 +294,7 @@ static void a_tsv_serves_as_a_list(void **state) {
                        VW_ERROR_INPUT, "c.tsv:3", "p9.png", NULL);
 }
 
-// ---- COLMAP, and no scene
-// -------------------------------------------------------------------------------------------------
+// ---- COLMAP, and no scene -------------------------------------------------------------------------------------------
 
 // Names as the model spells them, also where another folder has the same.
 static void an_image_list_spells_names_as_the_model_does(void **state) {

@@ -156,8 +156,7 @@ static void the_tsv_stays_in_the_folder(void **state) {
     temporary_folder_remove(elsewhere);
 }
 
-// ---- Precedence
-// ------------------------------------------------------------------------------------------------------------
+// ---- Precedence -----------------------------------------------------------------------------------------------------
 
 // transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
 static void write_transforms(const char *folder, double focal_px, double shift, double turn) {
@@ -197,8 +196,7 @@ static void formats_have_a_precedence(void **state) {
     check_format(*state, NULL, "colmap");
 }
 
-// ---- Points beside transforms.json
-// -------------------------------------------------------------------------------------------
+// ---- Points beside transforms.json ----------------------------------------------------------------------------------
 
 static struct vw_scene *open_with_points(const char *folder, double focal_px, double shift, double turn) {
     struct colmap_test_model model = make_model();
@@ -270,8 +268,7 @@ static void downscale_moves_tracks(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real data
-// -------------------------------------------------------------------------------------------------------------
+// ---- Real data ------------------------------------------------------------------------------------------------------
 
 static void sacre_coeur_is_read(void **state) {
     (void)state;

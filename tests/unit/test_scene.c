@@ -21,8 +21,7 @@ static int remove_folder(void **state) {
     return 0;
 }
 
-// ---- The box
-// ---------------------------------------------------------------------------------------------------------------
+// ---- The box --------------------------------------------------------------------------------------------------------
 
 static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
     tiny_scene_write(folder, tiny);
@@ -104,8 +103,7 @@ static void axes_without_a_common_point_have_a_box(void **state) {
     check_box(&box, 0, 0, 0, 1.1 * depth, 1e-12);
 }
 
-// ---- Photos
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Photos ---------------------------------------------------------------------------------------------------------
 
 static void a_downscale_fits_the_camera(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
@@ -151,8 +149,7 @@ static void excluded_views_are_not_decoded(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- The hash
-// ------------------------------------------------------------------------------------------------------------------
+// ---- The hash -------------------------------------------------------------------------------------------------------
 
 static void hash_of(const struct vw_scene_params *params, char hex[VW_HASH_HEX_BYTES]) {
     struct vw_scene *scene = tiny_scene_open(params);
@@ -231,8 +228,7 @@ static void a_clamped_share_is_noted(void **state) {
     vw_scene_close(&scene);
 }
 
-// ---- Real scenes
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Real scenes ----------------------------------------------------------------------------------------------------
 
 static void fox_is_read(void **state) {
     (void)state;
