@@ -1,0 +1,151 @@
+#!/usr/bin/env bash
+# What the READMEs say is true of the tree: links, paths, commands, options, the SQL that reads a ledger, and the words.
+# Takes the program's path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+cd "$root" || exit 1
+mapfile -t readmes < <(find . -name README.md -not -path './build*' -not -path './out*' -printf '%P\n' | sort)
+
+none() { # none TEXT: prints it and fails unless it is empty
+    [[ -z $1 ]] || { echo "$1"; return 1; }
+}
+
+# ---- Links and paths -----------------------------------------------------------------------------------------------
+
+# The headings of a file as anchors: small letters, hyphens for spaces, no punctuation.
+anchors() {
+    grep -E '^#+ ' "$1" | sed -E 's/^#+ //' | tr '[:upper:]' '[:lower:]' | sed -E 's/[^a-z0-9 _-]//g; s/ /-/g'
+}
+
+broken_links() {
+    local file link path
+    for file in "${readmes[@]}"; do
+        while read -r link; do
+            path=$(dirname "$file")/${link%%#*}
+            [[ $link == '#'* ]] && path=$file
+            [[ $link == http* || -e $path ]] || { echo "$file: there is no $link"; continue; }
+            [[ $link != *'#'* ]] || anchors "$path" | grep -qxF "${link##*#}" || echo "$file: $link: no such heading"
+        done < <(grep -oE '\]\([^)]+\)|src="[^"]+"' "$file" | sed -E 's/^\]\((.*)\)$/\1/; s/^src="(.*)"$/\1/')
+    done
+}
+
+# What looks like a path: in backticks, or behind the name of a top folder. Patterns such as <name> and * are no paths.
+named_paths() { # named_paths FILE
+    grep -oE '`[A-Za-z0-9_./-]*/[A-Za-z0-9_./-]*`' "$1" | tr -d '`'
+    grep -oE '(^|[ `(])(src|include|shaders|scenes|scripts|tests)/[][A-Za-z0-9_./*<>{}-]*' "$1" | tr -d ' `(' |
+        grep -v '[][*<>{}]'
+}
+
+# A path may be given from the root, from the README's folder, or as the end of what the tree holds.
+missing_paths() {
+    local file path tree
+    tree=$(find include scripts scenes shaders src tests -printf '%p\n%p/\n')
+    for file in "${readmes[@]}"; do
+        while read -r path; do
+            # What runs leave and scenes hold.
+            case $path in OUT/* | out/* | build/* | dense/* | sparse/* | images/* | masks/*) continue ;; esac
+            [[ -e $path || -e $(dirname "$file")/$path ]] || grep -qE "/${path//./\\.}\$" <<<"$tree" ||
+                echo "$file: there is no $path"
+        done < <(named_paths "$file" | sort -u)
+    done
+}
+
+unnamed_folders() { # every folder of sources is on some map
+    local folder
+    find include scripts scenes shaders src tests -type d -not -path '*/corpus*' -print | while read -r folder; do
+        grep -qE "(^|[^[:alnum:]_])${folder##*/}/" "${readmes[@]}" || echo "no README names $folder/"
+    done
+}
+
+# ---- Commands and options ------------------------------------------------------------------------------------------
+
+commands=$("$program" --help | sed -nE 's/^  ([a-z][a-z-]+) .*/\1/p')
+
+options_of() { # options_of COMMAND
+    "$program" "$1" --help-all | grep -oE '(^|[ ,])--[a-z][a-z0-9-]*' | tr -d ' ,'
+}
+
+# Lines "COMMAND OPTION" for every option that stands behind a command of the program.
+calls() {
+    cat "${readmes[@]}" | sed -E ':join; /\\$/{N; s/\\\n//; b join}' | grep -oE 'viewworth [a-z-]+[^`]*' |
+        sed -E 's/ #.*//; s/[;|].*//' | while read -r _ command words; do
+        grep -qxF -e "$command" <<<"$commands" || { echo "$command -"; continue; }
+        grep -oE -- '--[a-z][a-z0-9-]*' <<<"$words" | sed "s/^/$command /"
+    done | sort -u
+}
+
+wrong_calls() {
+    local command option
+    calls | while read -r command option; do
+        if [[ $option == - ]]; then # prose such as "viewworth trains" is no call
+            ! grep -qE "\`viewworth $command[ \`]" "${readmes[@]}" || echo "there is no command $command"
+        else
+            options_of "$command" | grep -qxF -e "$option" || echo "viewworth $command has no option $option"
+        fi
+    done
+}
+
+unlisted_commands() {
+    local command
+    for command in $commands; do grep -qF "viewworth $command" README.md || echo "$command"; done
+}
+
+# Options named without a command must be those of some command, or of a script or a build tool.
+unknown_options() {
+    local known option command
+    known=$(printf '%s\n' --help --help-all --version; for command in $commands; do options_of "$command"; done)
+    grep -hoE '`[^`]*`' "${readmes[@]}" | grep -v 'scripts/\|cmake' | grep -oE -- '(^|[ `/])--[a-z][a-z0-9-]*' |
+        tr -d ' `/' | sort -u | while read -r option; do
+        grep -qxF -e "$option" <<<"$known" || grep -rqF -e "$option" scripts || echo "no command has $option"
+    done
+}
+
+# ---- The ledger ----------------------------------------------------------------------------------------------------
+
+block() { # block LANGUAGE: of the README, the code in that language
+    awk -v open="\`\`\`$1" '$0 == open {inside = 1; next} /^```/ {inside = 0} inside' README.md
+}
+
+rows_of() { # rows_of SQL: how many rows it gives
+    sqlite3 -bail "$folder/run/ledger.db" "$1" | wc -l
+}
+
+sql_reads() { [[ $(rows_of "$(block sql)") -eq 5 ]]; }
+python_reads() { [[ $(rows_of "$(block python | sed -nE 's/.*read_sql\("([^"]+)".*/\1/p')") -gt 10 ]]; }
+script_reads() { [[ $(sqlite3 -bail "$folder/run/ledger.db" <scripts/dv_psnr.sql | wc -l) -eq 6 ]]; }
+
+# ---- Words ---------------------------------------------------------------------------------------------------------
+
+# Words that were replaced by standard terms. README, help and public headers must not bring them back.
+old_words='laborator(y|ies)|contests?|contestants?|judgements?|foretell(ing|s)?|foretold|foresee|spoil(ed|s)?|planted|--plant'
+old_words+='|harmless|twins?|knobs?|dearest|dear ones|gone on with|goe?s? on with|going on|taken for granted|said aloud'
+old_words+='|learned by heart|hopeless|house rules|turn takers?|probing run|rungs?|laws?|choice_json|sampling_error'
+old_words+='|rank_(low|high)'
+
+help_texts() {
+    local command
+    "$program" --help
+    for command in $commands; do "$program" "$command" --help-all | sed "s/^/$command: /"; done
+}
+
+old_words_in() { # old_words_in FILE...
+    grep -HnwiE "$old_words" "$@"
+}
+
+help_texts >"$folder/help"
+
+check "the README has under 200 lines" test "$(wc -l <README.md)" -lt 200
+check "every relative link leads somewhere" none "$(broken_links)"
+check "every path named exists" none "$(missing_paths)"
+check "every folder is on a map" none "$(unnamed_folders)"
+check "every command named takes the options named" none "$(wrong_calls)"
+check "every option named belongs to a command" none "$(unknown_options)"
+check "the README lists every command" none "$(unlisted_commands)"
+run "$program" value tests/support/tiny.json "${small[@]}" --epochs 3 --out "$folder/run" --quiet
+check "the SQL of the README reads a ledger" sql_reads
+check "the SQL of the Python snippet reads a ledger" python_reads
+check "scripts/dv_psnr.sql reads a ledger" script_reads
+check "no old word is in the READMEs" none "$(old_words_in "${readmes[@]}")"
+check "no old word is in the help" none "$(old_words_in "$folder/help")"
+check "no old word is in the public headers" none "$(old_words_in include/viewworth/*.h)"
+conclude
