@@ -103,6 +103,6 @@ enum vw_status evidence_unbounded(const struct survey *survey, double *evidence)
 }
 
 enum vw_status evidence_occupancy(const struct survey *survey, double *evidence) {
-    *evidence = survey->probe.empty_share;
+    *evidence = survey->pilot.empty_share;
     return VW_OK;
 }

@@ -1,14 +1,14 @@
-// What a scene shows of each effect: one number per effect, which the registry (effects.c) holds against a threshold.
+// What a scene shows of each effect: one number per effect, which decide.c compares with a threshold.
 // Deterministic, from the photos of the splits train and val alone, so that what is tested on decides nothing (lenses
 // apart: those of tests are undone too). NaN where the scene cannot tell.
-#ifndef VIEWWORTH_TRAIN_EVIDENCE_H
-#define VIEWWORTH_TRAIN_EVIDENCE_H
+#ifndef VIEWWORTH_DETECT_EVIDENCE_H
+#define VIEWWORTH_DETECT_EVIDENCE_H
 
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
 // What the pilot run found (pilot_run.h); NaN where there was none.
-struct probe_findings {
+struct pilot_findings {
     double gain_spread; // as evidence_appearance, of rendered against actual pixels
     double empty_share; // of the box's cells, by density
 };
@@ -16,7 +16,7 @@ struct probe_findings {
 struct survey {
     const struct vw_scene *scene;
     bool masks; // masked pixels are not looked at, as in a training with the effect `masks`
-    struct probe_findings probe;
+    struct pilot_findings pilot;
 };
 
 // VW_ERROR_MEMORY is the only failure of all these.

@@ -177,7 +177,7 @@ enum vw_status evidence_appearance(const struct survey *survey, double *evidence
     double *gains = vw_allocate(survey->scene->view_count, 3 * sizeof *gains);
     uint32_t count = 0;
     enum vw_status status = gains ? measure_scene(survey, 0, log_gain, gains, &count) : VW_ERROR_MEMORY;
-    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? vw_robust_spread(gains, count) : survey->probe.gain_spread;
+    if (!status) *evidence = count >= 3 * PHOTOS_MIN ? vw_robust_spread(gains, count) : survey->pilot.gain_spread;
     free(gains);
     return status;
 }

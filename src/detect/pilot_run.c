@@ -3,12 +3,13 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "train/effects/occupied_share.h"
-#include "train/pixels.h"
-#include "train/trainer_private.h"
 #include "base/memory.h"
-#include "train/trainer.h"
 #include "base/statistics.h"
+#include "detect/occupied_share.h"
+#include "train/effects/registry.h"
+#include "train/field.h"
+#include "train/pixels.h"
+#include "train/trainer.h"
 
 enum {
     STEPS = 128,
@@ -21,7 +22,7 @@ enum {
 static const double MISFIT =
     0.1; // what photos of one exposure show at most after so few steps (0.02 to 0.1, tests/train/test_detection.c)
 
-static struct vw_config probing_config(void) {
+static struct vw_config pilot_config(void) {
     struct vw_config config = vw_config_default;
     config.rays = 256;
     config.levels = 4;
@@ -76,58 +77,77 @@ static double common_spread(double *means, double *halved_differences, uint32_t 
     return sqrt(fmax(all * all - own * own - MISFIT * MISFIT, 0.0));
 }
 
-// Of photos that are trained on, at fixed pixels.
-static enum vw_status measure_gains(struct vw_trainer *trainer, struct evaluator *evaluator, struct vw_pixel *pixels,
-                                    vw_float4 *colours, double *spread) {
-    double means[3 * PHOTOS_MAX], halved_differences[3 * PHOTOS_MAX], gains[2];
-    uint32_t count = 0, stride = (trainer->train_count + PHOTOS_MAX - 1) / PHOTOS_MAX;
-    for (uint32_t i = 0; i < trainer->train_count; i += stride) {
-        uint32_t view = trainer->train_views[i];
-        uint32_t taken =
-            pixels_stratify(trainer->scene, view, pixels_all_columns(trainer->scene, view), PIXELS_PER_PHOTO, pixels);
-        if (!trainer->masks) pixels_unmask(trainer->scene, pixels, taken);
-        enum vw_status status = evaluator_render(evaluator, pixels, taken, colours);
-        if (status != VW_OK) return status;
-        for (int channel = 0; channel < 3; channel++) {
-            if (!half_gains(pixels, colours, taken, trainer->scene->views[view].image.width_px / 2.0, channel, gains))
-                continue;
-            means[count] = 0.5 * (gains[0] + gains[1]);
-            halved_differences[count++] = 0.5 * (gains[0] - gains[1]);
-        }
+// The photos that are compared with their renders, and where.
+struct comparison {
+    const struct vw_scene *scene;
+    bool masks; // mask files are obeyed
+    struct evaluator evaluator;
+    struct vw_pixel *pixels; // of one photo
+    vw_float4 *colours;
+};
+
+// Renders fixed pixels of a photo. Adds, of each channel in which both halves can be compared, the mean of their gains
+// and half of their difference.
+static enum vw_status measure_photo(struct comparison *compared, uint32_t view, double *means,
+                                    double *halved_differences, uint32_t *count) {
+    const struct vw_scene *scene = compared->scene;
+    double gains[2], middle_px = scene->views[view].image.width_px / 2.0;
+    uint32_t taken = pixels_stratify(scene, view, pixels_all_columns(scene, view), PIXELS_PER_PHOTO, compared->pixels);
+    if (!compared->masks) pixels_unmask(scene, compared->pixels, taken);
+    enum vw_status status = evaluator_render(&compared->evaluator, compared->pixels, taken, compared->colours);
+    for (int channel = 0; channel < 3 && status == VW_OK; channel++) {
+        if (!half_gains(compared->pixels, compared->colours, taken, middle_px, channel, gains)) continue;
+        means[*count] = 0.5 * (gains[0] + gains[1]);
+        halved_differences[(*count)++] = 0.5 * (gains[0] - gains[1]);
     }
-    if (count >= 3 * PHOTOS_MIN) *spread = common_spread(means, halved_differences, count);
-    return VW_OK;
+    return status;
 }
 
-static enum vw_status measure_exposure(struct vw_trainer *trainer, double *spread) {
-    struct evaluator evaluator = {0};
-    struct vw_pixel *pixels = vw_allocate(PIXELS_PER_PHOTO, sizeof *pixels);
-    vw_float4 *colours = vw_allocate(PIXELS_PER_PHOTO, sizeof *colours);
-    enum vw_status status =
-        pixels && colours ? evaluator_create(&trainer->field, PIXELS_PER_PHOTO, &evaluator) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = measure_gains(trainer, &evaluator, pixels, colours, spread);
-    evaluator_destroy(&evaluator);
-    free(pixels);
-    free(colours);
+// Of photos that are trained on.
+static enum vw_status measure_photos(struct comparison *compared, double *spread) {
+    double means[3 * PHOTOS_MAX], halved_differences[3 * PHOTOS_MAX];
+    uint32_t *views = NULL, view_count = 0, count = 0;
+    enum vw_status status = vw_scene_list_views(compared->scene, VW_SPLIT_TRAIN, &views, &view_count);
+    uint32_t stride = (view_count + PHOTOS_MAX - 1) / PHOTOS_MAX;
+    for (uint32_t i = 0; i < view_count && status == VW_OK; i += stride)
+        status = measure_photo(compared, views[i], means, halved_differences, &count);
+    if (status == VW_OK && count >= 3 * PHOTOS_MIN) *spread = common_spread(means, halved_differences, count);
+    free(views);
+    return status;
+}
+
+static enum vw_status measure_exposure(struct field *field, const struct vw_scene *scene, bool masks, double *spread) {
+    struct comparison compared = {.scene = scene,
+                                  .masks = masks,
+                                  .pixels = vw_allocate(PIXELS_PER_PHOTO, sizeof *compared.pixels),
+                                  .colours = vw_allocate(PIXELS_PER_PHOTO, sizeof *compared.colours)};
+    enum vw_status status = compared.pixels && compared.colours
+                                ? evaluator_create(field, PIXELS_PER_PHOTO, &compared.evaluator)
+                                : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = measure_photos(&compared, spread);
+    evaluator_destroy(&compared.evaluator);
+    free(compared.pixels);
+    free(compared.colours);
     return status;
 }
 
 enum vw_status pilot_run(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_effect_verdict *verdicts,
-                         uint32_t count, struct probe_findings *findings) {
-    const struct vw_config config = probing_config();
+                         uint32_t count, struct pilot_findings *findings) {
+    const struct vw_config config = pilot_config();
+    const struct vw_trainer_params params = {.gpu = gpu,
+                                             .scene = scene,
+                                             .config = &config,
+                                             .effects = verdicts,
+                                             .effect_count = count,
+                                             .steps_per_batch = STEPS_PER_BATCH};
     struct vw_trainer *trainer = NULL;
     double occupied = NAN;
-    *findings = (struct probe_findings){.gain_spread = NAN, .empty_share = NAN};
-    enum vw_status status = vw_trainer_create(&(struct vw_trainer_params){.gpu = gpu,
-                                                                          .scene = scene,
-                                                                          .config = &config,
-                                                                          .effects = verdicts,
-                                                                          .effect_count = count,
-                                                                          .steps_per_batch = STEPS_PER_BATCH},
-                                              &trainer);
+    bool masks = effects_obey_masks(scene, verdicts, count);
+    *findings = (struct pilot_findings){.gain_spread = NAN, .empty_share = NAN};
+    enum vw_status status = vw_trainer_create(&params, &trainer);
     if (status == VW_OK) status = take_steps(trainer);
-    if (status == VW_OK) status = measure_exposure(trainer, &findings->gain_spread);
-    if (status == VW_OK) status = occupied_share(trainer, &occupied);
+    if (status == VW_OK) status = measure_exposure(vw_trainer_field(trainer), scene, masks, &findings->gain_spread);
+    if (status == VW_OK) status = occupied_share(vw_trainer_field(trainer), config.samples, &occupied);
     findings->empty_share = 1.0 - occupied;
     vw_trainer_destroy(&trainer);
     return status;

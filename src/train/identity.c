@@ -1,15 +1,15 @@
-// What a run is: hashes that name it (decision 11).
+#include "train/identity.h"
+
 #include <stdlib.h>
 
+#include "base/hash.h"
 #include "gpu/shaders.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
-#include "base/hash.h"
-#include "train/trainer_private.h"
 
 const char *vw_version(void) { return VW_VERSION; }
 
-void vw_shader_hash(uint8_t hash[32]) {
+void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     for (uint32_t i = 0; i < vw_shader_count; i++) {
@@ -19,39 +19,41 @@ void vw_shader_hash(uint8_t hash[32]) {
     vw_hasher_end(&hasher, hash);
 }
 
-void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]) {
+void identity_subset_hash(const struct run_identity *identity, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < trainer->train_count; i++)
-        vw_hasher_add_text(&hasher, trainer->scene->views[trainer->train_views[i]].name);
+    for (uint32_t i = 0; i < identity->train_count; i++)
+        vw_hasher_add_text(&hasher, identity->scene->views[identity->train_views[i]].name);
     vw_hasher_end(&hasher, hash);
 }
 
-enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]) {
-    uint8_t subset[32], shaders[32];
-    const struct vw_gpu_info *info = vw_gpu_get_info(trainer->gpu);
-    char *config = vw_config_to_json(&trainer->config, true);
+static void add_effects(const struct run_identity *identity, struct vw_hasher *hasher) {
+    const struct vw_box *box = &identity->model->box;
+    for (uint32_t i = 0; i < identity->effect_count; i++)
+        if (identity->effects[i].on) vw_hasher_add_text(hasher, identity->effects[i].name);
+    if (!identity->model->specialization.effect_unbounded) return;
+    for (int i = 0; i < 3; i++) // its box depends on points, which the scene's hash does not cover
+        vw_hasher_add_real(hasher, box->centre_world[i]);
+    vw_hasher_add_real(hasher, box->half_extent_world);
+}
+
+enum vw_status identity_run_id(const struct run_identity *identity, uint8_t run_id[VW_HASH_BYTES]) {
+    uint8_t subset[VW_HASH_BYTES], shaders[VW_HASH_BYTES];
+    char *config = vw_config_to_json(identity->config, true);
     if (!config) return VW_ERROR_MEMORY;
-    vw_trainer_subset_hash(trainer, subset);
+    identity_subset_hash(identity, subset);
     vw_shader_hash(shaders);
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_bytes(&hasher, trainer->scene->hash, sizeof trainer->scene->hash);
+    vw_hasher_add_bytes(&hasher, identity->scene->hash, sizeof identity->scene->hash);
     vw_hasher_add_bytes(&hasher, subset, sizeof subset);
     vw_hasher_add_text(&hasher, config);
-    vw_hasher_add_integer(&hasher,
-                          trainer->validate); // `train` records no validation: another ledger, if the same params
-    for (uint32_t i = 0; i < trainer->effect_count; i++)
-        if (trainer->effects[i].on) vw_hasher_add_text(&hasher, trainer->effects[i].name);
-    if (trainer->model.specialization
-            .effect_unbounded) { // its box depends on points, which the scene's hash does not cover
-        for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, trainer->model.box.centre_world[i]);
-        vw_hasher_add_real(&hasher, trainer->model.box.half_extent_world);
-    }
+    vw_hasher_add_integer(&hasher, identity->validates); // `train` records no validation: another ledger
+    add_effects(identity, &hasher);
     vw_hasher_add_bytes(&hasher, shaders, sizeof shaders);
     vw_hasher_add_text(&hasher, vw_version());
-    vw_hasher_add_text(&hasher, info->name);
-    vw_hasher_add_text(&hasher, info->driver);
+    vw_hasher_add_text(&hasher, identity->device->name);
+    vw_hasher_add_text(&hasher, identity->device->driver);
     vw_hasher_end(&hasher, run_id);
     free(config);
     return VW_OK;

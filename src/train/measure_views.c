@@ -1,15 +1,12 @@
-// How near the field comes to whole views: the passes of validation, on all their usable pixels or an even share of
-// them, through an evaluator of its own. The errors are summed in double on the host, in the order of the pixels.
+#include "train/measure_views.h"
+
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "train/effects/appearance.h"
 #include "train/pixels.h"
-#include "train/trainer_private.h"
-#include "base/memory.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
-#include "base/psnr.h"
+#include "train/view_fit.h"
 
 enum { TILE_RAYS = 4096 };
 static const double FIT_RIDGE = 0.1; // as in shaders/appearance.glsl
@@ -95,41 +92,41 @@ static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
 }
 
 // Renders and measures the pixels that were chosen, those that weigh nothing left out.
-static enum vw_status see(const struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view,
+static enum vw_status see(const struct vw_scene *scene, struct evaluator *evaluator, uint32_t view,
                           struct seen_view *seen, struct vw_view_error *error) {
     enum vw_status status = render(evaluator, seen);
     if (status == VW_OK && !sum_errors(seen, error))
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
-                         trainer->scene->views[view].name);
+                         scene->views[view].name);
     return status;
 }
 
 // ---- A share of every view
 // --------------------------------------------------------------------------------------------------
 
-static enum vw_status measure_view(struct vw_trainer *trainer, struct evaluator *evaluator, uint32_t view,
+static enum vw_status measure_view(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
                                    uint32_t pixels_max, struct seen_view *seen, struct vw_view_error *error) {
-    const struct vw_scene *scene = trainer->scene;
-    bool fits = appearance_fits_views(&trainer->model);
+    const struct vw_scene *scene = measured->scene;
+    bool fits = appearance_fits_views(measured->field->model);
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     seen->fit_count = fits ? pixels_stratify(scene, view, left, fit_max, seen->pixels) : 0;
     seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view),
                                                     pixels_max, seen->pixels + seen->fit_count);
-    if (!trainer->masks) pixels_unmask(scene, seen->pixels, seen->count);
-    return see(trainer, evaluator, view, seen, error);
+    if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    return see(scene, evaluator, view, seen, error);
 }
 
-enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
-                                        uint32_t pixels_max, struct vw_view_error *errors) {
-    size_t most = (size_t)pixels_max + (appearance_fits_views(&trainer->model) ? VIEW_FIT_RAYS_MAX : 0);
+enum vw_status measure_views(const struct measured_field *measured, const uint32_t *views, uint32_t view_count,
+                             uint32_t pixels_max, struct vw_view_error *errors) {
+    size_t most = (size_t)pixels_max + (appearance_fits_views(measured->field->model) ? VIEW_FIT_RAYS_MAX : 0);
     struct evaluator evaluator = {0};
     struct seen_view seen;
     enum vw_status status = allocate(most, &seen);
     if (status == VW_OK)
-        status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+        status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
-        status = measure_view(trainer, &evaluator, views[i], pixels_max, &seen, &errors[i]);
+        status = measure_view(measured, &evaluator, views[i], pixels_max, &seen, &errors[i]);
     evaluator_destroy(&evaluator);
     release(&seen);
     return status;
@@ -139,9 +136,9 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
 // ------------------------------------------------------------------------------------------------------------
 
 // All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
-static void choose_all(const struct vw_trainer *trainer, uint32_t view, struct seen_view *seen) {
-    const struct vw_scene *scene = trainer->scene;
-    bool fits = appearance_fits_views(&trainer->model);
+static void choose_all(const struct measured_field *measured, uint32_t view, struct seen_view *seen) {
+    const struct vw_scene *scene = measured->scene;
+    bool fits = appearance_fits_views(measured->field->model);
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     const struct vw_image *image = &scene->views[view].image;
     seen->fit_count = fits ? pixels_stratify(scene, view, left, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
@@ -150,7 +147,7 @@ static void choose_all(const struct vw_trainer *trainer, uint32_t view, struct s
         uint32_t pixel = i - seen->fit_count;
         seen->pixels[i] = pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
     }
-    if (!trainer->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
     for (uint32_t i = seen->fit_count; fits && i < seen->count; i++)
         if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
@@ -172,18 +169,18 @@ static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_
     return VW_OK;
 }
 
-enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
-    const struct vw_image *image = &trainer->scene->views[view].image;
+enum vw_status measure_whole_view(const struct measured_field *measured, uint32_t view, struct vw_whole_view *whole) {
+    const struct vw_image *image = &measured->scene->views[view].image;
     struct evaluator evaluator = {0};
     struct seen_view seen;
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
     size_t most = (size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
     if (status == VW_OK)
-        status = evaluator_create(&trainer->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+        status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) {
-        choose_all(trainer, view, &seen);
-        status = see(trainer, &evaluator, view, &seen, &whole->error);
+        choose_all(measured, view, &seen);
+        status = see(measured->scene, &evaluator, view, &seen, &whole->error);
     }
     if (status == VW_OK) status = keep_pixels(&seen, whole);
     evaluator_destroy(&evaluator);

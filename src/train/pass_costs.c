@@ -1,10 +1,4 @@
-// What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile).
-// Everything counts as often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads
-// its operands many times, may beat a copy), every grid entry as if it had a gradient, and every sample as if none were
-// skipped. What is small beside a pass's main traffic is left out, and so are the probes of --noise-floor and
-// --same-state, which are steps of their own.
-#include "train/trainer.h"
-#include "train/trainer_private.h"
+#include "train/pass_costs.h"
 
 #include <assert.h>
 
@@ -44,16 +38,15 @@ static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass
     add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
 }
 
-static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
-    const struct model *model = &trainer->model;
-    const struct sizes n = sizes_of(model, trainer->step.padded_rays);
-    uint32_t chunks = (trainer->step.padded_rays + trainer->step.chunk_rays - 1) / trainer->step.chunk_rays,
-             windows = model->window_count;
+static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct model *model = step->field->model;
+    const struct sizes n = sizes_of(model, step->padded_rays);
+    uint32_t chunks = (step->padded_rays + step->chunk_rays - 1) / step->chunk_rays, windows = model->window_count;
     double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
     double forward_rows = 1 + n.encoding4 + n.width4 + COLOUR4 + n.width4,
            backward_rows = 1 + n.width4 + GEO4 + n.width4 + n.encoding4;
     double partials = n.samples / VW_SLICE_SAMPLES * columns, moments = model->specialization.momentum ? 2 : 1;
-    if (trainer->step.occupancy.kept) add_occupancy(&n, chunks, costs, count);
+    if (step->occupancy.kept) add_occupancy(&n, chunks, costs, count);
     add(costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
     add(costs, count,
@@ -75,10 +68,10 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
             (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
                                   n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
-    if (trainer->step.appearance.update_appearance) // per ray the gradient by gain and bias
+    if (step->appearance.update_appearance) // per ray the gradient by gain and bias
         add(costs, count,
             (struct vw_pass_cost){"update_appearance", NULL, 1, 0, n.rays * sizeof(struct vw_appearance)});
-    if (trainer->step.appearance.update_code) { // a code times its weights, and back
+    if (step->appearance.update_code) { // a code times its weights, and back
         double code_weights = (double)model->code_weights.size_bytes / 4;
         add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, code_weights, 4 * code_weights});
         add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
@@ -90,19 +83,19 @@ static void add_training(const struct vw_trainer *trainer, struct vw_pass_cost *
 }
 
 // `times` per step.
-static void add_validation(const struct vw_trainer *trainer, double times, struct vw_pass_cost *costs,
+static void add_validation(const struct validation *validation, double times, struct vw_pass_cost *costs,
                            uint32_t *count) {
-    const struct evaluator *evaluator = &trainer->validation;
-    const struct sizes n = sizes_of(&trainer->model, evaluator->ray_count);
+    const struct evaluator *evaluator = &validation->evaluator;
+    const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
     uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays, first = *count;
     add(costs, count,
         (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
                               n.samples * (n.pair_bytes * n.gathers + 16)});
     add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
-    if (trainer->view_fit.pass) // twice the rays that are not scored
+    if (validation->view_fit.pass) // twice the rays that are not scored
         add(costs, count,
             (struct vw_pass_cost){"fit_views", NULL, 1, 0,
-                                  2 * (n.rays - trainer->val_rays) * (sizeof(struct vw_ray) + 16)});
+                                  2 * (n.rays - validation->ray_count) * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
     for (uint32_t i = first; i < *count; i++) {
         costs[i].dispatches *= times;
@@ -113,21 +106,21 @@ static void add_validation(const struct vw_trainer *trainer, double times, struc
 
 // Steps behind burn-in are validated ahead of where they start and behind, too. Returns how often a step is validated
 // on average.
-static double add_first_order(const struct vw_trainer *trainer, struct vw_pass_cost *costs, uint32_t *count) {
-    const struct vw_config *config = &trainer->config;
-    if (!trainer->first_order || config->epochs <= config->burn_in_epochs) return 1.0;
+static double add_first_order(const struct costed_passes *passes, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_config *config = passes->config;
+    if (!passes->first_order || config->epochs <= config->burn_in_epochs) return 1.0;
     double times = FIRST_ORDER_MEASUREMENTS * (1.0 - (double)config->burn_in_epochs / config->epochs),
-           bytes = (double)trainer->model.param_bytes;
+           bytes = (double)passes->step->field->model->param_bytes;
     add(costs, count,
-        (struct vw_pass_cost){"mix_params", NULL, times * trainer->first_order->window_count, times * bytes / 4,
+        (struct vw_pass_cost){"mix_params", NULL, times * passes->first_order->window_count, times * bytes / 4,
                               times * 3 * bytes});
     return 1.0 + times;
 }
 
-void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
-                           uint32_t *count) {
+void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
+                     uint32_t *count) {
     *count = 0;
-    add_training(trainer, costs, count);
-    double validations = add_first_order(trainer, costs, count);
-    if (trainer->validate) add_validation(trainer, validations, costs, count);
+    add_training(passes->step, costs, count);
+    double validations = add_first_order(passes, costs, count);
+    if (passes->validation->view_count) add_validation(passes->validation, validations, costs, count);
 }

@@ -1,22 +1,21 @@
-// Whole views, tile by tile, through an evaluator of its own: the same passes as validation.
+#include "train/render.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "train/pixels.h"
-#include "train/trainer_private.h"
-#include "train/trainer.h"
 #include "base/memory.h"
+#include "train/pixels.h"
 
 enum { TILE_RAYS = 8192 };
 
-static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, struct evaluator *evaluator,
+static enum vw_status render_tiles(const struct vw_scene *scene, uint32_t view, struct evaluator *evaluator,
                                    struct vw_pixel *pixels, vw_float4 *colours, float *rgb) {
-    const struct vw_image *image = &trainer->scene->views[view].image;
+    const struct vw_image *image = &scene->views[view].image;
     uint64_t total = (uint64_t)image->width_px * image->height_px;
     for (uint64_t first = 0; first < total; first += TILE_RAYS) {
         uint32_t count = total - first < TILE_RAYS ? (uint32_t)(total - first) : TILE_RAYS;
         for (uint32_t i = 0; i < count; i++)
-            pixels[i] = pixels_at(trainer->scene, view, (uint32_t)((first + i) % image->width_px),
+            pixels[i] = pixels_at(scene, view, (uint32_t)((first + i) % image->width_px),
                                   (uint32_t)((first + i) / image->width_px));
         enum vw_status status = evaluator_render(evaluator, pixels, count, colours);
         if (status != VW_OK) return status;
@@ -25,15 +24,15 @@ static enum vw_status render_tiles(struct vw_trainer *trainer, uint32_t view, st
     return VW_OK;
 }
 
-enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
-    const struct vw_image *image = &trainer->scene->views[view].image;
+enum vw_status render_view(struct field *field, const struct vw_scene *scene, uint32_t view, float **rgb) {
+    const struct vw_image *image = &scene->views[view].image;
     struct evaluator evaluator = {0};
     struct vw_pixel *pixels = vw_allocate(TILE_RAYS, sizeof *pixels);
     vw_float4 *colours = vw_allocate(TILE_RAYS, sizeof *colours);
     float *rendered = vw_allocate((size_t)image->width_px * image->height_px, 3 * sizeof *rendered);
     enum vw_status status =
-        pixels && colours && rendered ? evaluator_create(&trainer->field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = render_tiles(trainer, view, &evaluator, pixels, colours, rendered);
+        pixels && colours && rendered ? evaluator_create(field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = render_tiles(scene, view, &evaluator, pixels, colours, rendered);
     evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);

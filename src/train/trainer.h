@@ -1,6 +1,7 @@
-// The trainer turns steps into step records.
-#ifndef VIEWWORTH_TRAINER_H
-#define VIEWWORTH_TRAINER_H
+// The API of the trainer, for the rest of the program: it takes the steps of a training in batches and hands out their
+// records. A trainer never changes its scene and decides neither its views nor its effects.
+#ifndef VIEWWORTH_TRAIN_TRAINER_H
+#define VIEWWORTH_TRAIN_TRAINER_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,27 +15,24 @@
 struct vw_trainer;
 
 struct vw_trainer_params {
-    struct vw_gpu *gpu;           // outlives the trainer
-    const struct vw_scene *scene; // outlives the trainer, which never changes it; split val not empty when validating
-    const struct vw_config *config;
-    const struct vw_effect_verdict *effects; // needed: decided, recorded or listed verdicts, in registry order; copied
-    uint32_t effect_count;
-    const uint32_t *train_views; // the views to train on: scene indices, ascending; copied. NULL: the split train
+    struct vw_gpu *gpu;             // outlives the trainer
+    const struct vw_scene *scene;   // outlives the trainer; its split val is not empty when `validate` is set
+    const struct vw_config *config; // copied
+    const uint32_t *train_views;    // views to train on: scene indices, ascending; copied. NULL: the split train
     uint32_t train_view_count;
+    const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
+    uint32_t effect_count;
     bool validate;            // render the validation rays after every step (`value`), or not (`train`)
-    uint32_t steps_per_batch; // 0: chosen from the time a step takes; does not change a bit of the result
+    uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
+
+// ---- Life ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **trainer);
 void vw_trainer_destroy(struct vw_trainer **trainer);
 
-uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer); // epochs * train views; steps run from 1 to this
-uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer,
-                              uint64_t step); // the last step of the epoch that `step` is in
-// The verdicts that the trainer follows, in registry order.
-const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
-// The views validated on, in the order of vw_step_record.views: scene indices.
-const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
+// ---- Steps ---------------------------------------------------------------------------------------------------------
+
 // Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until
 // the next call. count = 0 when the run is complete.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
@@ -46,10 +44,54 @@ enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_st
 // advance, or after count = 0. Where a run is held changes no bit of its steps.
 void vw_trainer_stop_after(struct vw_trainer *trainer, uint64_t step);
 
+// Whether steps are submitted that were not handed out yet.
+bool vw_trainer_in_flight(const struct vw_trainer *trainer);
+
+// ---- What it trains ------------------------------------------------------------------------------------------------
+
+// Epochs times train views. Steps run from 1 to this.
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer);
+// The last step of the epoch that `step` is in.
+uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step);
+// The verdicts that the trainer follows, in registry order.
+const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
+// The views validated on, in the order of vw_step_record.views: scene indices.
+const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
+// The field, borrowed: for src/detect, which renders rays of its own (train/field.h). When nothing is in flight.
+struct field *vw_trainer_field(struct vw_trainer *trainer);
+
+// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they
+// choose, whether every step is validated, shaders, version, device and driver.
+enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]);
+void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]); // of the train views
+void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]);                                           // of all embedded shaders
+
+struct vw_trainer_stats {
+    uint64_t param_count, device_bytes;
+    uint64_t clamped_count, nonfinite_steps, floored_steps;
+    uint32_t val_rays;         // actually taken and scored
+    uint64_t same_state_steps; // taken as probes by this trainer
+    double same_state_s;       // wall clock that they took
+};
+void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
+
+// What a pass has to do in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
+// the device's peak throughput.
+struct vw_pass_cost {
+    const char *name, *role;     // as the timer's
+    double dispatches;           // per step, on average
+    double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
+};
+enum { VW_PASS_COSTS_MAX = 24 };
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
+                           uint32_t *count);
+
+// ---- Files ---------------------------------------------------------------------------------------------------------
+
 // A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved
 // there. To be called when nothing is in flight (see vw_trainer_collect).
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
-// Goes on from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run.
+// Resumes from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run.
 // VW_ERROR_INPUT when the file is missing, damaged or of another run, VW_ERROR_USAGE when it is of a later step than
 // `last_step`: the trainer is then untouched. Before the first advance only.
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
@@ -59,6 +101,9 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
                                      const char *path); // VW_ERROR_INPUT when it does not fit the trainer
+
+// ---- Views ---------------------------------------------------------------------------------------------------------
+
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the
 // caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
@@ -80,31 +125,5 @@ struct vw_whole_view {
 };
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole);
 void vw_whole_view_free(struct vw_whole_view *whole);
-
-// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they
-// choose, whether every step is validated, shaders, version, device and driver.
-enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[32]);
-void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[32]);
-void vw_shader_hash(uint8_t hash[32]); // of all embedded shaders
-
-struct vw_trainer_stats {
-    uint64_t param_count, device_bytes;
-    uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays;         // actually taken and scored
-    uint64_t same_state_steps; // taken as probes by this trainer
-    double same_state_s;       // wall clock that they took
-};
-void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
-
-// What a pass has to do in one step with its validation, from the sizes alone, to hold its time (vw_gpu_timers) against
-// the device's ceilings.
-struct vw_pass_cost {
-    const char *name, *role;     // as the timer's
-    double dispatches;           // per step, on average
-    double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
-};
-enum { VW_PASS_COSTS_MAX = 24 };
-void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
-                           uint32_t *count);
 
 #endif

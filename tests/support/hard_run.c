@@ -103,11 +103,13 @@ static void compare_view(struct hard_finding *finding, const struct reference_st
 }
 
 static void compare_validation(struct hard_finding *finding, const float *params, const struct hard_run *run) {
-    struct vw_ray *rays = read_whole(trainer->validation.rays);
-    struct vw_ray_range *ranges = read_whole(trainer->val_ranges);
+    struct vw_ray *rays = read_whole(trainer->validation.evaluator.rays);
+    struct vw_ray_range *ranges = read_whole(trainer->validation.ranges);
     struct reference_params *reference_params = reference_params_create(&trainer->model, params);
-    struct vw_ray_range *fit_ranges = trainer->view_fit.ranges ? read_whole(trainer->view_fit.ranges) : NULL;
-    struct reference_step *reference = reference_step_create(&trainer->model, rays, trainer->validation.ray_count);
+    struct vw_ray_range *fit_ranges =
+        trainer->validation.view_fit.ranges ? read_whole(trainer->validation.view_fit.ranges) : NULL;
+    struct reference_step *reference =
+        reference_step_create(&trainer->model, rays, trainer->validation.evaluator.ray_count);
     reference_step_forward(reference, reference_params, false, 0);
     for (uint32_t i = 0; i < run->view_count; i++) {
         struct reference_photo photo = fit(reference, fit_ranges ? fit_ranges[i] : (struct vw_ray_range){0});

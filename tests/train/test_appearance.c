@@ -29,8 +29,8 @@ static void what_is_off_takes_no_room(void **state) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     static const struct appearance nothing;
     assert_memory_equal(&trainer->step.appearance, &nothing, sizeof nothing);
-    assert_null(trainer->view_fit.pass);
-    assert_null(trainer->view_fit.fits);
+    assert_null(trainer->validation.view_fit.pass);
+    assert_null(trainer->validation.view_fit.fits);
     assert_int_equal(trainer->model.appearance.size_bytes + trainer->model.code_weights.size_bytes +
                          trainer->model.codes.size_bytes,
                      0);
@@ -54,17 +54,17 @@ static void halves_share_no_column(void **state) {
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
     struct vw_config config = config_with("appearance");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
-    const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.pixels);
+    const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
     struct vw_ray_range fitted[TEST_VALS];
-    ASSERT_OK(vw_buffer_read(trainer->view_fit.ranges, 0, fitted, sizeof fitted));
-    assert_int_equal(trainer->val_rays, config.val_rays);
-    for (uint32_t i = 0; i < trainer->val_rays; i++) assert_true(pixels[i].x_px > 13.0f);
+    ASSERT_OK(vw_buffer_read(trainer->validation.view_fit.ranges, 0, fitted, sizeof fitted));
+    assert_int_equal(trainer->validation.ray_count, config.val_rays);
+    for (uint32_t i = 0; i < trainer->validation.ray_count; i++) assert_true(pixels[i].x_px > 13.0f);
     for (uint32_t view = 0; view < TEST_VALS; view++) {
         assert_int_equal(fitted[view].count, config.val_rays / TEST_VALS);
-        assert_true(fitted[view].first >= trainer->val_rays);
+        assert_true(fitted[view].first >= trainer->validation.ray_count);
         for (uint32_t i = fitted[view].first; i < fitted[view].first + fitted[view].count; i++) {
             assert_true(pixels[i].x_px < 12.0f);
-            assert_int_equal(pixels[i].view, trainer->val_views[view]);
+            assert_int_equal(pixels[i].view, trainer->validation.views[view]);
         }
     }
     vw_trainer_destroy(&trainer);

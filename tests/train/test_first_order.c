@@ -93,23 +93,23 @@ static void *read_all(struct vw_buffer *buffer) {
 
 // Of the step that the trainer took last.
 static struct slopes reference_slopes(struct vw_trainer *trainer) {
-    float *from = read_all(trainer->first_order->before), *to = read_all(trainer->first_order->after);
-    struct vw_ray *rays = read_all(trainer->validation.rays);
-    struct vw_ray_range *ranges = read_all(trainer->val_ranges);
+    float *from = read_all(trainer->probes.first_order->before), *to = read_all(trainer->probes.first_order->after);
+    struct vw_ray *rays = read_all(trainer->validation.evaluator.rays);
+    struct vw_ray_range *ranges = read_all(trainer->validation.ranges);
     struct reference_params *before = reference_params_create(&trainer->model, from),
                             *after = reference_params_create(&trainer->model, to);
     struct slopes slopes = {0};
     struct summed_loss squared = {0};
     const double decibels = -10.0 / log(10.0);
     double pixels = 0.0;
-    for (uint32_t i = 0; i < trainer->val_count; i++) {
+    for (uint32_t i = 0; i < trainer->validation.view_count; i++) {
         const struct vw_ray *first = rays + ranges[i].first;
         struct summed_loss l2 = loss_of_view(trainer, first, ranges[i].count, LOSS_L2, before, after);
-        slopes.psnr += decibels * l2.slope / l2.value / trainer->val_count;
+        slopes.psnr += decibels * l2.slope / l2.value / trainer->validation.view_count;
         slopes.l1 += loss_of_view(trainer, first, ranges[i].count, LOSS_L1, before, after).slope;
         squared.value += l2.value;
         squared.slope += l2.slope;
-        pixels += trainer->val_pixel_counts[i];
+        pixels += trainer->validation.pixel_counts[i];
     }
     slopes.pooled = decibels * squared.slope / squared.value;
     slopes.l1 /= pixels;

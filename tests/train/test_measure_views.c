@@ -38,8 +38,8 @@ static void the_pixels_of_validation_give_its_errors(void **state) {
         struct vw_scene *scene = test_scene();
         struct vw_view_error last[TEST_VALS], measured[TEST_VALS];
         struct vw_trainer *trainer = train(scene, effects[i], last);
-        ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, TEST_VALS, test_config().val_rays / TEST_VALS,
-                                           measured));
+        ASSERT_OK(vw_trainer_measure_views(trainer, trainer->validation.views, TEST_VALS,
+                                           test_config().val_rays / TEST_VALS, measured));
         for (uint32_t v = 0; v < TEST_VALS; v++) {
             check_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
             check_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
@@ -54,7 +54,7 @@ static void all_pixels_give_the_errors_of_a_render(void **state) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS], measured;
     struct vw_trainer *trainer = train(scene, "none", last);
-    uint32_t view = trainer->val_views[1];
+    uint32_t view = trainer->validation.views[1];
     const struct vw_image *image = &scene->views[view].image;
     uint32_t pixels = image->width_px * image->height_px;
     float *rgb = NULL;
@@ -82,15 +82,15 @@ static void hidden_pixels_do_not_count(void **state) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS], whole, half;
     struct vw_trainer *trainer = train(scene, "none", last);
-    struct vw_view *view = &scene->views[trainer->val_views[0]];
+    struct vw_view *view = &scene->views[trainer->validation.views[0]];
     uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
-    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &whole));
+    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->validation.views, 1, pixels, &whole));
     view->mask = malloc(pixels);
     for (uint32_t i = 0; i < pixels; i++) view->mask[i] = i % width_px < width_px / 2 ? VW_MASK_HIDE : VW_MASK_KEEP;
-    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half));
+    ASSERT_OK(vw_trainer_measure_views(trainer, trainer->validation.views, 1, pixels, &half));
     assert_true(half.mse != whole.mse && half.mse > 0);
     memset(view->mask, VW_MASK_HIDE, pixels);
-    assert_int_equal(vw_trainer_measure_views(trainer, trainer->val_views, 1, pixels, &half), VW_ERROR_INPUT);
+    assert_int_equal(vw_trainer_measure_views(trainer, trainer->validation.views, 1, pixels, &half), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), view->name));
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
@@ -122,7 +122,7 @@ static void whole_views_have_the_errors_of_all_pixels(void **state) {
         struct vw_whole_view whole;
         uint32_t count;
         struct vw_trainer *trainer = train(scene, effects[i], last);
-        uint32_t place = trainer->val_views[2];
+        uint32_t place = trainer->validation.views[2];
         struct vw_view *view = &scene->views[place];
         uint32_t width_px = view->image.width_px, pixels = width_px * view->image.height_px;
         if (i == 2) view->mask = malloc(pixels);
@@ -152,7 +152,7 @@ static void a_whole_view_is_the_render_beside_the_photo(void **state) {
     struct vw_whole_view whole;
     float *rgb = NULL;
     struct vw_trainer *trainer = train(scene, "none", last);
-    uint32_t view = trainer->val_views[0];
+    uint32_t view = trainer->validation.views[0];
     const struct vw_image *image = &scene->views[view].image;
     ASSERT_OK(vw_trainer_measure_whole(trainer, view, &whole));
     ASSERT_OK(vw_trainer_render(trainer, view, &rgb));

@@ -9,7 +9,7 @@
 
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "train/effects/occupied_share.h"
+#include "detect/occupied_share.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
 #include "base/memory.h"
@@ -56,7 +56,7 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
         ASSERT_OK(vw_trainer_advance(first, &records, &count));
         test_run_keep(run, records, count);
     }
-    while (trainer_in_flight(first)) {
+    while (vw_trainer_in_flight(first)) {
         ASSERT_OK(vw_trainer_collect(first, &records, &count));
         test_run_keep(run, records, count);
     }
@@ -117,7 +117,7 @@ static void validation_skips_nothing(void **state) {
     float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
     ASSERT_OK(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
     ASSERT_OK(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
-    uint32_t view = on->val_views[0],
+    uint32_t view = on->validation.views[0],
              values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
     ASSERT_OK(vw_trainer_render(on, view, &rendered_on));
     ASSERT_OK(vw_trainer_render(off, view, &rendered_off));
@@ -160,20 +160,20 @@ static void the_occupied_share_is_that_of_the_params(void **state) {
     struct vw_config config = test_config(); // the effect is off
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
     double share = -1.0, again = -1.0;
-    ASSERT_OK(occupied_share(trainer, &share));
+    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
     assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
     float *params = vw_allocate(trainer->model.param_bytes, 1);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(trainer, run);
-    ASSERT_OK(occupied_share(trainer, &share));
+    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.0 && share <= 1.0);
-    ASSERT_OK(occupied_share(trainer, &again));
+    ASSERT_OK(occupied_share(&trainer->field, config.samples, &again));
     assert_true(share == again);
     // Entries of different levels add up to raw densities of both signs, far from 0.
     for (size_t i = 0; i < trainer->model.grid.size_bytes / 4; i++) params[i] *= 5e5f;
     ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
-    ASSERT_OK(occupied_share(trainer, &share));
+    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.01 && share < 1.0);
     free(params);
     test_run_free(run);

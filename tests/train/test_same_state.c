@@ -64,7 +64,7 @@ static void every_photo_is_probed_at_every_state(void **state) {
         assert_int_equal(probe->step, TRAINS * (i < TRAINS * SAME_STATE_DRAWS ? 4 : 6));
         assert_int_equal(probe->index, index);
         assert_int_equal(probe->kind, VW_PROBE_SAME_STATE);
-        assert_int_equal(probe->view, trainer->train_views[index / SAME_STATE_DRAWS]);
+        assert_int_equal(probe->view, trainer->schedule.train_views[index / SAME_STATE_DRAWS]);
         for (uint32_t k = i - index; k < i; k++) assert_false(test_same_bits(run->probes[k].val_psnr, probe->val_psnr));
     }
     vw_trainer_destroy(&trainer);
@@ -112,10 +112,10 @@ static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number,
     ASSERT_OK(vw_batch_create(trainer->gpu, &batch));
     vw_batch_begin(batch);
     step_record(&trainer->step, batch, number, 0, 0);
-    trainer_record_validation(trainer, batch, 0);
+    validation_record(&trainer->validation, batch, 0);
     ASSERT_OK(vw_batch_submit(batch));
     ASSERT_OK(vw_batch_wait(batch));
-    trainer_read_probe(trainer, vw_buffer_map(trainer->scalars), true, &measured);
+    probe_read(&trainer->probes.context, vw_buffer_map(trainer->scalars), true, &measured);
     vw_batch_destroy(&batch);
     return measured;
 }
@@ -174,9 +174,10 @@ static void a_run_goes_on_from_a_probed_state(void **state) {
 
 // ---- Which states ---------------------------------------------------------------------------------------------------
 
-static uint32_t states_due(const struct vw_trainer *trainer) {
+static uint32_t states_due(const struct probe_context *context) {
     uint32_t due = 0;
-    for (uint64_t step = 0; step <= vw_trainer_total_steps(trainer); step++) due += same_state_due(trainer, step);
+    for (uint64_t step = 0; step <= schedule_total_steps(context->schedule); step++)
+        due += same_state_due(context, step);
     return due;
 }
 
@@ -184,13 +185,15 @@ static void there_are_as_many_states_as_asked_for(void **state) {
     (void)state;
     for (uint32_t counted = 1; counted <= 12; counted += 1 + counted / 4) {
         for (uint32_t states = 1; states <= counted; states++) {
-            struct vw_trainer trainer = {.config = probing_config(), .train_count = TRAINS};
-            trainer.config.burn_in_epochs = 3;
-            trainer.config.epochs = 3 + counted;
-            trainer.config.same_state = states;
-            ASSERT_OK(vw_config_check(&trainer.config));
-            assert_int_equal(states_due(&trainer), states);
-            if (states == 1) assert_true(same_state_due(&trainer, TRAINS * (3 + counted / 2 + 1))); // the middle
+            struct vw_config config = probing_config();
+            config.burn_in_epochs = 3;
+            config.epochs = 3 + counted;
+            config.same_state = states;
+            struct schedule schedule = {.train_count = TRAINS, .epochs = config.epochs};
+            const struct probe_context context = {.config = &config, .schedule = &schedule};
+            ASSERT_OK(vw_config_check(&config));
+            assert_int_equal(states_due(&context), states);
+            if (states == 1) assert_true(same_state_due(&context, TRAINS * (3 + counted / 2 + 1))); // the middle
         }
     }
 }

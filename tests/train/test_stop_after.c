@@ -16,7 +16,7 @@ static void run_to_hold(struct vw_trainer *trainer, struct test_run *run) {
         ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
-    assert_false(trainer_in_flight(trainer));
+    assert_false(vw_trainer_in_flight(trainer));
 }
 
 static void epochs_end_where_they_are_held(void **state) {

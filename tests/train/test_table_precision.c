@@ -99,7 +99,7 @@ static struct taken take(enum vw_table_precision precision) {
     uint32_t count = 0;
     vw_trainer_get_stats(trainer, &stats);
     vw_trainer_pass_costs(trainer, costs, &count);
-    double samples = (double)(trainer->step.padded_rays + trainer->validation.ray_count) * config.samples;
+    double samples = (double)(trainer->step.padded_rays + trainer->validation.evaluator.ray_count) * config.samples;
     struct taken taken = {.param_bytes = trainer->model.param_bytes,
                           .param_count = stats.param_count,
                           .device_bytes = stats.device_bytes,

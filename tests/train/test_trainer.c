@@ -98,14 +98,16 @@ static void validation_is_pure(void **state) {
         free(rgb);
         struct vw_push_reduce push = {.count = TEST_VALS};
         vw_batch_begin(trainer->slots[0].batch);
-        evaluator_record(&trainer->validation, trainer->slots[0].batch);
-        vw_batch_dispatch(trainer->slots[0].batch, trainer->reduce_views, &push, sizeof push, 64 * TEST_VALS);
+        evaluator_record(&trainer->validation.evaluator, trainer->slots[0].batch);
+        vw_batch_dispatch(trainer->slots[0].batch, trainer->validation.reduce_views, &push, sizeof push,
+                          64 * TEST_VALS);
         ASSERT_OK(vw_batch_submit(trainer->slots[0].batch));
         ASSERT_OK(vw_batch_wait(trainer->slots[0].batch));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < TEST_VALS; i++)
-            assert_true(test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->val_pixel_counts[i]),
-                                       with->views[with->count - 1][i].mse));
+            assert_true(
+                test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->validation.pixel_counts[i]),
+                               with->views[with->count - 1][i].mse));
     }
     vw_trainer_destroy(&trainer);
     test_run_free(with);
@@ -427,7 +429,7 @@ static void validation_pixels_are_stratified_and_fixed(void **state) {
         struct vw_config config = test_config();
         config.val_rays = asked[i];
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-        assert_int_equal(trainer->val_rays, taken[i]);
+        assert_int_equal(trainer->validation.ray_count, taken[i]);
         vw_trainer_destroy(&trainer);
     }
     struct vw_pixel pixels[100];

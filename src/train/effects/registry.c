@@ -6,38 +6,27 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "detect/pilot_run.h"
-#include "detect/decide.h"
 #include "base/memory.h"
 
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
-static const struct effect {
-    const char *name, *meaning;
-    double threshold;
-    enum vw_status (*evidence)(const struct survey *survey, double *evidence);
-    size_t constant; // offset of its switch in struct vw_specialization
-    bool basic; // decided first: without it the rest of the evidence, and the pilot run, would look at something else
-    const char *requires;  // NULL, or the effect without which this one has nothing to do; before it in the list
-    const char *conflicts; // NULL, or the effect beside which this one is never called for; before it in the list
-} effects[] = {
-    {"distortion", "largest shift of an image corner by lens distortion, px", 0.01, evidence_distortion,
-     offsetof(struct vw_specialization, effect_distortion), true, NULL, NULL},
-    {"background", "share of photos with transparent pixels", 0.01, evidence_background,
-     offsetof(struct vw_specialization, effect_background), true, NULL, NULL},
-    {"masks", "share of photos with a mask file", 1e-9, evidence_masks, HOST_ONLY, true, NULL, NULL},
-    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones", 0.05,
-     evidence_sky, offsetof(struct vw_specialization, effect_sky), false, NULL, NULL},
-    {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median", 4.0, evidence_unbounded,
-     offsetof(struct vw_specialization, effect_unbounded), false, NULL, NULL},
-    {"appearance", "robust spread over photos of the log gain of the same points", 0.05, evidence_appearance,
-     offsetof(struct vw_specialization, effect_appearance), false, NULL, NULL},
+static const struct effect effects[] = {
+    {"distortion", "largest shift of an image corner by lens distortion, px",
+     offsetof(struct vw_specialization, effect_distortion), NULL, NULL},
+    {"background", "share of photos with transparent pixels", offsetof(struct vw_specialization, effect_background),
+     NULL, NULL},
+    {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL},
+    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones",
+     offsetof(struct vw_specialization, effect_sky), NULL, NULL},
+    {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median",
+     offsetof(struct vw_specialization, effect_unbounded), NULL, NULL},
+    {"appearance", "robust spread over photos of the log gain of the same points",
+     offsetof(struct vw_specialization, effect_appearance), NULL, NULL},
     {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance",
-     0.075, evidence_appearance_code, offsetof(struct vw_specialization, effect_appearance_code), false, "appearance",
-     NULL},
-    // What counts as empty is meant for strata within the box; those of unbounded rays are far longer.
-    {"occupancy", "share of the box that is empty after a pilot run; 0 beside unbounded", 0.25, evidence_occupancy,
-     offsetof(struct vw_specialization, effect_occupancy), false, NULL, "unbounded"},
+     offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL},
+    // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
+    {"occupancy", "share of the box that is empty after a pilot run; 0 beside unbounded",
+     offsetof(struct vw_specialization, effect_occupancy), NULL, "unbounded"},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
@@ -62,15 +51,20 @@ static enum vw_status apply_word(const char *word, size_t length, struct vw_effe
     return VW_OK;
 }
 
+const struct effect *effects_get(uint32_t *count) {
+    *count = VW_ARRAY_COUNT(effects);
+    return effects;
+}
+
 void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
         verdicts[i] = (struct vw_effect_verdict){
-            .name = effects[i].name, .evidence = NAN, .threshold = effects[i].threshold, .meaning = effects[i].meaning};
+            .name = effects[i].name, .evidence = NAN, .threshold = NAN, .meaning = effects[i].meaning};
     *count = VW_ARRAY_COUNT(effects);
 }
 
 // auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
-static bool leaves_to_evidence(const char *choice) {
+bool effects_leave_to_evidence(const char *choice) {
     return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-';
 }
 
@@ -84,6 +78,10 @@ bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t cou
     return vw_effects_is_on(verdicts, count, "appearance") || vw_effects_is_on(verdicts, count, "appearance_code");
 }
 
+bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
+    return !scene->masked_view_count || vw_effects_is_on(verdicts, count, "masks");
+}
+
 static bool names_effect(const char *choice, const char *name) {
     for (const char *word = choice; *word; word += strcspn(word, ",") + (word[strcspn(word, ",")] != 0)) {
         size_t sign = word[0] == '-' || word[0] == '+';
@@ -92,8 +90,8 @@ static bool names_effect(const char *choice, const char *name) {
     return false;
 }
 
-// What nobody named goes with the effects that it requires, and gives way to those that conflict it, whoever switched
-// them.
+// An effect that `choice` does not name goes off without the effect that it requires, and beside one that conflicts
+// with it.
 static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (names_effect(choice, effects[i].name)) continue;
@@ -103,7 +101,7 @@ static void follow_others(const char *choice, struct vw_effect_verdict *verdicts
 }
 
 enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
-    bool exactly = !leaves_to_evidence(choice);
+    bool exactly = !effects_leave_to_evidence(choice);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
     if (!strcmp(choice, "none") || !strcmp(choice, "auto")) return VW_OK;
     for (const char *word = choice;;) {
@@ -120,57 +118,7 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     return VW_OK;
 }
 
-static const struct vw_effect_verdict *verdict_on(const struct vw_effect_verdict *verdicts, const char *name) {
-    return name ? &verdicts[find_effect(name, strlen(name))] : NULL;
-}
-
-// The evidence of the basic effects, or of the others.
-static enum vw_status measure(const struct survey *survey, bool basic,
-                              struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX]) {
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects) && status == VW_OK; i++) {
-        struct vw_effect_verdict *verdict = &verdicts[i];
-        if (effects[i].basic != basic) continue;
-        const struct vw_effect_verdict *needed = verdict_on(verdicts, effects[i].requires),
-                                       *conflict = verdict_on(verdicts, effects[i].conflicts);
-        if (needed && !needed->called_for) verdict->evidence = isnan(needed->evidence) ? NAN : 0.0;
-        else if (conflict && conflict->called_for) verdict->evidence = 0.0;
-        else status = effects[i].evidence(survey, &verdict->evidence);
-        verdict->called_for = verdict->evidence >= effects[i].threshold;
-    }
-    return status;
-}
-
-// With the basic effects as they are decided, and no others.
-static enum vw_status probe(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_effect_verdict *decided,
-                            uint32_t count, struct probe_findings *findings) {
-    struct vw_effect_verdict simulated[VW_EFFECT_COUNT_MAX];
-    memcpy(simulated, decided, count * sizeof *decided);
-    for (uint32_t i = 0; i < count; i++) simulated[i].on &= effects[i].basic;
-    return pilot_run(gpu, scene, simulated, count, findings);
-}
-
-enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const char *choice,
-                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
-    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
-    uint32_t decided_count;
-    struct survey survey = {.scene = scene, .masks = true, .probe = {.gain_spread = NAN, .empty_share = NAN}};
-    vw_effects_list(decided, &decided_count);
-    enum vw_status status = measure(&survey, true, decided);
-    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
-    if (status != VW_OK) return status;
-    survey.masks = vw_effects_is_on(decided, decided_count, "masks");
-    if (gpu && leaves_to_evidence(choice) && scene->split_count[VW_SPLIT_TRAIN] > 0)
-        status = probe(gpu, scene, decided, decided_count, &survey.probe);
-    if (status == VW_OK) status = measure(&survey, false, decided);
-    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
-    if (status != VW_OK) return status;
-    memcpy(verdicts, decided, decided_count * sizeof *decided);
-    *count = decided_count;
-    return VW_OK;
-}
-
-// Whether a lens requires more than k1, k2, p1 and p2.
+// Whether a lens has more than k1, k2, p1 and p2.
 static bool any_rich_lens(const struct vw_scene *scene) {
     for (uint32_t i = 0; i < scene->view_count; i++) {
         const struct vw_camera *camera = &scene->views[i].camera;

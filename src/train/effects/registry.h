@@ -1,13 +1,30 @@
-// The effect registry: optional parts of image formation, each with its evidence and its specialization constant
-// (decision 7).
+// The registry of effects: optional parts of image formation, each with its specialization constant (decision 7). What
+// a scene shows of an effect is measured in src/detect. A new effect is a row of the table here and, when it is
+// detected, a row of the table in src/detect/decide.c.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_H
 #define VIEWWORTH_TRAIN_EFFECTS_H
 
+#include "interface.h"
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
-#include "interface.h"
 
-// Sets the specialization constants of the effects that are on, in registry order.
+struct effect {
+    const char *name, *meaning; // meaning: what its evidence is, with the unit
+    size_t constant;            // offset of its switch in struct vw_specialization
+    const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
+    const char *conflicts;      // NULL, or the effect beside which this one is never called for; before it in the table
+};
+
+// All effects, in the order of verdicts.
+const struct effect *effects_get(uint32_t *count);
+
+// Whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is on.
+bool effects_leave_to_evidence(const char *choice);
+
+// Whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
+bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
+
+// Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                         struct vw_specialization *specialization);
 

@@ -4,11 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "gpu/shaders.h"
-#include "train/trainer_private.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
 #include "base/memory.h"
+#include "gpu/shaders.h"
 
 enum { COLUMN_BYTES = 16, ALIGNMENT_BYTES = 256 }; // the floor's: no device asks for more
 
@@ -69,8 +66,9 @@ void first_order_destroy(struct first_order **pointer) {
     *pointer = NULL;
 }
 
-bool first_order_due(const struct vw_trainer *trainer, uint64_t step) {
-    return trainer->first_order && step > 0 && trainer_epoch_of_step(trainer, step) >= trainer->config.burn_in_epochs;
+bool first_order_due(const struct probe_context *context, uint64_t step) {
+    return context->config->first_order && step > 0 &&
+           schedule_epoch_of_step(context->schedule, step) >= context->config->burn_in_epochs;
 }
 
 void first_order_record_mix(const struct first_order *first_order, struct vw_batch *batch, float reach) {
@@ -90,22 +88,24 @@ void first_order_record_begin(const struct first_order *first_order, struct vw_b
     record_copy(first_order, batch, first_order->field->params, first_order->before);
 }
 
-void first_order_record_end(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row) {
-    const struct first_order *first_order = trainer->first_order;
+void first_order_record_end(const struct first_order *first_order, const struct probe_context *context,
+                            struct vw_batch *batch, uint32_t scalar_row) {
+    uint32_t stride = validation_rows_per_measurement(context->validation);
     record_copy(first_order, batch, first_order->field->params, first_order->after);
-    for (int i = 0; i < FIRST_ORDER_MEASUREMENTS; i++, scalar_row += trainer_rows_per_measurement(trainer)) {
+    for (int i = 0; i < FIRST_ORDER_MEASUREMENTS; i++, scalar_row += stride) {
         first_order_record_mix(first_order, batch, i == 0 ? first_order_reach : -first_order_reach);
-        trainer_record_validation(trainer, batch, scalar_row);
+        validation_record(context->validation, batch, scalar_row);
     }
     record_copy(first_order, batch, first_order->after, first_order->field->params);
 }
 
 static double slope(double ahead, double behind) { return (ahead - behind) / (2.0 * first_order_reach); }
 
-void first_order_read(const struct vw_trainer *trainer, const vw_float4 *rows, bool skipped, struct vw_probe *probe) {
+void first_order_read(const struct probe_context *context, const vw_float4 *rows, bool skipped,
+                      struct vw_probe *probe) {
     struct vw_probe ahead, behind;
-    trainer_read_probe(trainer, rows, false, &ahead);
-    trainer_read_probe(trainer, rows + trainer_rows_per_measurement(trainer), false, &behind);
+    probe_read(context, rows, false, &ahead);
+    probe_read(context, rows + validation_rows_per_measurement(context->validation), false, &behind);
     probe->val_psnr = skipped ? NAN : slope(ahead.val_psnr, behind.val_psnr);
     probe->val_psnr_pooled = skipped ? NAN : slope(ahead.val_psnr_pooled, behind.val_psnr_pooled);
     probe->val_l1 = skipped ? NAN : slope(ahead.val_l1, behind.val_l1);

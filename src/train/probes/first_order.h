@@ -5,12 +5,7 @@
 #ifndef VIEWWORTH_TRAIN_FIRST_ORDER_H
 #define VIEWWORTH_TRAIN_FIRST_ORDER_H
 
-#include "gpu/compute.h"
-#include "train/trainer.h"
-#include "train/field.h"
-
-struct vw_trainer;
-struct vw_probe;
+#include "train/probes/probe_context.h"
 
 enum { FIRST_ORDER_MEASUREMENTS = 2 }; // ahead of where the step starts, and behind
 
@@ -36,16 +31,17 @@ struct first_order {
 enum vw_status first_order_create(const struct field *field, uint64_t binding_bytes, struct first_order **first_order);
 void first_order_destroy(struct first_order **first_order);
 
-// Every step behind burn-in.
-bool first_order_due(const struct vw_trainer *trainer, uint64_t step);
+// With --first-order, every step behind burn-in.
+bool first_order_due(const struct probe_context *context, uint64_t step);
 
 // To be recorded before the step, and behind it and its own validation. The measurements go to scalars[scalar_row] and
 // on.
 void first_order_record_begin(const struct first_order *first_order, struct vw_batch *batch);
-void first_order_record_end(const struct vw_trainer *trainer, struct vw_batch *batch, uint32_t scalar_row);
+void first_order_record_end(const struct first_order *first_order, const struct probe_context *context,
+                            struct vw_batch *batch, uint32_t scalar_row);
 
 // `rows`: the measurements. NaN where the step was `skipped` or a measurement is not finite.
-void first_order_read(const struct vw_trainer *trainer, const vw_float4 *rows, bool skipped, struct vw_probe *probe);
+void first_order_read(const struct probe_context *context, const vw_float4 *rows, bool skipped, struct vw_probe *probe);
 
 // Records params = before + reach * (after - before).
 void first_order_record_mix(const struct first_order *first_order, struct vw_batch *batch, float reach);

@@ -2,9 +2,6 @@
 
 #include <stdlib.h>
 
-#include "train/trainer_private.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
 #include "base/memory.h"
 
 enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: a run takes not quite twice the time
@@ -12,14 +9,14 @@ enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: 
 // ---- Creation
 // ---------------------------------------------------------------------------------------------------------
 
-enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe **out) {
+enum vw_status noise_probe_create(const struct probe_context *context, struct noise_probe **out) {
     struct noise_probe *probe = vw_allocate(1, sizeof *probe);
     if (!probe) return VW_ERROR_MEMORY;
-    probe->zero_rate_model = trainer->model;
+    probe->zero_rate_model = *context->field->model;
     probe->zero_rate_model.specialization.learning_rate = 0.0f;
-    probe->zero_rate_field = trainer->field;
+    probe->zero_rate_field = *context->field;
     probe->zero_rate_field.model = &probe->zero_rate_model;
-    enum vw_status status = step_create(&probe->zero_rate_field, &trainer->config, trainer->pixels, trainer->scalars,
+    enum vw_status status = step_create(&probe->zero_rate_field, context->config, context->pixels, context->scalars,
                                         &probe->zero_rate_step);
     if (status != VW_OK) noise_probe_destroy(&probe);
     else *out = probe;
@@ -37,30 +34,40 @@ void noise_probe_destroy(struct noise_probe **pointer) {
 // ---- Probing
 // ----------------------------------------------------------------------------------------------------------
 
-bool noise_probe_due(struct vw_trainer *trainer, uint64_t step) {
-    uint32_t epoch = trainer_epoch_of_step(trainer, step);
-    return trainer->noise_probe && step > 0 && epoch >= trainer->config.burn_in_epochs &&
-           (epoch + trainer_photo_of_step(trainer, step)) % PROBE_EPOCHS == 0;
+bool noise_probe_due(const struct probe_context *context, uint64_t step) {
+    uint32_t epoch = schedule_epoch_of_step(context->schedule, step);
+    return context->config->noise_floor && step > 0 && epoch >= context->config->burn_in_epochs &&
+           (epoch + schedule_photo_of_step(context->schedule, step)) % PROBE_EPOCHS == 0;
 }
 
-enum vw_probe_kind noise_probe_kind(uint32_t index) {
+static enum vw_probe_kind kind_of(uint32_t index) {
     if (index == 0) return VW_PROBE_REPEATED;
     return index == 1 ? VW_PROBE_ZERO_LEARNING_RATE : VW_PROBE_RESAMPLED;
 }
 
-void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
-                        uint32_t scalar_row) {
-    uint32_t measurement_rows = trainer_rows_per_measurement(trainer);
-    snapshot_record_save(&trainer->snapshot, batch);
-    for (uint32_t i = 0; i < PROBES_PER_STEP; i++, scalar_row += measurement_rows) {
-        enum vw_probe_kind kind = noise_probe_kind(i);
+void noise_probe_record(const struct noise_probe *probe, const struct probe_context *context, struct vw_batch *batch,
+                        uint64_t step, uint32_t first_pixel, uint32_t scalar_row) {
+    uint32_t stride = validation_rows_per_measurement(context->validation);
+    snapshot_record_save(context->snapshot, batch);
+    for (uint32_t i = 0; i < PROBES_PER_STEP; i++, scalar_row += stride) {
+        enum vw_probe_kind kind = kind_of(i);
         if (kind == VW_PROBE_ZERO_LEARNING_RATE)
-            step_record(&trainer->noise_probe->zero_rate_step, batch, step, first_pixel, scalar_row);
+            step_record(&probe->zero_rate_step, batch, step, first_pixel, scalar_row);
         if (kind == VW_PROBE_RESAMPLED) {
-            first_pixel += trainer->config.rays;
-            step_record(&trainer->step, batch, step, first_pixel, scalar_row);
+            first_pixel += context->config->rays;
+            step_record(context->step, batch, step, first_pixel, scalar_row);
         }
-        trainer_record_validation(trainer, batch, scalar_row);
-        snapshot_record_restore(&trainer->snapshot, batch);
+        validation_record(context->validation, batch, scalar_row);
+        snapshot_record_restore(context->snapshot, batch);
+    }
+}
+
+void noise_probe_read(const struct probe_context *context, const vw_float4 *rows, uint64_t step,
+                      struct vw_probe *probes) {
+    uint32_t stride = validation_rows_per_measurement(context->validation);
+    for (uint32_t i = 0; i < PROBES_PER_STEP; i++) {
+        enum vw_probe_kind kind = kind_of(i); // a repeat takes no step that could fail
+        probes[i] = (struct vw_probe){.step = step, .index = i, .kind = kind, .view = VW_RECORD_UNTRAINED};
+        probe_read(context, rows + i * stride, kind != VW_PROBE_REPEATED, &probes[i]);
     }
 }

@@ -1,18 +1,14 @@
 // Probes of the measurement itself (`value --noise-floor`): from the state before a step, validate once more, take the
-// step with learning rate 0, and take it with other pixels of the same photo, putting the state back each time, all on
-// the device. The run itself is not touched: its steps have the same bits with and without.
+// step with learning rate 0, and take it with other pixels of the same photo. The state is restored each time, all on
+// the device. The run's own steps have the same bits with and without.
 #ifndef VIEWWORTH_TRAIN_NOISE_PROBE_H
 #define VIEWWORTH_TRAIN_NOISE_PROBE_H
 
-#include "gpu/compute.h"
-#include "train/trainer.h"
-#include "train/step.h"
-
-struct vw_trainer;
+#include "train/probes/probe_context.h"
 
 enum {
     PROBE_RESAMPLES = 4,
-    PROBES_PER_STEP = 2 + PROBE_RESAMPLES, // one repeat, one still step, the redraws: in this order
+    PROBES_PER_STEP = 2 + PROBE_RESAMPLES, // repeated, zero learning rate, resampled: in this order
 };
 
 struct noise_probe {
@@ -21,17 +17,20 @@ struct noise_probe {
     struct step_passes zero_rate_step; // has moments of its own
 };
 
-// The trainer's step passes, validation and kept state exist already.
-enum vw_status noise_probe_create(struct vw_trainer *trainer, struct noise_probe **probe);
+enum vw_status noise_probe_create(const struct probe_context *context, struct noise_probe **probe);
 void noise_probe_destroy(struct noise_probe **probe);
 
-// Every photo's steps are probed in one epoch of PROBE_EPOCHS, from burn-in on, the photos taking turns.
-bool noise_probe_due(struct vw_trainer *trainer, uint64_t step);
-enum vw_probe_kind noise_probe_kind(uint32_t index);
+// With --noise-floor, every photo's steps are probed in one epoch of PROBE_EPOCHS, from burn-in on; the photos
+// alternate.
+bool noise_probe_due(const struct probe_context *context, uint64_t step);
 
 // Records all probes of a step. The pixels of draw d are those from first_pixel + d * rays on (draw 0: the step's own);
-// the measurement of probe i goes to scalars[scalar_row + i * (1 + validation views)].
-void noise_probe_record(const struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
-                        uint32_t scalar_row);
+// the measurement of probe i goes to scalars[scalar_row + i * rows per measurement].
+void noise_probe_record(const struct noise_probe *probe, const struct probe_context *context, struct vw_batch *batch,
+                        uint64_t step, uint32_t first_pixel, uint32_t scalar_row);
+
+// Reads these measurements into PROBES_PER_STEP probes.
+void noise_probe_read(const struct probe_context *context, const vw_float4 *rows, uint64_t step,
+                      struct vw_probe *probes);
 
 #endif

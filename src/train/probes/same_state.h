@@ -1,17 +1,10 @@
 // The same-state score's measurements (`value --same-state N`, the paper's option c): from each of N states, at ends of
-// epochs, the next step is taken on every photo in turn, validated, and the state restored. The run itself is not
-// touched.
+// epochs, the next step is taken on every photo, one after another, validated, and the state restored. The run itself
+// is not touched.
 #ifndef VIEWWORTH_TRAIN_SAME_STATE_H
 #define VIEWWORTH_TRAIN_SAME_STATE_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-#include "viewworth/status.h"
-
-struct vw_trainer;
-struct vw_batch;
-struct vw_step_record;
+#include "train/probes/probe_context.h"
 
 // Of every photo's pixels at a state. Two are the fewest that tell what the draw does to a score, which is printed
 // beside it; for the same work more states say more than more draws, since the draws of a state share what is peculiar
@@ -19,21 +12,25 @@ struct vw_step_record;
 enum { SAME_STATE_DRAWS = 2 };
 
 struct same_state_probes {
-    struct vw_probe *probes; // those of a step that is probed, with its others before them
+    struct vw_probe *probes; // owned; those of a step that is probed, with its others before them
     uint64_t probed_step;    // the last one whose state was probed
+    uint64_t taken_count;    // probes taken
+    double taken_s;          // wall clock that they took
 };
 
 // `others`: how many other probes a step may have.
-enum vw_status same_state_create(const struct vw_trainer *trainer, uint32_t others, struct same_state_probes *probes);
+enum vw_status same_state_create(const struct probe_context *context, uint32_t others,
+                                 struct same_state_probes *probes);
 void same_state_destroy(struct same_state_probes *probes);
 
 // Whether the state behind this step is probed: that at the end of the middle epoch of each of N nearly equal parts of
 // the epochs behind burn-in.
-bool same_state_due(const struct vw_trainer *trainer, uint64_t step);
+bool same_state_due(const struct probe_context *context, uint64_t step);
 
 // Probes the state on the device, which is that behind the record's step, in as many submissions as it takes, and adds
-// what it finds to the record's probes: photo by photo in the order of their views, draw by draw. Nothing is in flight,
-// and `batch` and all the scalars are free.
-enum vw_status same_state_take(struct vw_trainer *trainer, struct vw_batch *batch, struct vw_step_record *record);
+// what it finds to the record's probes: photo by photo in the order of their views, draw by draw. The draws of pixels
+// from `first_draw` on are free. Nothing is in flight, and `batch` and all the scalars are free.
+enum vw_status same_state_take(struct same_state_probes *probes, const struct probe_context *context,
+                               struct vw_batch *batch, uint32_t first_draw, struct vw_step_record *record);
 
 #endif

@@ -1,13 +1,12 @@
 // The field's own passes, on rays of ours: each runs along x through the middles of a row of cells, and samples fall on
 // them.
-#include "train/effects/occupied_share.h"
+#include "detect/occupied_share.h"
 
 #include <stdlib.h>
 
-#include "train/trainer_private.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "train/field.h"
 
 static const double OPACITY_MIN = 0.01; // of a stratum; density * length, as 1 - exp(-x) is x here
 
@@ -30,11 +29,11 @@ static enum vw_status count_part(struct evaluator *evaluator, uint32_t cells, ui
     return status;
 }
 
-enum vw_status occupied_share(struct vw_trainer *trainer, double *share) {
-    uint32_t cells = trainer->config.samples, occupied = 0;
+enum vw_status occupied_share(struct field *field, uint32_t samples, double *share) {
+    uint32_t cells = samples, occupied = 0;
     struct evaluator evaluator = {0};
     struct vw_ray *rays = NULL;
-    enum vw_status status = evaluator_create(&trainer->field, cells, &evaluator); // a layer of cells at a time
+    enum vw_status status = evaluator_create(field, cells, &evaluator); // a layer of cells at a time
     if (status == VW_OK) rays = vw_allocate(evaluator.ray_count, sizeof *rays);
     if (status == VW_OK && !rays) status = VW_ERROR_MEMORY;
     for (uint32_t layer = 0; layer < cells && status == VW_OK; layer++) {

@@ -1,0 +1,16 @@
+// How much of the box a trained field fills.
+#ifndef VIEWWORTH_DETECT_OCCUPIED_SHARE_H
+#define VIEWWORTH_DETECT_OCCUPIED_SHARE_H
+
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+struct field;
+
+// The share of the cells of a lattice of `samples`^3 over the box whose middle has a density worth sampling: one that
+// makes a sample of a ray across the box at least 1 % opaque. `samples` is that of the field's config. When nothing is
+// in flight.
+enum vw_status occupied_share(struct field *field, uint32_t samples, double *share);
+
+#endif

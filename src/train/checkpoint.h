@@ -1,0 +1,16 @@
+// A training's state between two steps as a file (decision 11).
+#ifndef VIEWWORTH_TRAIN_CHECKPOINT_H
+#define VIEWWORTH_TRAIN_CHECKPOINT_H
+
+#include "train/step.h"
+#include "viewworth/types.h"
+
+// Saves the state behind `step` of the run.
+enum vw_status checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
+                               const struct step_passes *passes);
+// Loads it, and the step's number. VW_ERROR_INPUT when the file is missing, damaged or of another run, VW_ERROR_USAGE
+// when it is of a later step than `last_step`: the state is then untouched.
+enum vw_status checkpoint_load(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
+                               const struct step_passes *passes, uint64_t *step);
+
+#endif

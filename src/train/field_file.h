@@ -1,0 +1,19 @@
+// OUT/field.vwf: the params block, and what must agree for it to be rendered.
+#ifndef VIEWWORTH_TRAIN_FIELD_FILE_H
+#define VIEWWORTH_TRAIN_FIELD_FILE_H
+
+#include "train/field.h"
+#include "viewworth/train.h"
+
+struct trained_field { // all borrowed
+    struct field *field;
+    const struct vw_config *config;
+    const struct vw_effect_verdict *effects;
+    uint32_t effect_count;
+};
+
+enum vw_status field_file_save(const char *path, const struct trained_field *trained);
+// Loads the params. VW_ERROR_INPUT when the file is damaged, or of another configuration, box or effects.
+enum vw_status field_file_load(const char *path, const struct trained_field *trained);
+
+#endif

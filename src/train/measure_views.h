@@ -1,0 +1,20 @@
+// How near the field comes to whole views: the passes of validation, on all their usable pixels or an even share of
+// them, through an evaluator of its own. The errors are summed in double on the host, in the order of the pixels.
+#ifndef VIEWWORTH_TRAIN_MEASURE_VIEWS_H
+#define VIEWWORTH_TRAIN_MEASURE_VIEWS_H
+
+#include "train/field.h"
+#include "train/trainer.h"
+
+struct measured_field { // all borrowed
+    struct field *field;
+    const struct vw_scene *scene;
+    bool masks; // mask files are obeyed
+};
+
+// As vw_trainer_measure_views() and vw_trainer_measure_whole().
+enum vw_status measure_views(const struct measured_field *measured, const uint32_t *views, uint32_t view_count,
+                             uint32_t pixels_max, struct vw_view_error *errors);
+enum vw_status measure_whole_view(const struct measured_field *measured, uint32_t view, struct vw_whole_view *whole);
+
+#endif

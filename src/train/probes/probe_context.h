@@ -1,0 +1,28 @@
+// What probes work with. A probe tries something on the state of a training and restores the state, so that the run's
+// own steps keep their bits.
+#ifndef VIEWWORTH_TRAIN_PROBE_CONTEXT_H
+#define VIEWWORTH_TRAIN_PROBE_CONTEXT_H
+
+#include "gpu/compute.h"
+#include "train/schedule.h"
+#include "train/snapshot.h"
+#include "train/step.h"
+#include "train/validation.h"
+#include "viewworth/types.h"
+
+struct probe_context { // all borrowed
+    const struct vw_scene *scene;
+    const struct vw_config *config;
+    bool masks; // mask files are obeyed
+    struct field *field;
+    const struct step_passes *step;
+    const struct validation *validation;
+    struct schedule *schedule;
+    const struct snapshot *snapshot;    // empty unless a probe needs it
+    struct vw_buffer *pixels, *scalars; // of the trainer's batches
+};
+
+// Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
+void probe_read(const struct probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
+
+#endif

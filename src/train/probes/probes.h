@@ -1,0 +1,50 @@
+// All probes of a run, as the trainer sees them: what each adds to a step's pixels, to its passes, to its rows in the
+// scalars, and to its record. A step's rows are its own measurement, then those of the noise floor, then those of the
+// first-order probe.
+#ifndef VIEWWORTH_TRAIN_PROBES_H
+#define VIEWWORTH_TRAIN_PROBES_H
+
+#include "train/probes/first_order.h"
+#include "train/probes/noise_probe.h"
+#include "train/probes/probe_context.h"
+#include "train/probes/same_state.h"
+
+struct probes {
+    struct probe_context context;
+    struct snapshot snapshot;            // empty unless a probe needs it
+    struct noise_probe *noise;           // NULL without --noise-floor
+    struct first_order *first_order;     // NULL without --first-order
+    struct same_state_probes same_state; // empty without --same-state
+};
+
+// VW_ERROR_USAGE, naming the option, when a probe is asked for without validation.
+enum vw_status probes_check(const struct vw_config *config, bool validates);
+
+// Of one step, at most: draws of its rays' pixels, measurements, and probes in its record (those of --same-state come
+// on top).
+uint32_t probes_draws_per_step(const struct vw_config *config);
+uint32_t probes_measurements_per_step(const struct vw_config *config);
+uint32_t probes_per_step(const struct vw_config *config);
+
+// `context` without its snapshot, which is made here. What it refers to exists already.
+enum vw_status probes_create(const struct probe_context *context, struct probes *probes);
+void probes_destroy(struct probes *probes);
+
+// How many draws of pixels a step takes: draw 0 is its own.
+uint32_t probes_draws_of_step(const struct probes *probes, uint64_t step);
+// Recorded before the step, and behind it and its validation. The pixels of draw d are those from first_pixel + d *
+// rays on; `scalar_row` is the step's own.
+void probes_record_before(const struct probes *probes, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
+                          uint32_t scalar_row);
+void probes_record_after(const struct probes *probes, struct vw_batch *batch, uint64_t step, uint32_t scalar_row);
+// Reads the probes of the record's step, whose rows these are, into `values`, and lends them to the record.
+void probes_read(const struct probes *probes, const vw_float4 *rows, struct vw_probe *values,
+                 struct vw_step_record *record);
+
+// Whether the state behind a step is to be probed and was not yet; and its probing, see same_state_take().
+bool probes_state_due(const struct probes *probes, uint64_t step);
+enum vw_status probes_take_state(struct probes *probes, struct vw_batch *batch, struct vw_step_record *record);
+// The record of `step`, with the probes of its state, was handed out before.
+void probes_resume_after(struct probes *probes, uint64_t step);
+
+#endif

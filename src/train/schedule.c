@@ -1,0 +1,94 @@
+#include "train/schedule.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/random.h"
+
+enum {
+    STEPS_PER_BATCH_MAX = 64,
+    PIXELS_PER_BATCH_MAX = 1 << 20,
+};
+static const double BATCH_SECONDS =
+    0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
+
+// ---- Views
+// -------------------------------------------------------------------------------------------------------------
+
+static enum vw_status copy_views(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                                 struct schedule *schedule) {
+    for (uint32_t i = 0; i < count; i++)
+        if (views[i] >= scene->view_count || (i > 0 && views[i] <= views[i - 1]))
+            return vw_fail(VW_ERROR_USAGE,
+                           "train_views[%u] is %u; give indices of the scene's %u views in ascending order", i,
+                           views[i], scene->view_count);
+    schedule->train_views = vw_allocate(count, sizeof *views);
+    if (!schedule->train_views) return VW_ERROR_MEMORY;
+    memcpy(schedule->train_views, views, count * sizeof *views);
+    schedule->train_count = count;
+    return VW_OK;
+}
+
+enum vw_status schedule_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
+                               const struct vw_config *config, struct schedule *schedule) {
+    *schedule = (struct schedule){
+        .epochs = config->epochs, .order_seed = vw_config_seed_of(config, VW_VARY_ORDER), .ordered_epoch = UINT64_MAX};
+    enum vw_status status =
+        views ? copy_views(scene, views, view_count, schedule)
+              : vw_scene_list_views(scene, VW_SPLIT_TRAIN, &schedule->train_views, &schedule->train_count);
+    if (status != VW_OK) return status;
+    if (!schedule->train_count)
+        return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", scene->path);
+    schedule->order = vw_allocate(schedule->train_count, sizeof *schedule->order);
+    return schedule->order ? VW_OK : VW_ERROR_MEMORY;
+}
+
+void schedule_destroy(struct schedule *schedule) {
+    free(schedule->train_views);
+    free(schedule->order);
+}
+
+// ---- Steps
+// -------------------------------------------------------------------------------------------------------------
+
+uint64_t schedule_total_steps(const struct schedule *schedule) {
+    return (uint64_t)schedule->epochs * schedule->train_count;
+}
+
+uint32_t schedule_epoch_of_step(const struct schedule *schedule, uint64_t step) {
+    return step > 0 ? (uint32_t)((step - 1) / schedule->train_count) : 0;
+}
+
+uint64_t schedule_epoch_end(const struct schedule *schedule, uint64_t step) {
+    return ((uint64_t)schedule_epoch_of_step(schedule, step) + 1) * schedule->train_count;
+}
+
+uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step) {
+    uint32_t epoch = schedule_epoch_of_step(schedule, step);
+    if (epoch != schedule->ordered_epoch)
+        vw_random_order(schedule->order_seed, epoch, schedule->train_count, schedule->order);
+    schedule->ordered_epoch = epoch;
+    return schedule->order[(step - 1) % schedule->train_count];
+}
+
+uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step) {
+    return schedule->train_views[schedule_photo_of_step(schedule, step)];
+}
+
+// ---- Batches
+// -----------------------------------------------------------------------------------------------------------
+
+void schedule_set_batches(struct schedule *schedule, uint32_t pixels_per_step, uint32_t steps_per_batch) {
+    uint32_t most = PIXELS_PER_BATCH_MAX / pixels_per_step;
+    schedule->batch_steps_max = most < STEPS_PER_BATCH_MAX ? most : STEPS_PER_BATCH_MAX;
+    schedule->adapts = steps_per_batch == 0;
+    schedule->batch_steps = steps_per_batch == 0 ? 1 : steps_per_batch;
+    if (schedule->batch_steps > schedule->batch_steps_max) schedule->batch_steps = schedule->batch_steps_max;
+}
+
+// How steps are grouped changes no bit of them.
+void schedule_adapt_batches(struct schedule *schedule, uint32_t step_count, double seconds) {
+    if (!schedule->adapts || step_count < schedule->batch_steps) return;
+    if (seconds < BATCH_SECONDS && schedule->batch_steps * 2 <= schedule->batch_steps_max) schedule->batch_steps *= 2;
+}

@@ -1,0 +1,139 @@
+// What a trainer gives beside step records: what it trains, its identity, its state and its field as files, renders,
+// measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
+#include "train/checkpoint.h"
+#include "train/field_file.h"
+#include "train/identity.h"
+#include "train/measure_views.h"
+#include "train/pass_costs.h"
+#include "train/render.h"
+#include "train/trainer_private.h"
+
+// ---- What it trains
+// ----------------------------------------------------------------------------------------------------
+
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return schedule_total_steps(&trainer->schedule); }
+
+uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
+    return schedule_epoch_end(&trainer->schedule, step);
+}
+
+const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
+    *count = trainer->effect_count;
+    return trainer->effects;
+}
+
+const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count) {
+    *count = trainer->validation.view_count;
+    return trainer->validation.views;
+}
+
+struct field *vw_trainer_field(struct vw_trainer *trainer) {
+    return &trainer->field;
+}
+
+void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
+    *stats = trainer->stats;
+    stats->param_count = trainer->model.param_count;
+    stats->val_rays = trainer->validation.ray_count;
+    stats->device_bytes = vw_gpu_buffer_bytes(trainer->gpu);
+    stats->same_state_steps = trainer->probes.same_state.taken_count;
+    stats->same_state_s = trainer->probes.same_state.taken_s;
+}
+
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
+                           uint32_t *count) {
+    const struct costed_passes passes = {.config = &trainer->config,
+                                         .step = &trainer->step,
+                                         .validation = &trainer->validation,
+                                         .first_order = trainer->probes.first_order};
+    pass_costs_list(&passes, costs, count);
+}
+
+// ---- Identity
+// ----------------------------------------------------------------------------------------------------------
+
+static struct run_identity identity_of(const struct vw_trainer *trainer) {
+    return (struct run_identity){.device = vw_gpu_get_info(trainer->gpu),
+                                 .scene = trainer->scene,
+                                 .train_views = trainer->schedule.train_views,
+                                 .train_count = trainer->schedule.train_count,
+                                 .config = &trainer->config,
+                                 .effects = trainer->effects,
+                                 .effect_count = trainer->effect_count,
+                                 .model = &trainer->model,
+                                 .validates = trainer->validate};
+}
+
+enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]) {
+    const struct run_identity identity = identity_of(trainer);
+    return identity_run_id(&identity, run_id);
+}
+
+void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {
+    const struct run_identity identity = identity_of(trainer);
+    identity_subset_hash(&identity, hash);
+}
+
+// ---- Files
+// -------------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path) {
+    uint8_t run_id[VW_HASH_BYTES];
+    if (vw_trainer_in_flight(trainer))
+        return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; collect them first", path);
+    if (trainer->next_step == 0) return vw_fail(VW_ERROR_USAGE, "%s: nothing to keep before the first step", path);
+    enum vw_status status = vw_trainer_run_id(trainer, run_id);
+    return status == VW_OK ? checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step) : status;
+}
+
+enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
+                                          uint64_t *step) {
+    uint8_t run_id[VW_HASH_BYTES];
+    if (vw_trainer_in_flight(trainer))
+        return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);
+    enum vw_status status = vw_trainer_run_id(trainer, run_id);
+    if (status == VW_OK) status = checkpoint_load(path, run_id, last_step, &trainer->step, step);
+    if (status != VW_OK) return status;
+    trainer->next_step = *step + 1;
+    probes_resume_after(&trainer->probes, *step);
+    return VW_OK;
+}
+
+static struct trained_field trained_field_of(struct vw_trainer *trainer) {
+    return (struct trained_field){.field = &trainer->field,
+                                  .config = &trainer->config,
+                                  .effects = trainer->effects,
+                                  .effect_count = trainer->effect_count};
+}
+
+enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path) {
+    const struct trained_field trained = trained_field_of(trainer);
+    return field_file_save(path, &trained);
+}
+
+enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
+    const struct trained_field trained = trained_field_of(trainer);
+    return field_file_load(path, &trained);
+}
+
+// ---- Views
+// -------------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
+    return render_view(&trainer->field, trainer->scene, view, rgb);
+}
+
+static struct measured_field measured_field_of(struct vw_trainer *trainer) {
+    return (struct measured_field){.field = &trainer->field, .scene = trainer->scene, .masks = trainer->masks};
+}
+
+enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
+                                        uint32_t pixels_max, struct vw_view_error *errors) {
+    const struct measured_field measured = measured_field_of(trainer);
+    return measure_views(&measured, views, view_count, pixels_max, errors);
+}
+
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
+    const struct measured_field measured = measured_field_of(trainer);
+    return measure_whole_view(&measured, view, whole);
+}

@@ -1,0 +1,54 @@
+// Validation: the fixed pixels of the validation views, the passes that render and measure them, and how their error
+// sums are read. A pure function of the params (decision 1).
+//
+// A measurement is a run of vec4 rows in the scalars: first the row of the step before it, then one per validation view
+// (squared error high and low, absolute error high and low).
+#ifndef VIEWWORTH_TRAIN_VALIDATION_H
+#define VIEWWORTH_TRAIN_VALIDATION_H
+
+#include "gpu/compute.h"
+#include "train/field.h"
+#include "train/view_fit.h"
+#include "viewworth/types.h"
+
+struct validation {              // all zero in a training without validation
+    uint32_t *views, view_count; // owned; scene indices
+    uint32_t *pixel_counts;      // owned; pixels with weight, per view
+    uint32_t ray_count;          // that are scored; those to fit views on lie behind them
+    struct evaluator evaluator;
+    struct view_fit view_fit;
+    struct vw_buffer *ranges; // vw_ray_range per view
+    struct vw_pass *reduce_views;
+};
+
+// The views of the split val. VW_ERROR_INPUT when there is none.
+enum vw_status validation_list_views(const struct vw_scene *scene, struct validation *validation);
+
+struct validation_params {
+    struct field *field; // borrowed
+    const struct vw_scene *scene;
+    uint32_t ray_count;        // in total, spread over the views
+    bool masks;                // mask files are obeyed
+    struct vw_buffer *scalars; // takes the measurements
+};
+// Chooses the pixels and creates the passes for the views that are listed. VW_ERROR_INPUT, naming the view, when one
+// has no usable pixel.
+enum vw_status validation_create(const struct validation_params *params, struct validation *validation);
+void validation_destroy(struct validation *validation);
+
+uint32_t validation_rows_per_measurement(const struct validation *validation);
+
+// Records the validation of the field as it is, into the rows behind scalar_row. Nothing without validation.
+void validation_record(const struct validation *validation, struct vw_batch *batch, uint32_t scalar_row);
+
+// What a measurement says.
+struct measurement {
+    double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record
+    uint32_t floored_views;
+    bool finite; // all sums are; else the values mean nothing
+};
+// `rows` are those of the measurement. `views` takes the error of each view; it may be NULL.
+struct measurement validation_read(const struct validation *validation, const vw_float4 *rows,
+                                   struct vw_view_error *views);
+
+#endif
