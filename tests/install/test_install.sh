@@ -21,7 +21,8 @@ one_file() { # one_file NAME: the only file of that name in the prefix
 installs() {
     run cmake --install "$build" --prefix "$prefix" || return
     local file
-    for file in bin/viewworth include/viewworth/viewworth.h share/viewworth/scenes/courtyard.json; do
+    for file in bin/viewworth include/viewworth/viewworth.h share/viewworth/scenes/courtyard.json share/man/man1/viewworth-value.1 \
+        share/bash-completion/completions/viewworth; do
         [[ -f $prefix/$file ]] || { echo "$file is not installed"; return 1; }
     done
 }
@@ -29,7 +30,7 @@ installs() {
 # Nothing installed names the build folder or says where to look for libraries.
 stands_alone() {
     local file
-    ! grep -rlF "$build" "$prefix" || return
+    ! grep -rlF "$build/" "$prefix" || return
     for file in "$prefix/bin/viewworth" "$(one_file viewworth_oiio.so)" "$(one_file 'libviewworth.so.*.*')"; do
         ! readelf --dynamic "$file" | grep -E 'RPATH|RUNPATH' || return
     done
@@ -74,7 +75,7 @@ installed_program() {
     [[ -s valued/scores.csv ]]
 }
 
-# A picture is written through the module for OpenImageIO; ldd of the process would show which one.
+# render writes a picture through the module for OpenImageIO: the installed one, without which it fails.
 reads_photos() {
     run "$prefix/bin/viewworth" render valued --quiet || return
     mv "$(one_file viewworth_oiio.so)" "$folder/viewworth_oiio.so"
