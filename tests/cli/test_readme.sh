@@ -111,13 +111,14 @@ rows_of() { # rows_of SQL: how many rows it gives
 }
 
 sql_reads() { [[ $(rows_of "$(block sql)") -eq 5 ]]; }
-python_reads() { [[ $(rows_of "$(block python | sed -nE 's/.*read_sql\("([^"]+)".*/\1/p')") -gt 10 ]]; }
+python_reads() { [[ $(rows_of "$(block python | sed -nE 's/^query = "([^"]+)"/\1/p')") -gt 10 ]]; }
 script_reads() { [[ $(sqlite3 -bail "$folder/run/ledger.db" <scripts/dv_psnr.sql | wc -l) -eq 6 ]]; }
 
 # ---- Words ---------------------------------------------------------------------------------------------------------
 
 # Words that were replaced by standard terms. README, help and public headers must not bring them back.
-old_words='laborator(y|ies)|contests?|contestants?|judgements?|foretell(ing|s)?|foretold|foresee|spoil(ed|s)?|planted|--plant'
+old_words='laborator(y|ies)|contests?|contestants?|judgements?|foretell(ing|s)?|foretold|foresee|exhaustive'
+old_words+='|spoil(ed|s)?|planted|--plant'
 old_words+='|harmless|twins?|knobs?|dearest|dear ones|gone on with|goe?s? on with|going on|taken for granted|said aloud'
 old_words+='|learned by heart|hopeless|house rules|turn takers?|probing run|rungs?|laws?|choice_json|sampling_error'
 old_words+='|rank_(low|high)'
