@@ -1,4 +1,4 @@
-// Which photos to go on with: a choice among the train photos by their scores, from ledger rows alone (no GPU).
+// Selects train photos by their scores, from ledger rows alone (no GPU).
 #ifndef VIEWWORTH_SELECTION_H
 #define VIEWWORTH_SELECTION_H
 
