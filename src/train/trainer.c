@@ -8,7 +8,7 @@
 #include "train/effects/registry.h"
 #include "gpu/shaders.h"
 #include "train/pixels.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/psnr.h"
 #include "gpu/compute.h"

@@ -5,7 +5,7 @@
 
 #include "train/pixels.h"
 #include "train/trainer_private.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
 #include "base/memory.h"
