@@ -7,6 +7,7 @@
 #include "cli/commands/commands.h"
 #include "cli/help.h"
 #include "cli/manual.h"
+#include "cli/output/progress.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 
@@ -113,7 +114,7 @@ static enum vw_status run_command(const struct vw_command *command, int argc, ch
         vw_help_print_command(command, options.help_all);
         return VW_OK;
     }
-    vw_log_set_quiet(options.quiet);
+    vw_log_set_sink(vw_log_to_stderr, &options.quiet);
     return command->run(&options);
 }
 

@@ -1,6 +1,7 @@
 #include "cli/interrupt.h"
 
 #include <signal.h>
+#include <stddef.h>
 
 static volatile sig_atomic_t requested;
 
@@ -9,11 +10,15 @@ static void request(int signal_number) {
     requested = 1;
 }
 
-void vw_interrupt_watch(void) {
+static bool is_requested(void *context) {
+    (void)context;
+    return requested;
+}
+
+struct vw_interrupt vw_interrupt_watch(void) {
     struct sigaction action = {.sa_handler = request, .sa_flags = SA_RESTART | (int)SA_RESETHAND};
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    return (struct vw_interrupt){.requested = is_requested};
 }
-
-bool vw_interrupt_requested(void) { return requested; }

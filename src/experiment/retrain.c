@@ -8,6 +8,7 @@
 #include "cli/interrupt.h"
 #include "cli/params.h"
 #include "base/file.h"
+#include "base/clock.h"
 #include "viewworth/log.h"
 #include "base/memory.h"
 #include "train/trainer.h"
@@ -206,7 +207,8 @@ static enum vw_status train_and_measure(struct vw_retrainer *retrainer, const st
 
 static enum vw_status make(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining, const char *id,
                            struct vw_retrain_result *outcome) {
-    if (vw_interrupt_requested())
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
+    if (vw_interrupt_requested(&interrupt))
         return vw_fail(VW_ERROR_INTERRUPTED,
                        "interrupted; %s keeps the retrainings that ended; the same command goes on",
                        retrainer->options->out);

@@ -3,7 +3,10 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
-#include "run/training_run.h"
+#include "cli/interrupt.h"
+#include "cli/output/progress.h"
+#include "cli/params.h"
+#include "run/run.h"
 #include "base/file.h"
 #include "viewworth/log.h"
 #include "base/memory.h"
@@ -16,13 +19,18 @@ static char *name_folder(const char *out, uint64_t seed) {
 }
 
 static enum vw_status make_run(const struct vw_options *options, struct vw_session *session) {
-    struct vw_training_run run;
-    struct vw_scoring scoring = {0};
-    enum vw_status status = vw_training_open(options, true, session, &run);
-    if (!status) status = vw_training_take_steps(&run);
-    if (!status && !run.complete) status = vw_training_score_and_finish(&run, &scoring);
-    vw_scoring_free(&scoring);
-    vw_training_close(&run);
+    struct vw_progress progress = {.quiet = options->quiet};
+    struct vw_run_params params;
+    struct vw_run *run = NULL;
+    enum vw_status status = vw_params_of_run(options, &params);
+    params.progress = vw_progress_show;
+    params.context = &progress;
+    if (!status) status = vw_run_open_in_session(&params, session, &run);
+    if (!status) progress.interrupt = vw_interrupt_watch();
+    if (!status) status = vw_run_advance(run, UINT64_MAX);
+    vw_progress_end(&progress);
+    if (!status) status = vw_run_score(run);
+    vw_run_close(&run);
     return status;
 }
 

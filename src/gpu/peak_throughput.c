@@ -3,7 +3,7 @@
 #include "gpu/shaders.h"
 #include "interface.h"
 #include "viewworth/gpu.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "gpu/compute.h"
 #include "base/memory.h"
 

@@ -1,4 +1,4 @@
-#include "report/report.h"
+#include "report/page.h"
 
 #include <stdio.h>
 #include <stdlib.h>

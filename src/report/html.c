@@ -8,7 +8,7 @@
 #include "report/html_parts.h"
 #include "base/file.h"
 #include "base/hash.h"
-#include "report/report.h"
+#include "report/page.h"
 
 enum { REAL_DIGITS = 8 }; // what a page shows has fewer
 

@@ -4,7 +4,7 @@
 
 #include <jansson.h>
 
-#include "report/report.h"
+#include "report/page.h"
 
 // {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config,
 // scene_options, effects, images, thumbnails: place of its set or null, scores, steps, matrix}], documents: [{kind,

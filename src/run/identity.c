@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/output/effects_output.h"
+#include "run/effects_text.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
 #include "base/hash.h"

@@ -29,6 +29,7 @@ static int try_to_write(const char *folder) {
 }
 
 enum vw_status vw_out_check(const char *out) {
+    if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
     char *place = vw_copy_text(out);
     while (place && !vw_folder_exists(place)) { // up to the nearest folder that is there; "." and "/" are
         char *parent = vw_path_folder(place);

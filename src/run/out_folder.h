@@ -5,7 +5,7 @@
 #include "viewworth/status.h"
 
 // Writes a file of 1 MiB where --out is or would be made, and removes it again; the folder itself is not created.
-// VW_ERROR_USAGE when the place is not writable or full.
+// VW_ERROR_USAGE when --out is a file, and when the place is not writable or full.
 enum vw_status vw_out_check(const char *out);
 
 #endif

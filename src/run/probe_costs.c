@@ -1,11 +1,8 @@
 #include "run/probe_costs.h"
 
-#include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 
 #include "train/trainer.h"
-#include "cli/output/json_output.h"
 
 struct vw_probe_costs vw_probe_costs_count(const struct vw_value_input *input, const struct vw_trainer *trainer,
                                            double command_s) {
@@ -25,29 +22,4 @@ struct vw_probe_costs vw_probe_costs_count(const struct vw_value_input *input, c
     costs.same_state_s = stats.same_state_s;
     costs.same_state_share = stats.same_state_s / command_s;
     return costs;
-}
-
-void vw_probe_costs_print(const struct vw_probe_costs *costs) {
-    if (costs->same_state_steps > 0)
-        printf("same state   %" PRIu64 " probing steps from %" PRIu64 " states", costs->same_state_steps,
-               costs->states);
-    if (costs->same_state_steps > 0 && isfinite(costs->same_state_s))
-        printf(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
-    if (costs->same_state_steps > 0) putchar('\n');
-    if (costs->first_order_steps > 0)
-        printf("first order  %" PRIu64 " steps were validated twice more, for the slope along them\n",
-               costs->first_order_steps);
-}
-
-json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs) {
-    if (!costs->same_state_steps) return NULL;
-    return json_pack("{s:I, s:I, s:o, s:o}", "states", (json_int_t)costs->states, "steps",
-                     (json_int_t)costs->same_state_steps, "seconds", vw_json_real(costs->same_state_s), "share",
-                     vw_json_real(costs->same_state_share));
-}
-
-json_t *vw_probe_costs_first_order_to_json(const struct vw_probe_costs *costs) {
-    if (!costs->first_order_steps) return NULL;
-    return json_pack("{s:I, s:I}", "steps", (json_int_t)costs->first_order_steps, "validations",
-                     (json_int_t)(2 * costs->first_order_steps));
 }

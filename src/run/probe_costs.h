@@ -1,8 +1,8 @@
-// What --same-state and --first-order cost a run, for the output of `value`.
-#ifndef VIEWWORTH_PROBE_COSTS_H
-#define VIEWWORTH_PROBE_COSTS_H
+// What the probes --same-state and --first-order cost a run.
+#ifndef VIEWWORTH_RUN_PROBE_COSTS_H
+#define VIEWWORTH_RUN_PROBE_COSTS_H
 
-#include <jansson.h>
+#include <stdint.h>
 
 #include "viewworth/train.h"
 #include "train/trainer.h"
@@ -18,10 +18,5 @@ struct vw_probe_costs {
 // `command_s`: how long the command has taken so far.
 struct vw_probe_costs vw_probe_costs_count(const struct vw_value_input *input, const struct vw_trainer *trainer,
                                            double command_s);
-// Nothing of what there are no probes of.
-void vw_probe_costs_print(const struct vw_probe_costs *costs);
-// Owned by the caller, or NULL where there are no probes of that kind.
-json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs);
-json_t *vw_probe_costs_first_order_to_json(const struct vw_probe_costs *costs);
 
 #endif

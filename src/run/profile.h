@@ -1,8 +1,6 @@
-// --profile: where a run's time went, pass by pass, beside what the device can do.
-#ifndef VIEWWORTH_PROFILE_H
-#define VIEWWORTH_PROFILE_H
-
-#include <jansson.h>
+// Where a run's time went, pass by pass, beside the device's peak throughput.
+#ifndef VIEWWORTH_RUN_PROFILE_H
+#define VIEWWORTH_RUN_PROFILE_H
 
 #include "viewworth/gpu.h"
 #include "gpu/compute.h"
@@ -25,7 +23,5 @@ struct vw_profile {
 
 // After the steps were taken. Measures the peaks now, on the same device.
 enum vw_status vw_profile_make(const struct vw_trainer *trainer, struct vw_gpu *gpu, struct vw_profile *profile);
-void vw_profile_print(const struct vw_profile *profile);      // nothing without rows
-json_t *vw_profile_to_json(const struct vw_profile *profile); // NULL when memory is short
 
 #endif

@@ -2,7 +2,6 @@
 #ifndef VIEWWORTH_RECORDED_RUN_H
 #define VIEWWORTH_RECORDED_RUN_H
 
-#include "cli/options.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"

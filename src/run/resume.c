@@ -4,23 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/plan/plan.h"
-#include "run/identity.h"
-#include "run/until_stable.h"
 #include "base/file.h"
-#include "train/trainer.h"
+#include "run/identity.h"
+#include "run/stop_rules.h"
 #include "viewworth/log.h"
 
-static enum vw_status read_statistics(struct vw_training_run *run) {
+static enum vw_status read_steps(struct vw_run *run) {
     struct vw_step_record *records = NULL;
     uint64_t count = 0;
     enum vw_status status = vw_ledger_get_steps(run->ledger, &records, &count);
-    for (uint64_t i = 0; !status && i < count; i++) vw_step_statistics_add(&run->statistics, &records[i]);
+    for (uint64_t i = 0; !status && i < count; i++) status = vw_run_count_step(run, &records[i]);
     free(records);
     return status;
 }
 
-static enum vw_status load_checkpoint(struct vw_training_run *run) {
+static enum vw_status load_checkpoint(struct vw_run *run) {
     uint64_t recorded = vw_ledger_next_step(run->ledger), last_step = recorded - 1;
     bool found = false;
     enum vw_status status = VW_OK;
@@ -32,38 +30,38 @@ static enum vw_status load_checkpoint(struct vw_training_run *run) {
     return status;
 }
 
-static void say_complete(const struct vw_training_run *run, uint64_t last_step) {
+static void log_complete(const struct vw_run *run, uint64_t last_step) {
     const char *const outputs[] = {run->field_path, run->scores_path};
-    vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->options->out, last_step);
+    vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->out, last_step);
     for (size_t i = 0; i < (run->validate ? 2 : 1); i++)
         if (!vw_file_exists(outputs[i]))
             vw_log_warning("%s is missing; --resume with more --epochs, or another --out, makes it", outputs[i]);
 }
 
-// The steps that are recorded, and those that are asked for.
-static enum vw_status compare_extent(struct vw_training_run *run, const struct vw_ledger_run *recorded) {
+// Compares the steps that are recorded with those that are asked for.
+static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_run *recorded) {
     uint64_t end = vw_ledger_next_step(run->ledger), wanted = vw_trainer_total_steps(run->trainer) + 1;
     bool finished = strcmp(recorded->status, "finished") == 0, stable = false;
-    enum vw_status status = finished ? vw_until_stable_measure(run, &stable) : VW_OK;
+    enum vw_status status = finished ? vw_stop_rules_measure_stability(run, &stable) : VW_OK;
     if (status) return status;
-    run->complete = finished && (end >= wanted || stable || vw_plan_clock(run->options));
-    if (run->complete) say_complete(run, end - 1);
+    run->complete = finished && (end >= wanted || stable || vw_plan_keeps_time(&run->plan));
+    if (run->complete) log_complete(run, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE,
                        "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",
-                       run->options->out, end - 1, vw_plan_epochs_most(run->options));
+                       run->out, end - 1, vw_plan_epochs_most(&run->plan, &run->config));
     return VW_OK;
 }
 
-enum vw_status vw_training_resume(struct vw_training_run *run) {
+enum vw_status vw_run_resume(struct vw_run *run) {
     struct vw_ledger_run recorded;
     struct vw_run_row ours = {0};
     enum vw_status status = vw_ledger_open(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &recorded);
-    if (!status) status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->options->config, &ours);
-    if (!status) status = vw_run_row_check_same(&ours, &recorded, run->options->out);
-    if (!status) status = vw_ledger_verify(run->ledger); // going on would vouch for what was edited
-    if (!status) status = read_statistics(run);
+    if (!status) status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->config, &ours);
+    if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);
+    if (!status) status = vw_ledger_verify(run->ledger); // continuing would vouch for what was edited
+    if (!status) status = read_steps(run);
     if (!status) status = compare_extent(run, &recorded);
     if (!status && !run->complete) status = vw_ledger_extend(run->ledger, ours.row.config_json);
     if (!status && !run->complete) status = load_checkpoint(run);

@@ -1,12 +1,12 @@
-// Going on with a run that a folder holds (decision 11).
-#ifndef VIEWWORTH_RESUME_H
-#define VIEWWORTH_RESUME_H
+// Continuing the run that a folder holds (decision 11 of src/README.md).
+#ifndef VIEWWORTH_RUN_RESUME_H
+#define VIEWWORTH_RUN_RESUME_H
 
-#include "run/training_run.h"
+#include "run/run_private.h"
 
-// Opens run->ledger and puts run->trainer where the newest usable checkpoint is, or sets run->complete when nothing is
-// left to do. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or holds more than is asked for;
+// Opens run->ledger and loads the newest usable checkpoint into run->trainer, or sets run->complete when no step is
+// left. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or holds more steps than are asked for;
 // VW_ERROR_MISMATCH when it was edited.
-enum vw_status vw_training_resume(struct vw_training_run *run);
+enum vw_status vw_run_resume(struct vw_run *run);
 
 #endif

@@ -2,16 +2,50 @@
 #ifndef VIEWWORTH_RUN_RUN_H
 #define VIEWWORTH_RUN_RUN_H
 
+#include "run/outputs/attribution.h"
+#include "run/outputs/validation_views.h"
+#include "run/plan/plan.h"
+#include "run/probe_costs.h"
+#include "run/profile.h"
 #include "run/session.h"
+#include "value/stability.h"
+#include "value/step_statistics.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
+#include "viewworth/value.h"
 
 // As vw_run_open(), on a session that several runs share: it is opened by params->scene and params->device unless it is
-// open, and its effects are decided at most once. The session outlives the run. `*run` is untouched on failure.
+// open, and its effects are decided at most once. Takes neither a preset nor a budget. The session outlives the run.
+// `*run` is untouched on failure.
 enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session,
                                       struct vw_run **run);
 // As vw_run_finish(), but writes only field.vwf and scores.csv, and no other table and no report. Does nothing on a run
 // that was finished when it was opened and has no steps left.
 enum vw_status vw_run_score(struct vw_run *run);
+
+// What a run was and gave. All is borrowed from the run.
+struct vw_run_results {
+    char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
+    const char *out, *ledger_path, *scores_path, *field_path;
+    const char *report_path; // NULL: none was written
+    const struct vw_gpu_info *device;
+    const struct vw_scene *scene;
+    const struct vw_config *config;
+    const struct vw_effect_verdict *effects;
+    uint32_t effect_count;
+    const struct vw_step_statistics *statistics;
+    const struct vw_plan *plan; // NULL: neither a preset nor a budget chose
+    double until_stable;        // 0: stability was not measured
+    const struct vw_stability *stability;
+    const struct vw_profile *profile; // NULL: not asked for
+    // Of a validated run:
+    const struct vw_noise_floor *noise_floor;
+    const struct vw_probe_costs *probe_costs;
+    const struct vw_attribution *attribution;
+    const struct vw_validation_views *validation;
+};
+
+// After vw_run_finish().
+void vw_run_get_results(const struct vw_run *run, struct vw_run_results *results);
 
 #endif

@@ -1,19 +1,27 @@
-// Runs that are held at ends of epochs, where it is seen whether they go on: by --until-stable (cli/until_stable.h) at
-// every end, by
-// --budget (cli/plan.h) at fewer, which come closer as the time runs out, or by both. Where a run is held changes no
-// bit of its steps.
-#ifndef VIEWWORTH_EPOCH_ENDS_H
-#define VIEWWORTH_EPOCH_ENDS_H
+// Where a run looks whether it goes on: at ends of epochs, without changing a bit of its steps. With until_stable it
+// looks at every end, and stops once the scores of vw_value_default_method are stable (value/stability.h). With a
+// budget it looks at fewer ends, which come closer as the time runs out. Both may hold.
+//
+// Stability depends on the recorded steps alone, so that a run that was killed and resumed ends where it would have
+// ended. It is no part of what the run is: a run may be resumed with a higher value, or without.
+#ifndef VIEWWORTH_RUN_STOP_RULES_H
+#define VIEWWORTH_RUN_STOP_RULES_H
 
-#include "run/training_run.h"
+#include <stdbool.h>
+#include <stdint.h>
 
-// Holds the trainer at the end of the epoch that is recorded last, or of the first.
-enum vw_status vw_stop_rules_begin(struct vw_training_run *run);
-// At the end of an epoch: tells whether the run goes on, up to where the trainer is then held. False where all steps
-// are taken, and where nothing holds the run. With --budget the run's config, and the ledger's, have as many epochs as
-// the run is held at.
-enum vw_status vw_stop_rules_pass(struct vw_training_run *run, bool *goes_on);
-// Steps that the run will have at its end, as far as can be told.
-uint64_t vw_stop_rules_expected_steps(const struct vw_training_run *run);
+#include "run/run_private.h"
+
+// VW_ERROR_USAGE unless the rank correlation is 0 (never stop) or lies between 0 and 1.
+enum vw_status vw_stop_rules_check(double until_stable);
+// Sets run->hold_step to the end of the epoch that is recorded last, or of the first.
+enum vw_status vw_stop_rules_begin(struct vw_run *run);
+// At run->hold_step: tells whether the run goes on, and sets the next hold_step. False where all steps are taken. With
+// a budget the run's config, and the ledger's, get as many epochs as the run is held at.
+enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *goes_on);
+// Measures run->stability of the steps so far. False without until_stable.
+enum vw_status vw_stop_rules_measure_stability(struct vw_run *run, bool *stable);
+// Steps that the run will have at its end, as far as is known.
+uint64_t vw_stop_rules_expected_steps(const struct vw_run *run);
 
 #endif

@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "train/effects/registry.h"
 #include "train/pixels.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 
 // ---- Creation
 // ---------------------------------------------------------------------------------------------------------

@@ -1,47 +1,84 @@
 #include "value/stability.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "value/evaluation/score_tables.h"
 #include "base/memory.h"
 #include "base/statistics.h"
 
-static uint32_t count_train_photos(const struct vw_value_input *input) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < input->image_count; i++) count += strcmp(input->images[i].split, "train") == 0;
-    return count;
+enum vw_status vw_stability_watch_begin(const uint32_t *photos, uint32_t photo_count, uint32_t burn_in_epochs,
+                                        struct vw_stability_watch *watch) {
+    watch->photos = vw_allocate(photo_count, sizeof *watch->photos);
+    if (!watch->photos) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < photo_count; i++) watch->photos[i] = photos[i];
+    watch->photo_count = photo_count;
+    watch->burn_in_epochs = burn_in_epochs;
+    watch->last_psnr = NAN;
+    return VW_OK;
 }
 
-// Keeps the values of train photos; returns their count, that of photos with a value.
-static uint32_t keep_train_photos(const struct vw_value_input *input, double *values) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < input->image_count; i++)
-        if (strcmp(input->images[i].split, "train") == 0 && !isnan(values[i])) values[count++] = values[i];
-    return count;
+void vw_stability_watch_end(struct vw_stability_watch *watch) {
+    free(watch->photos);
+    free(watch->sums);
+    *watch = (struct vw_stability_watch){0};
 }
 
-// Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN where there are
+// An epoch's scores begin with those of the epoch before.
+static enum vw_status begin_epoch(struct vw_stability_watch *watch) {
+    size_t photos = watch->photo_count;
+    enum vw_status status =
+        vw_grow((void **)&watch->sums, &watch->capacity, (watch->epoch_count + 1) * photos, sizeof *watch->sums);
+    if (status) return status;
+    double *sums = &watch->sums[watch->epoch_count++ * photos];
+    for (size_t i = 0; i < photos; i++) sums[i] = watch->epoch_count > 1 ? sums[i - photos] : NAN;
+    return VW_OK;
+}
+
+static int compare_ids(const void *left, const void *right) {
+    uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
+    return a < b ? -1 : a > b;
+}
+
+static enum vw_status add_delta(struct vw_stability_watch *watch, const struct vw_step_record *record, double delta) {
+    const uint32_t *photo =
+        bsearch(&record->view, watch->photos, watch->photo_count, sizeof *watch->photos, compare_ids);
+    enum vw_status status = VW_OK;
+    if (!photo)
+        return vw_fail(VW_ERROR_INPUT,
+                       "step %" PRIu64 ": trained on image %u, which is no train photo; verify the ledger",
+                       record->step, record->view);
+    while (!status && watch->epoch_count <= record->epoch - watch->burn_in_epochs) status = begin_epoch(watch);
+    if (status || !isfinite(delta)) return status;
+    double *sum = &watch->sums[(watch->epoch_count - 1) * watch->photo_count + (size_t)(photo - watch->photos)];
+    *sum = isnan(*sum) ? delta : *sum + delta;
+    return VW_OK;
+}
+
+enum vw_status vw_stability_watch_add(struct vw_stability_watch *watch, const struct vw_step_record *record) {
+    double delta = record->val_psnr - watch->last_psnr;
+    if (isfinite(record->val_psnr)) watch->last_psnr = record->val_psnr;
+    watch->last_step = record->step;
+    bool counts = record->view != VW_RECORD_UNTRAINED && record->epoch >= watch->burn_in_epochs;
+    return counts ? add_delta(watch, record, delta) : VW_OK;
+}
+
+// Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN where a photo has
 // none.
-static enum vw_status correlate_with_half(const struct vw_value_input *input, const char *method, uint32_t photos,
-                                          uint32_t epochs, double *correlation) {
-    const struct vw_value_input now = vw_value_input_truncate(input, input->burn_in_epochs + epochs);
-    const struct vw_value_input earlier = vw_value_input_truncate(input, input->burn_in_epochs + epochs / 2);
-    double *values = vw_allocate(input->image_count, 2 * sizeof *values), *before = values + input->image_count;
-    enum vw_status status = values ? vw_value_of_method(&now, method, values) : VW_ERROR_MEMORY;
-    if (!status) status = vw_value_of_method(&earlier, method, before);
+static enum vw_status correlate_with_half(const struct vw_stability_watch *watch, uint32_t epochs,
+                                          double *correlation) {
+    size_t photos = watch->photo_count;
+    const double *now = &watch->sums[(epochs - 1) * photos], *before = &watch->sums[(epochs / 2 - 1) * photos];
+    bool known = true;
+    for (size_t i = 0; i < photos; i++) known &= !isnan(now[i]) && !isnan(before[i]);
     *correlation = NAN;
-    if (!status && keep_train_photos(input, values) == photos && keep_train_photos(input, before) == photos)
-        status = vw_spearman(values, before, photos, correlation);
-    free(values);
-    return status;
+    return known ? vw_spearman(now, before, watch->photo_count, correlation) : VW_OK;
 }
 
-enum vw_status vw_value_stability(const struct vw_value_input *input, const char *method,
-                                  struct vw_stability *stability) {
-    uint32_t photos = count_train_photos(input), burn_in = input->burn_in_epochs;
-    uint64_t complete = photos && input->record_count ? (input->record_count - 1) / photos : 0;
+enum vw_status vw_stability_watch_measure(const struct vw_stability_watch *watch, struct vw_stability *stability) {
+    uint32_t burn_in = watch->burn_in_epochs;
+    uint64_t complete = watch->photo_count ? watch->last_step / watch->photo_count : 0;
     *stability =
         (struct vw_stability){.epochs = complete > burn_in ? (uint32_t)complete - burn_in : 0, .correlation = NAN};
     stability->earlier_epochs = stability->epochs / 2;
@@ -49,7 +86,7 @@ enum vw_status vw_value_stability(const struct vw_value_input *input, const char
     enum vw_status status = VW_OK;
     for (uint32_t back = 0; !status && back < VW_STABILITY_ENDS; back++) {
         double correlation;
-        status = correlate_with_half(input, method, photos, stability->epochs - back, &correlation);
+        status = correlate_with_half(watch, stability->epochs - back, &correlation);
         if (back == 0 || isnan(correlation) || correlation < stability->correlation)
             stability->correlation = correlation;
     }

@@ -1,15 +1,16 @@
 // When scores have settled (`value --until-stable R`): a pure function of the recorded steps.
 //
-// After n epochs that count (those from burn-in on of which every train photo's step is recorded) the scores of a
-// method are held against what they were after the first n / 2 (rounded down) of them, by Spearman's rank correlation
-// over the train photos. Of this the smallest counts after n, n - 1 and n - 2 epochs, so that no chance ends a run.
-// Photos that differ only by noise reach about 0.7 at any n, for half of what is summed is the same; a fixed lag of
-// some epochs would reach 1 by itself as n grows. Not a promise about other seeds: the part of a score that all epochs
-// of a run share is in both sides.
+// n is the number of epochs that count: those from burn-in on in which the step of every train photo is recorded. The
+// scores after n epochs are compared with the scores after the first n / 2 (rounded down), by Spearman's rank
+// correlation over the train photos. The smallest of the correlations after n, n - 1 and n - 2 epochs counts, so that
+// chance alone does not end a run. Photos that differ only by noise reach about 0.7 at any n, since half of the sum is
+// shared; a fixed lag of some epochs would reach 1 by itself as n grows. This says nothing about other seeds: the part
+// of a score that all epochs of a run share is in both sides.
 #ifndef VIEWWORTH_STABILITY_H
 #define VIEWWORTH_STABILITY_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "viewworth/value.h"
@@ -26,9 +27,25 @@ struct vw_stability {
     double correlation; // the smallest; NaN below VW_STABILITY_EPOCHS_MIN, and where the scores of either do not differ
 };
 
-// Of the scores of `method`. Steps of an epoch that is not complete are left out.
-enum vw_status vw_value_stability(const struct vw_value_input *input, const char *method,
-                                  struct vw_stability *stability);
+// The scores of vw_value_default_method (a plain sum of step deltas of val_psnr) after every epoch, kept while the
+// records pass by: one double per photo and epoch that counts.
+struct vw_stability_watch {
+    uint32_t *photos; // owned; image_ids of the train photos, ascending
+    uint32_t photo_count, burn_in_epochs;
+    double *sums; // owned; [epoch that counts * photo_count + photo]: the score after that epoch; NaN without a visit
+    size_t epoch_count, capacity;
+    double last_psnr; // the last finite val_psnr; NaN: none yet
+    uint64_t last_step;
+};
+
+// `watch` is zero before; `photos` (ascending) are copied. VW_ERROR_MEMORY. End it also after a failure.
+enum vw_status vw_stability_watch_begin(const uint32_t *photos, uint32_t photo_count, uint32_t burn_in_epochs,
+                                        struct vw_stability_watch *watch);
+// Takes the next record; all of a run in order, from step 0 on. VW_ERROR_INPUT for a step on another photo.
+enum vw_status vw_stability_watch_add(struct vw_stability_watch *watch, const struct vw_step_record *record);
+// Of the steps so far; those of an epoch that is not complete are left out. VW_ERROR_MEMORY.
+enum vw_status vw_stability_watch_measure(const struct vw_stability_watch *watch, struct vw_stability *stability);
+void vw_stability_watch_end(struct vw_stability_watch *watch);
 // Whether the correlation reaches `wanted`.
 bool vw_stability_reaches(const struct vw_stability *stability, double wanted);
 

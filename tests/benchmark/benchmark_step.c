@@ -13,7 +13,7 @@
 
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"

@@ -2,7 +2,7 @@
 #include "unit/ledger_fixture.h"
 
 #include "base/file.h"
-#include "report/report.h"
+#include "report/page.h"
 
 static const struct vw_ledger_image images[] = {
     {0, "b,comma.png", "train", "alice", HEX_A, NULL},

@@ -8,7 +8,7 @@
 #include "report/html_parts.h"
 #include "image/image.h"
 #include "base/json.h"
-#include "report/report.h"
+#include "report/page.h"
 
 static const char methods_json[] = "[{\"name\":\"dv_psnr\",\"unit\":\"dB\",\"formula\":\"sum of d\"}]";
 

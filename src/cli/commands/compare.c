@@ -146,9 +146,9 @@ static enum vw_status finish(struct comparison *comparison) {
     if (!status) status = vw_set_comparison_write_csv(compared);
     if (!status) status = vw_set_comparison_write_json(compared, json);
     if (status) return status;
-    const struct vw_report_options report = {compared->scene, comparison->options->device,
-                                             comparison->options->no_thumbnails};
-    char *report_path = vw_report_folder_finish(comparison->options->out, &report);
+    const struct vw_report_params report = {compared->scene, comparison->options->device,
+                                            comparison->options->no_thumbnails};
+    char *report_path = vw_report_folder_finish(comparison->options->out, &report, NULL);
     if (!json) vw_set_comparison_print(compared);
     if (!json && report_path) printf("report      %s\n", report_path);
     free(report_path);

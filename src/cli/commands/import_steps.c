@@ -13,7 +13,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "viewworth/log.h"
-#include "report/report.h"
+#include "report/page.h"
 #include "ledger/step_log.h"
 #include "viewworth/version.h"
 #include "value/step_statistics.h"

@@ -6,8 +6,8 @@
 
 #include "cli/commands/commands.h"
 #include "cli/params.h"
-#include "cli/output/effects_output.h"
-#include "run/plan/estimate.h"
+#include "run/effects_text.h"
+#include "cli/output/estimate_output.h"
 #include "cli/output/json_output.h"
 #include "experiment/measure_effects.h"
 #include "run/open.h"
@@ -216,7 +216,8 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     if (!status) status = open_device(options, &gpu, &description.estimate);
     if (!status) status = describe(gpu, scene, &description);
     if (!status)
-        vw_estimate_run(options, scene, gpu, description.effects, description.effect_count, &description.estimate);
+        vw_estimate_run(&options->config, scene, gpu, description.effects, description.effect_count,
+                        &description.estimate);
     if (!status && options->measure && !gpu)
         status = vw_fail(VW_ERROR_NO_DEVICE, "--measure: %s", description.estimate.missing);
     if (!status && options->measure)

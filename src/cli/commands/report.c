@@ -8,10 +8,10 @@
 #include "base/memory.h"
 
 enum vw_status vw_command_report(const struct vw_options *options) {
-    const struct vw_report_options report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
+    const struct vw_report_params report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
     char *path = options->to ? vw_copy_text(options->to) : vw_path_join(options->operand, "report.html");
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_report_folders_write(options->operands, options->operand_count, path, &report);
+    enum vw_status status = vw_report_write(options->operands, options->operand_count, path, &report);
     if (!status && options->json)
         status = vw_json_print(json_pack("{s:s, s:I}", "report", path, "folders", (json_int_t)options->operand_count));
     else if (!status) printf("report   %s\n", path);

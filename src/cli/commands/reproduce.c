@@ -18,7 +18,7 @@ static enum vw_status check(const struct vw_options *options) {
 
 static enum vw_status finish(const struct vw_options *options) {
     struct vw_reproduction reproduction;
-    const struct vw_report_options report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
+    const struct vw_report_params report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
     char *report_path = NULL;
     char *agreement_path = vw_path_join(options->out, "reproduce.csv"),
          *scatter_path = vw_path_join(options->out, "scatter.csv");
@@ -26,7 +26,7 @@ static enum vw_status finish(const struct vw_options *options) {
     if (!status && (!agreement_path || !scatter_path)) status = VW_ERROR_MEMORY;
     if (!status) status = vw_reproduction_write_agreement(&reproduction, agreement_path);
     if (!status) status = vw_reproduction_write_scatter(&reproduction, scatter_path);
-    if (!status) report_path = vw_report_folder_finish(options->out, &report);
+    if (!status) report_path = vw_report_folder_finish(options->out, &report, NULL);
     if (!status && options->json)
         status = vw_reproduction_print_json(&reproduction, agreement_path, scatter_path, report_path);
     else if (!status) vw_reproduction_print_text(&reproduction, agreement_path, scatter_path, report_path);

@@ -152,14 +152,14 @@ static enum vw_status try_halves(struct vw_sweep *tradeoff) {
 
 static enum vw_status finish(struct vw_sweep *tradeoff) {
     const struct vw_options *options = tradeoff->options;
-    const struct vw_report_options report = {.scene = tradeoff->retrainer.session.scene, .no_thumbnails = true};
+    const struct vw_report_params report = {.scene = tradeoff->retrainer.session.scene, .no_thumbnails = true};
     char *report_path = NULL, *csv_path = vw_path_join(options->out, "tradeoff.csv");
     enum vw_status status = csv_path ? vw_sweep_make_metrics(tradeoff) : VW_ERROR_MEMORY;
     if (!status)
         status = vw_sweeps_set_metrics(tradeoff->tradeoffs, tradeoff->configuration_ids[0], tradeoff->metrics,
                                        tradeoff->metric_count);
     if (!status) status = vw_sweep_write_csv(tradeoff, csv_path);
-    if (!status) report_path = vw_report_folder_finish(options->out, &report);
+    if (!status) report_path = vw_report_folder_finish(options->out, &report, NULL);
     if (!status && options->json) status = vw_sweep_print_json(tradeoff, csv_path, report_path);
     else if (!status) vw_sweep_print(tradeoff, csv_path, report_path);
     free(report_path);

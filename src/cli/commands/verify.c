@@ -93,6 +93,7 @@ static enum vw_status compare_steps(struct vw_recorded_run *run, struct vw_train
                                     uint64_t *compared) {
     uint32_t validation_count = 0, count = 0;
     const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
     const struct vw_step_record *records = NULL;
     uint64_t end = vw_ledger_next_step(run->ledger);
     if (wanted < end) end = wanted + 1; // step 0 comes for free
@@ -101,7 +102,7 @@ static enum vw_status compare_steps(struct vw_recorded_run *run, struct vw_train
         if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
         status = vw_ledger_compare(run->ledger, records, count, validation_views);
         if (!status) *compared = records[count - 1].step;
-        if (!status && vw_interrupt_requested())
+        if (!status && vw_interrupt_requested(&interrupt))
             status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);
         if (!status) status = vw_trainer_advance(trainer, &records, &count);
     }
@@ -140,7 +141,6 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_option
                                              .validate = validated};
     status = vw_trainer_create(&params, &trainer);
     if (!status) status = check_same_run(run, trainer);
-    vw_interrupt_watch();
     if (!status) status = compare_steps(run, trainer, options->replay_steps, compared);
     vw_trainer_destroy(&trainer);
     return status;

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cli/interrupt.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
 #include "base/statistics.h"
@@ -51,7 +51,8 @@ enum vw_status vw_paired_timing_run(struct vw_timed_trainer *trainers, uint32_t 
     for (uint32_t round = 0; round < rounds; round++)
         for (uint32_t i = 0; i < count && !status; i++) {
             status = take_turn(&trainers[i], round, round >= rounds - LAST_ROUNDS);
-            if (!status && vw_interrupt_requested())
+            const struct vw_interrupt interrupt = vw_interrupt_watch();
+            if (!status && vw_interrupt_requested(&interrupt))
                 status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted while measuring; begin again");
         }
     return status;

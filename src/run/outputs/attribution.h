@@ -1,20 +1,19 @@
-// What providers' photos are worth together, what each is paid, and which photos are copies of others: the part of
-// `value` for markets.
-#ifndef VIEWWORTH_ATTRIBUTION_H
-#define VIEWWORTH_ATTRIBUTION_H
+// What providers' photos are worth together, what each provider is paid, and which photos are near-duplicates.
+#ifndef VIEWWORTH_RUN_ATTRIBUTION_H
+#define VIEWWORTH_RUN_ATTRIBUTION_H
 
-#include <jansson.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "run/scoring.h"
-#include "run/training_run.h"
 #include "value/duplicate_scores.h"
 #include "value/providers.h"
+#include "viewworth/scene.h"
+#include "viewworth/train.h"
 
 struct vw_attribution {
-    const char *method;             // that is shown and paid by
-    struct vw_ledger_image *images; // owned: the ledger's, with the providers that this command gives
+    const char *method;             // that payouts and near-duplicates go by
+    struct vw_ledger_image *images; // owned: the ledger's, with the providers that the scene has now
     struct vw_provider_score *groups;
     uint32_t group_count; // of all methods; 0 when no photo has a provider
     uint64_t amount_cents;
@@ -26,18 +25,14 @@ struct vw_attribution {
     char *providers_path, *payout_path, *duplicates_path; // owned
 };
 
-// Before any step: whether --payout is an amount that there will be scores to pay by, and whether there is somebody to
-// be paid. VW_ERROR_USAGE.
-enum vw_status vw_attribution_check_options(const struct vw_options *options);
-enum vw_status vw_attribution_check_scene(const struct vw_options *options, const struct vw_scene *scene);
-// Works everything out by the scores of `method`, and writes providers.csv, payout.csv and duplicates.csv where there
-// is something to write. Those that new steps make out of date vw_training_finish has removed. Warns of what is wrong.
-// Free it also after a failure.
-enum vw_status vw_attribution_make(const struct vw_training_run *run, const struct vw_scoring *scoring,
-                                   const char *method, struct vw_attribution *attribution);
-void vw_attribution_print(const struct vw_attribution *attribution);
-// Adds providers, payout and duplicates to `root`; false when memory is short.
-bool vw_attribution_add_json(const struct vw_attribution *attribution, json_t *root);
+// Reads an amount. VW_ERROR_USAGE when it is none, and where the config leaves no epoch to score.
+enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents);
+// Whether there is somebody to be paid. VW_ERROR_USAGE.
+enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
+// Computes everything from the scores and writes providers.csv, payout.csv and duplicates.csv to OUT, those that have
+// rows. Divides no amount where payout_cents is 0. Warns of copies. Free it also after a failure.
+enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
+                                   const char *method, uint64_t payout_cents, struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
 
 #endif

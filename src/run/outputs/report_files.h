@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "report/report.h"
+#include "report/page.h"
 #include "viewworth/status.h"
 
 // All zero before the first is added.

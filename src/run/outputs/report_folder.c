@@ -17,9 +17,10 @@
 #include "viewworth/version.h"
 #include "base/memory.h"
 
-// A run and what of it the page borrows.
+// A run of the page: in the caller's hand, or read from its ledger into the other fields.
 struct held_run {
-    char *folder; // owned
+    const struct vw_report_run *in_hand; // NULL: the fields below hold it
+    char *folder;                        // owned
     struct vw_recorded_run recorded;
     struct vw_value_input input;
     struct vw_ledger_score *scores;
@@ -32,8 +33,9 @@ struct held_run {
 };
 
 struct gathering {
-    const struct vw_report_options *options;
-    struct held_run *runs; // owned array, as those below
+    const struct vw_report_params *params;
+    const struct vw_report_run *in_hand; // of the folder that is its label; NULL: none
+    struct held_run *runs;               // owned array, as those below
     size_t run_count, run_capacity;
     struct vw_report_files files;
     struct vw_report_sets sets;
@@ -60,6 +62,27 @@ static enum vw_status read_run(struct held_run *run) {
     return status;
 }
 
+// What the page borrows from a held run.
+static struct vw_report_run run_of_page(const struct held_run *run) {
+    struct vw_report_run page = {
+        .label = run->folder,
+        .row = &run->recorded.row,
+        .head = run->head,
+        .images = run->input.images,
+        .image_count = run->input.image_count,
+        .scores = run->scores,
+        .score_count = run->score_count,
+        .records = run->input.records,
+        .record_count = run->input.record_count,
+        .matrix = &run->matrix,
+        .views = run->views,
+        .standard_errors = run->standard_errors,
+    };
+    if (run->in_hand) page = *run->in_hand;
+    page.thumbnails = run->thumbnails;
+    return page;
+}
+
 static void close_run(struct held_run *run) {
     vw_matrix_clear(&run->matrix);
     vw_scoring_unload(&run->input);
@@ -72,19 +95,24 @@ static void close_run(struct held_run *run) {
 
 // The same run may lie in several of the folders, or one of them be named twice: it would agree with itself.
 static bool is_held(const struct gathering *gathering, const struct held_run *run) {
-    for (const struct held_run *other = gathering->runs; other < run; other++)
-        if (!strcmp(other->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(other->head, run->head))
-            return true;
+    const struct vw_report_run page = run_of_page(run);
+    for (const struct held_run *held = gathering->runs; held < run; held++) {
+        const struct vw_report_run other = run_of_page(held);
+        if (!strcmp(other.row->run_id, page.row->run_id) && !strcmp(other.head, page.head)) return true;
+    }
     return false;
 }
 
 static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {
+    const struct vw_report_run *in_hand = gathering->in_hand;
     enum vw_status status =
         vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
     if (status) return status;
     struct held_run *run = &gathering->runs[gathering->run_count++];
+    run->in_hand = in_hand && !strcmp(in_hand->label, folder) ? in_hand : NULL;
     run->folder = vw_copy_text(folder);
-    status = run->folder ? read_run(run) : VW_ERROR_MEMORY;
+    if (!run->folder) status = VW_ERROR_MEMORY;
+    else if (!run->in_hand) status = read_run(run);
     if (status || !is_held(gathering, run)) return status;
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
@@ -166,11 +194,11 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
 // -----------------------------------------------------------------------------------------------------------
 
 static void lend_to_run(struct gathering *gathering, struct held_run *run) {
-    const struct vw_ledger_run *row = &run->recorded.row;
-    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path,
-                                               row->scene_options_json, row->scene_hash};
-    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->options, &recorded, run->input.images,
-                                            run->input.image_count);
+    const struct vw_report_run page = run_of_page(run);
+    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(page.row) ? NULL : page.row->scene_path,
+                                               page.row->scene_options_json, page.row->scene_hash};
+    run->thumbnails =
+        vw_report_sets_of_run(&gathering->sets, gathering->params, &recorded, page.images, page.image_count);
 }
 
 static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {
@@ -179,31 +207,13 @@ static enum vw_status lend_to_comparisons(struct gathering *gathering, const str
         struct vw_report_document *document = &gathering->files.documents[i];
         if (strcmp(document->kind, "compare") != 0) continue;
         status =
-            vw_report_sets_of_comparison(&gathering->sets, gathering->options, runs, gathering->run_count, document);
+            vw_report_sets_of_comparison(&gathering->sets, gathering->params, runs, gathering->run_count, document);
     }
     return status;
 }
 
 // ---- The page
 // -------------------------------------------------------------------------------------------------------------
-
-static struct vw_report_run run_of_page(const struct held_run *run) {
-    return (struct vw_report_run){
-        .label = run->folder,
-        .row = &run->recorded.row,
-        .head = run->head,
-        .images = run->input.images,
-        .image_count = run->input.image_count,
-        .scores = run->scores,
-        .score_count = run->score_count,
-        .records = run->input.records,
-        .record_count = run->input.record_count,
-        .matrix = &run->matrix,
-        .views = run->views,
-        .standard_errors = run->standard_errors,
-        .thumbnails = run->thumbnails,
-    };
-}
 
 static char *methods_to_json(void) {
     uint32_t count;
@@ -238,30 +248,33 @@ static enum vw_status write_page(struct gathering *gathering, const char *to) {
     return status;
 }
 
-enum vw_status vw_report_folders_write(const char *const *outs, uint32_t count, const char *to,
-                                       const struct vw_report_options *options) {
-    struct gathering gathering = {.options = options};
+static enum vw_status write_report(struct gathering *gathering, const char *const *folders, uint32_t folder_count,
+                                   const char *to) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < count && !status; i++)
-        if (!is_repeated(outs, i)) status = add_folder(&gathering, outs[i]);
-    for (size_t i = 0; i < gathering.run_count && !status; i++) lend_to_run(&gathering, &gathering.runs[i]);
-    if (!status) status = write_page(&gathering, to);
-    for (size_t i = 0; i < gathering.run_count; i++) close_run(&gathering.runs[i]);
-    free(gathering.runs);
-    vw_report_files_free(&gathering.files);
-    vw_report_sets_free(&gathering.sets);
+    for (uint32_t i = 0; i < folder_count && !status; i++)
+        if (!is_repeated(folders, i)) status = add_folder(gathering, folders[i]);
+    for (size_t i = 0; i < gathering->run_count && !status; i++) lend_to_run(gathering, &gathering->runs[i]);
+    if (!status) status = write_page(gathering, to);
+    for (size_t i = 0; i < gathering->run_count; i++) close_run(&gathering->runs[i]);
+    free(gathering->runs);
+    vw_report_files_free(&gathering->files);
+    vw_report_sets_free(&gathering->sets);
     return status;
 }
 
-enum vw_status vw_report_folder_write(const char *out, const struct vw_report_options *options) {
+enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count, const char *to,
+                               const struct vw_report_params *params) {
+    if (!folders || !folder_count || !to)
+        return vw_fail(VW_ERROR_USAGE, "vw_report_write: folders or to is missing: name both");
+    struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}};
+    return write_report(&gathering, folders, folder_count, to);
+}
+
+char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const struct vw_report_run *run) {
+    struct gathering gathering = {.params = params, .in_hand = run};
     char *path = vw_path_join(out, "report.html");
-    enum vw_status status = path ? vw_report_folders_write(&out, 1, path, options) : VW_ERROR_MEMORY;
-    free(path);
-    return status;
-}
-
-char *vw_report_folder_finish(const char *out, const struct vw_report_options *options) {
-    if (!vw_report_folder_write(out, options)) return vw_path_join(out, "report.html");
+    if (path && !write_report(&gathering, &out, 1, path)) return path;
     vw_log_warning("no report: %s; viewworth report %s makes it once that is mended", vw_error_message(), out);
+    free(path);
     return NULL;
 }

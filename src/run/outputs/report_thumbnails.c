@@ -11,24 +11,24 @@
 // ---- Once per scene
 // -------------------------------------------------------------------------------------------------------
 
-static enum vw_status make(const struct vw_report_options *options, const struct vw_recorded_scene *recorded,
+static enum vw_status make(const struct vw_report_params *params, const struct vw_recorded_scene *recorded,
                            struct vw_thumbnails *thumbnails) {
     char hash[VW_HASH_HEX_BYTES] = "";
-    if (options->scene) vw_hash_to_hex(options->scene->hash, hash);
-    if (strcmp(hash, recorded->hash) == 0) return vw_thumbnails_make(options->scene, thumbnails);
+    if (params->scene) vw_hash_to_hex(params->scene->hash, hash);
+    if (strcmp(hash, recorded->hash) == 0) return vw_thumbnails_make(params->scene, thumbnails);
     if (!recorded->path) return vw_fail(VW_ERROR_INPUT, "%s: was imported and has no photos", recorded->out);
-    return vw_thumbnails_make_again(recorded, options->device, thumbnails);
+    return vw_thumbnails_make_again(recorded, params->device, thumbnails);
 }
 
 // Reading or drawing photos takes long: a scene that failed is not tried again. None, when memory is short.
-static struct vw_thumbnails set_of(struct vw_report_sets *sets, const struct vw_report_options *options,
+static struct vw_thumbnails set_of(struct vw_report_sets *sets, const struct vw_report_params *params,
                                    const struct vw_recorded_scene *recorded) {
     for (size_t i = 0; i < sets->count; i++)
         if (strcmp(sets->sets[i].hash, recorded->hash) == 0) return sets->sets[i].thumbnails;
     enum vw_status status = vw_grow((void **)&sets->sets, &sets->capacity, sets->count + 1, sizeof *sets->sets);
     struct vw_report_set *set = status ? NULL : &sets->sets[sets->count++];
     if (set) strncpy(set->hash, recorded->hash, sizeof set->hash - 1);
-    if (set) status = make(options, recorded, &set->thumbnails);
+    if (set) status = make(params, recorded, &set->thumbnails);
     if (status) vw_log_warning("the report goes without thumbnails: %s", vw_error_message());
     return status ? (struct vw_thumbnails){0} : set->thumbnails;
 }
@@ -51,11 +51,11 @@ static bool shows_images(const struct vw_thumbnails *thumbnails, const struct vw
 }
 
 const struct vw_report_picture *vw_report_sets_of_run(struct vw_report_sets *sets,
-                                                      const struct vw_report_options *options,
+                                                      const struct vw_report_params *params,
                                                       const struct vw_recorded_scene *recorded,
                                                       const struct vw_ledger_image *images, uint32_t image_count) {
-    if (options->no_thumbnails) return NULL;
-    const struct vw_thumbnails thumbnails = set_of(sets, options, recorded);
+    if (params->no_thumbnails) return NULL;
+    const struct vw_thumbnails thumbnails = set_of(sets, params, recorded);
     if (!thumbnails.count) return NULL;
     if (shows_images(&thumbnails, images, image_count)) return thumbnails.pictures;
     vw_log_warning(
@@ -94,7 +94,7 @@ static enum vw_status lend_all(const struct vw_thumbnails *thumbnails, const jso
 }
 
 // compare.json says the path and the divisor; of a scene that was split by further options the hash is another one.
-enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const struct vw_report_options *options,
+enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const struct vw_report_params *params,
                                             const struct vw_report_run *runs, size_t run_count,
                                             struct vw_report_document *document) {
     const char *path, *hash;
@@ -104,11 +104,11 @@ enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const s
     if (json_unpack(compare, "{s:s, s:s, s:i, s:o}", "scene", &path, "scene_hash", &hash, "downscale", &downscale,
                     "disagreements", &disagreements))
         status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for compare.json", document->label);
-    else if (!options->no_thumbnails && json_array_size(disagreements) && !is_shown(runs, run_count, hash)) {
+    else if (!params->no_thumbnails && json_array_size(disagreements) && !is_shown(runs, run_count, hash)) {
         char *scene_options = vw_format_text("{\"downscale\":%d}", downscale);
         const struct vw_recorded_scene recorded = {document->label, path, scene_options, hash};
         struct vw_thumbnails thumbnails = {0};
-        if (scene_options) thumbnails = set_of(sets, options, &recorded);
+        if (scene_options) thumbnails = set_of(sets, params, &recorded);
         status = scene_options ? lend_all(&thumbnails, disagreements, document) : VW_ERROR_MEMORY;
         free(scene_options);
     }

@@ -8,7 +8,7 @@
 #include "run/outputs/thumbnails.h"
 #include "base/hash.h"
 #include "viewworth/ledger.h"
-#include "report/report.h"
+#include "report/page.h"
 
 // Of one scene; no thumbnails where its photos cannot be read.
 struct vw_report_set {
@@ -25,12 +25,12 @@ struct vw_report_sets {
 // One thumbnail per image of a run, lent by the sets until they are freed; NULL, with a warning for the first of a
 // scene, where there are none or where they are not those of its images.
 const struct vw_report_picture *vw_report_sets_of_run(struct vw_report_sets *sets,
-                                                      const struct vw_report_options *options,
+                                                      const struct vw_report_params *params,
                                                       const struct vw_recorded_scene *recorded,
                                                       const struct vw_ledger_image *images, uint32_t image_count);
 // Lends a comparison (a document "compare" of the page) thumbnails of the photos on which its lists disagree, unless a
 // run of the page shows that scene. Its arrays are owned by the caller. VW_ERROR_MEMORY; what else fails is a warning.
-enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const struct vw_report_options *options,
+enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const struct vw_report_params *params,
                                             const struct vw_report_run *runs, size_t run_count,
                                             struct vw_report_document *document);
 void vw_report_sets_free(struct vw_report_sets *sets);

@@ -6,7 +6,7 @@
 #include "run/open.h"
 #include "base/file.h"
 #include "image/image.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
 

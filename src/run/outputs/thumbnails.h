@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "report/report.h"
+#include "report/page.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 

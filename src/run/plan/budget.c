@@ -27,10 +27,14 @@ enum vw_status vw_budget_parse(const char *text, double *budget_s) {
                        text, text, text);
     if (isnan(parsed_s))
         return vw_fail(VW_ERROR_USAGE, "--budget takes a time as 90s, 10min or 1.5h, not \"%s\"", text);
-    if (!(parsed_s >= LEAST_S && parsed_s <= MOST_S))
-        return vw_fail(VW_ERROR_USAGE, "--budget takes %gs to %gh, not \"%s\"", LEAST_S, MOST_S / 3600, text);
-    *budget_s = parsed_s;
-    return VW_OK;
+    enum vw_status status = vw_budget_check(parsed_s);
+    if (!status) *budget_s = parsed_s;
+    return status;
+}
+
+enum vw_status vw_budget_check(double budget_s) {
+    if (budget_s >= LEAST_S && budget_s <= MOST_S) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--budget takes %gs to %gh, not %gs", LEAST_S, MOST_S / 3600, budget_s);
 }
 
 uint32_t vw_budget_epochs_that_fit(double left_s, double epoch_s, uint32_t most) {

@@ -10,6 +10,7 @@
 // A number and its unit, s, min or h, without a space: "90s", "10min", "1.5h". VW_ERROR_USAGE for anything else, for
 // less than 10 s, and for more than 1000 h.
 enum vw_status vw_budget_parse(const char *text, double *budget_s);
+enum vw_status vw_budget_check(double budget_s); // VW_ERROR_USAGE unless 10 s to 1000 h
 
 // A preset that may be chosen.
 struct vw_budget_candidate {

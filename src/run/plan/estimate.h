@@ -1,10 +1,9 @@
-// What a run of a scene would take, found by taking its first steps.
-#ifndef VIEWWORTH_ESTIMATE_H
-#define VIEWWORTH_ESTIMATE_H
+// What a run of a scene would take, estimated from its first steps.
+#ifndef VIEWWORTH_RUN_ESTIMATE_H
+#define VIEWWORTH_RUN_ESTIMATE_H
 
-#include <jansson.h>
+#include <stdint.h>
 
-#include "cli/options.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "train/trainer.h"
@@ -15,20 +14,18 @@ struct vw_estimate {
     char device[256];  // that the steps were measured on
     uint64_t param_count, device_bytes;
     uint64_t host_bytes; // of photos, masks, points and tracks
-    uint64_t steps;      // of `value` with the options given
+    uint64_t steps;      // of a run with the config
     uint64_t measured_steps;
     double seconds_per_step; // mean over measured_steps, validation included
 };
 
-// Memory is what a trainer allocates, time an extrapolation from a fraction of a second of steps. `estimate` is zero
-// but for `missing`, which says why there is no device where `gpu` is NULL. Without one, or where the scene cannot be
-// validated, there is no estimate; that is no failure.
-void vw_estimate_run(const struct vw_options *options, const struct vw_scene *scene, struct vw_gpu *gpu,
+// Memory is what a trainer allocates; time is extrapolated from a fraction of a second of steps. `estimate` is zero
+// before, except for `missing`, which says why there is no device where `gpu` is NULL. Without a device, or where the
+// scene cannot be validated, there is no estimate; that is no failure.
+void vw_estimate_run(const struct vw_config *config, const struct vw_scene *scene, struct vw_gpu *gpu,
                      const struct vw_effect_verdict *effects, uint32_t effect_count, struct vw_estimate *estimate);
 // Creates a trainer, takes steps for a fraction of a second behind the first batch, and fills in what they tell:
 // params, device_bytes, steps, measured_steps and seconds_per_step (0 where the first batch took all steps).
 enum vw_status vw_estimate_take_steps(const struct vw_trainer_params *params, struct vw_estimate *estimate);
-void vw_estimate_print(const struct vw_estimate *estimate);
-json_t *vw_estimate_to_json(const struct vw_estimate *estimate); // NULL when memory is short
 
 #endif

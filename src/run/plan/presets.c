@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "viewworth/run.h"
 
 static const struct vw_preset presets[] = {
     {"draft", 250, 16, 512, 14, 32, 12, 0,
@@ -25,32 +26,43 @@ const struct vw_preset *vw_preset_find(const char *name) {
     return NULL;
 }
 
-// The parts of a preset: the option of that name, and its places in the preset and in the config.
+enum vw_status vw_preset_check(const char *name) {
+    char names[200] = "";
+    if (vw_preset_find(name)) return VW_OK;
+    for (size_t i = 0, used = 0; i < VW_ARRAY_COUNT(presets); i++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", presets[i].name);
+    return vw_fail(VW_ERROR_USAGE, "--accuracy: \"%s\" is not one of %s", name, names);
+}
+
+// The parts of a preset: the option of that name, the bit of vw_run_params.explicit_fields, and the places in the
+// preset and in the config.
 static const struct {
     const char *option;
+    uint32_t field;
     size_t here, there;
 } parts[] = {
-#define PART(option, field)                                                                                            \
-    { option, offsetof(struct vw_preset, field), offsetof(struct vw_config, field) }
-    PART("rays", rays),   PART("samples", samples), PART("val-rays", val_rays), PART("log2-table", log2_table),
-    PART("width", width), PART("epochs", epochs),
+#define PART(option, bit, name)                                                                                        \
+    { option, bit, offsetof(struct vw_preset, name), offsetof(struct vw_config, name) }
+    PART("rays", VW_EXPLICIT_RAYS, rays),
+    PART("samples", VW_EXPLICIT_SAMPLES, samples),
+    PART("val-rays", VW_EXPLICIT_VAL_RAYS, val_rays),
+    PART("log2-table", VW_EXPLICIT_LOG2_TABLE, log2_table),
+    PART("width", VW_EXPLICIT_WIDTH, width),
+    PART("epochs", VW_EXPLICIT_EPOCHS, epochs),
 };
 
 static const uint32_t *part_of(const void *whole, size_t offset) {
     return (const uint32_t *)((const char *)whole + offset);
 }
 
-static void apply(const struct vw_preset *preset, const struct vw_options *options, struct vw_config *config) {
+void vw_preset_apply_beside(const struct vw_preset *preset, uint32_t explicit_fields, struct vw_config *config) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        if (!options || !vw_options_have(options, parts[i].option))
+        if (!(explicit_fields & parts[i].field))
             *(uint32_t *)((char *)config + parts[i].there) = *part_of(preset, parts[i].here);
 }
 
-void vw_preset_apply(const struct vw_preset *preset, struct vw_config *config) { apply(preset, NULL, config); }
-
-void vw_preset_apply_beside(const struct vw_preset *preset, const struct vw_options *options,
-                            struct vw_config *config) {
-    apply(preset, options, config);
+void vw_preset_apply(const struct vw_preset *preset, struct vw_config *config) {
+    vw_preset_apply_beside(preset, 0, config);
 }
 
 void vw_preset_options(const struct vw_config *config, char text[VW_PRESET_TEXT_BYTES]) {

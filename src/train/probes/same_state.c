@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "train/pixels.h"
-#include "viewworth/log.h"
+#include "base/clock.h"
 
 static uint32_t probe_count(const struct probe_context *context) {
     return context->schedule->train_count * SAME_STATE_DRAWS;

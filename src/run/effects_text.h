@@ -1,6 +1,6 @@
-// The verdict on every effect, for people and as JSON.
-#ifndef VIEWWORTH_CLI_EFFECTS_TABLE_H
-#define VIEWWORTH_CLI_EFFECTS_TABLE_H
+// The verdict on every effect as a line for people, and as the JSON of run.effects_json.
+#ifndef VIEWWORTH_RUN_EFFECTS_TEXT_H
+#define VIEWWORTH_RUN_EFFECTS_TEXT_H
 
 #include <jansson.h>
 #include <stdint.h>

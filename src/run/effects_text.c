@@ -1,10 +1,10 @@
-#include "cli/output/effects_output.h"
+#include "run/effects_text.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/output/json_output.h"
+#include "base/json.h"
 
 const char vw_effects_heading[] = "effect          on   called for  evidence   threshold  which is";
 

@@ -1,6 +1,6 @@
 // Outputs for people and other programs, from ledger rows alone (no GPU).
-#ifndef VIEWWORTH_REPORT_H
-#define VIEWWORTH_REPORT_H
+#ifndef VIEWWORTH_REPORT_PAGE_H
+#define VIEWWORTH_REPORT_PAGE_H
 
 #include <stddef.h>
 #include <stdint.h>

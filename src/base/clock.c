@@ -1,0 +1,13 @@
+#include "base/clock.h"
+
+#include <time.h>
+
+static double read_clock_s(clockid_t clock) {
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double vw_now_s(void) { return read_clock_s(CLOCK_MONOTONIC); }
+
+double vw_cpu_s(void) { return read_clock_s(CLOCK_PROCESS_CPUTIME_ID); }

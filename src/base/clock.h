@@ -1,0 +1,8 @@
+// Clocks, for display and for budgets: never for a decision that affects a bit of a step.
+#ifndef VIEWWORTH_BASE_CLOCK_H
+#define VIEWWORTH_BASE_CLOCK_H
+
+double vw_now_s(void); // monotonic seconds
+double vw_cpu_s(void); // seconds that all threads of the process have computed
+
+#endif

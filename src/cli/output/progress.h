@@ -1,0 +1,34 @@
+// What the program tells on stderr: lines, and the progress of a run.
+#ifndef VIEWWORTH_CLI_PROGRESS_H
+#define VIEWWORTH_CLI_PROGRESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/interrupt.h"
+#include "viewworth/log.h"
+#include "viewworth/run.h"
+
+// The vw_log_sink of the program: lines on stderr, warnings with "warning: " before them. `context` is a bool: only
+// warnings.
+void vw_log_to_stderr(void *context, enum vw_log_level level, const char *line);
+
+// Epoch, validation PSNR, steps per second and time left: a bar that is redrawn in place on a terminal; elsewhere a
+// line every tenth of the way and at the end. Zero but for the first two before the first run.
+struct vw_progress {
+    bool quiet; // shows nothing
+    struct vw_interrupt interrupt;
+    // private
+    struct vw_run_state state;
+    double started_s, drawn_s;
+    uint64_t first_step;
+    uint32_t tenths_printed;
+    bool running, terminal;
+};
+// A vw_run_progress whose context is a struct vw_progress: shows the state, and asks to stop once interrupted. Several
+// runs may follow one another.
+bool vw_progress_show(void *context, const struct vw_run_state *state);
+// Ends the display of a run that stopped early, so that what follows stands on a line of its own.
+void vw_progress_end(struct vw_progress *progress);
+
+#endif

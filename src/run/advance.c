@@ -1,0 +1,156 @@
+#include <inttypes.h>
+#include <math.h>
+
+#include "run/run_private.h"
+#include "run/stop_rules.h"
+#include "base/clock.h"
+#include "viewworth/log.h"
+
+// ---- Recording
+// -----------------------------------------------------------------------------------------------------
+
+static enum vw_status check_nonfinite(const struct vw_run *run) {
+    if (!vw_step_statistics_should_abort(&run->statistics)) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE,
+                   "stopped at step %" PRIu64 ": %" PRIu64
+                   " steps were not finite, more than %.0f %%; %s keeps them; try a lower --lr",
+                   run->statistics.steps, run->statistics.nonfinite, 100 * vw_step_statistics_nonfinite_max,
+                   run->ledger_path);
+}
+
+enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record) {
+    vw_step_statistics_add(&run->statistics, record);
+    return run->until_stable > 0 ? vw_stability_watch_add(&run->watch, record) : VW_OK;
+}
+
+// Compares the steps that the ledger has and appends the others, up to the one with which too many are not finite.
+static enum vw_status record(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
+    uint32_t validation_count = 0, known = 0, added = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
+    enum vw_status status = run->ledger ? VW_OK : vw_run_create_ledger(run);
+    if (status) return status;
+    uint64_t next_step = vw_ledger_next_step(run->ledger);
+    while (known < count && records[known].step < next_step) known++;
+    if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
+    while (!status && known + added < count && !vw_step_statistics_should_abort(&run->statistics))
+        status = vw_run_count_step(run, &records[known + added++]);
+    if (!status && added) status = vw_ledger_append(run->ledger, records + known, added, validation_views);
+    return status ? status : check_nonfinite(run);
+}
+
+// ---- Progress
+// ------------------------------------------------------------------------------------------------------
+
+static void report_progress(struct vw_run *run, uint64_t step, uint32_t epoch) {
+    if (!run->progress) return;
+    uint64_t total = vw_stop_rules_expected_steps(run);
+    const struct vw_run_state state = {
+        .step = step,
+        .total_steps = total,
+        .epoch = epoch,
+        .epochs = (uint32_t)(total / vw_trainer_epoch_end(run->trainer, 1)),
+        .val_psnr_db = run->statistics.last_val_psnr_db,
+        .finished = run->over,
+    };
+    if (!run->progress(run->context, &state)) run->stopping = true;
+}
+
+static enum vw_status take_records(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
+    enum vw_status status = record(run, records, count);
+    if (status) return status;
+    if (!run->stepped) vw_log_info("start    first steps after %.2f s", vw_now_s() - run->plan.started_s);
+    run->stepped = run->moved = true;
+    const struct vw_step_record *last = &records[count - 1];
+    report_progress(run, last->step, last->epoch);
+    return VW_OK;
+}
+
+// ---- Steps
+// ---------------------------------------------------------------------------------------------------------
+
+// Saving also sets when the next checkpoint is due.
+static void save_checkpoint(struct vw_run *run) {
+    vw_checkpoints_save(&run->checkpoints, run->trainer);
+    run->moved = false;
+}
+
+static enum vw_status stop(struct vw_run *run) {
+    run->stopping = false;
+    return vw_fail(VW_ERROR_INTERRUPTED,
+                   "interrupted; %s keeps the %" PRIu64 " steps recorded so far; continue by --resume",
+                   run->ledger_path, run->statistics.steps);
+}
+
+// Lets the trainer go to where the stop rules look next, or to `last_step`.
+static void release(struct vw_run *run, uint64_t last_step) {
+    vw_trainer_stop_after(run->trainer, run->hold_step < last_step ? run->hold_step : last_step);
+}
+
+// The end of a run is not saved twice: an older checkpoint is worth more than a second one of the same step.
+static void end_steps(struct vw_run *run) {
+    run->over = true;
+    if (run->moved) save_checkpoint(run);
+    report_progress(run, run->statistics.steps, run->config.epochs - 1);
+    if (run->wants_profile && vw_profile_make(run->trainer, run->gpu, &run->profile))
+        vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
+}
+
+// Nothing is in flight, and the trainer is where it was released to.
+static enum vw_status pass_hold(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
+    bool goes_on = false;
+    *piece_ends = run->statistics.steps < run->hold_step;
+    enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &goes_on);
+    if (status || *piece_ends) return status;
+    if (goes_on) release(run, last_step);
+    else end_steps(run);
+    return VW_OK;
+}
+
+// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first.
+static enum vw_status take_batches(struct vw_run *run, uint64_t last_step) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0;
+    bool piece_ends = false;
+    enum vw_status status = VW_OK;
+    release(run, last_step);
+    while (!status && !run->over && !piece_ends) {
+        bool settle = run->ledger && (run->stopping || vw_checkpoints_due(&run->checkpoints));
+        status = settle ? vw_trainer_collect(run->trainer, &records, &count)
+                        : vw_trainer_advance(run->trainer, &records, &count);
+        if (status) break;
+        if (count > 0) status = take_records(run, records, count);
+        else if (!settle) status = pass_hold(run, last_step, &piece_ends);
+        else save_checkpoint(run);
+        if (settle && count == 0 && run->stopping) status = stop(run);
+    }
+    return status;
+}
+
+static enum vw_status begin(struct vw_run *run) {
+    if (run->begun) return VW_OK;
+    enum vw_status status = check_nonfinite(run);
+    if (!status) status = vw_stop_rules_begin(run);
+    if (status) return status;
+    run->begun = true;
+    vw_checkpoints_begin(&run->checkpoints);
+    report_progress(run, run->started_after, 0);
+    return VW_OK;
+}
+
+enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
+    if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
+    if (run->complete || run->over || steps == 0) return VW_OK;
+    enum vw_status status = begin(run);
+    if (status) return status;
+    uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;
+    status = take_batches(run, taken < total && steps < total - taken ? taken + steps : total);
+    if (status && run->ledger) vw_run_end_early(run, status);
+    run->failed = status && status != VW_ERROR_INTERRUPTED;
+    return status;
+}
+
+void vw_run_leave(struct vw_run *run) {
+    if (!run->ledger || !run->stepped || run->failed || run->finished) return;
+    if (run->moved) save_checkpoint(run);
+    vw_run_end_early(run, VW_ERROR_INTERRUPTED);
+}

@@ -1,0 +1,185 @@
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/utc.h"
+#include "report/page.h"
+#include "run/outputs/report_folder.h"
+#include "run/run_private.h"
+#include "base/clock.h"
+#include "viewworth/log.h"
+#include "viewworth/value.h"
+
+// ---- Ending
+// --------------------------------------------------------------------------------------------------------
+
+void vw_run_end_early(struct vw_run *run, enum vw_status status) {
+    struct vw_ledger_run row;
+    struct vw_saved_error why = vw_error_save();
+    if (!vw_ledger_get_run(run->ledger, &row) && strcmp(row.status, "running") == 0 && status != VW_ERROR_MISMATCH) {
+        char finished_utc[VW_UTC_BYTES];
+        vw_utc_now(finished_utc);
+        const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
+        struct vw_scoring scoring; // the scores so far, or none
+        (void)vw_scoring_make(run->ledger, &run->config, &scoring);
+        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count) &&
+            vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) // a full disk may have no room for scores
+            vw_log_warning("%s", vw_error_message());
+        vw_scoring_free(&scoring);
+    }
+    vw_error_restore(&why);
+}
+
+static void log_statistics(const struct vw_step_statistics *statistics) {
+    if (statistics->nonfinite > 0)
+        vw_log_warning(
+            "%" PRIu64
+            " steps were not finite and carry no value (step.nonfinite in the ledger); a lower --lr may help",
+            statistics->nonfinite);
+    if (statistics->floored > 0)
+        vw_log_info("%" PRIu64 " steps have validation photos matched beyond 100 dB, where PSNR is cut (step.floored "
+                    "in the ledger)",
+                    statistics->floored);
+    if (statistics->clamped > 0)
+        vw_log_info("%" PRIu64
+                    " gradient contributions were clamped to the fixed-point range (step.clamped in the ledger)",
+                    statistics->clamped);
+}
+
+// The tables of what the run was before these steps.
+static enum vw_status remove_outdated(const char *out) {
+    static const char *const names[] = {"report.html", "matrix.csv", "providers.csv", "payout.csv", "duplicates.csv"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        char *path = vw_path_join(out, names[i]);
+        if (!path) return VW_ERROR_MEMORY;
+        enum vw_status status = VW_OK;
+        if (unlink(path) && errno != ENOENT)
+            status =
+                vw_fail(VW_ERROR_IO, "%s: cannot remove what new steps made out of date: %s; remove it, and --resume",
+                        path, strerror(errno));
+        free(path);
+        if (status) return status;
+    }
+    return VW_OK;
+}
+
+// The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
+static enum vw_status end(struct vw_run *run) {
+    if (run->complete || run->finished) return VW_OK;
+    const struct vw_scoring *scoring = &run->scoring;
+    enum vw_status status = remove_outdated(run->out);
+    if (!status) status = vw_trainer_save_field(run->trainer, run->field_path);
+    if (!status && run->validate)
+        status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
+                                     scoring->input.image_count);
+    vw_utc_now(run->finished_utc);
+    if (!status)
+        status = vw_ledger_finish(run->ledger, "finished", run->finished_utc, scoring->scores, scoring->score_count);
+    if (status) vw_run_end_early(run, status);
+    else log_statistics(&run->statistics);
+    return status;
+}
+
+// ---- Scores
+// --------------------------------------------------------------------------------------------------------
+
+static int compare_scores(const void *left, const void *right) {
+    const struct vw_ledger_score *a = left, *b = right;
+    if (a->value != b->value) return a->value > b->value ? -1 : 1;
+    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
+}
+
+// The scores of a method are neighbours.
+static enum vw_status rank(struct vw_run *run) {
+    const struct vw_scoring *scoring = &run->scoring;
+    run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
+    if (!run->ranked) return VW_ERROR_MEMORY;
+    if (scoring->score_count) memcpy(run->ranked, scoring->scores, scoring->score_count * sizeof *run->ranked);
+    for (uint32_t first = 0, last; first < scoring->score_count; first = last) {
+        for (last = first + 1; last < scoring->score_count;)
+            if (strcmp(run->ranked[last].method, run->ranked[first].method) != 0) break;
+            else last++;
+        qsort(&run->ranked[first], last - first, sizeof *run->ranked, compare_scores);
+    }
+    return VW_OK;
+}
+
+static enum vw_status score(struct vw_run *run) {
+    if (run->scored || !run->validate) return VW_OK;
+    enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->scoring);
+    if (!status) status = rank(run);
+    run->scored = !status;
+    return status;
+}
+
+static enum vw_status check_order(struct vw_run *run) {
+    if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: the run has failed; close it and resume it");
+    if (!run->ledger) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: no step is recorded; call vw_run_advance first");
+    return VW_OK;
+}
+
+static enum vw_status score_and_end(struct vw_run *run) {
+    enum vw_status status = check_order(run);
+    if (!status) status = score(run);
+    if (!status) status = end(run);
+    run->failed |= status && run->ledger;
+    return status;
+}
+
+enum vw_status vw_run_score(struct vw_run *run) {
+    if (run->complete) return VW_OK;
+    enum vw_status status = score_and_end(run);
+    run->finished |= !status;
+    return status;
+}
+
+// ---- Tables and report
+// ---------------------------------------------------------------------------------------------
+
+// The report shows what is computed here already.
+static char *write_report(struct vw_run *run) {
+    const struct vw_validation_views *validation = &run->validation;
+    struct vw_ledger_run row;
+    char head[VW_HASH_HEX_BYTES];
+    if (vw_ledger_get_run(run->ledger, &row)) return NULL;
+    vw_ledger_chain_head(run->ledger, head);
+    if (!run->complete) row.finished_utc = run->finished_utc;
+    const struct vw_report_run page = {
+        .label = run->out,
+        .row = &row,
+        .head = head,
+        .images = run->scoring.input.images,
+        .image_count = run->scoring.input.image_count,
+        .scores = run->scoring.scores,
+        .score_count = run->scoring.score_count,
+        .records = run->scoring.input.records,
+        .record_count = run->scoring.input.record_count,
+        .matrix = &validation->matrix,
+        .views = validation->views,
+        .standard_errors = validation->standard_errors,
+    };
+    const struct vw_report_params params = {.scene = run->scene, .no_thumbnails = run->no_thumbnails};
+    return vw_report_folder_finish(run->out, &params, &page);
+}
+
+static enum vw_status write_tables(struct vw_run *run) {
+    run->probe_costs = vw_probe_costs_count(&run->scoring.input, run->trainer, vw_now_s() - run->plan.started_s);
+    enum vw_status status = vw_attribution_make(run->scene, &run->scoring, run->out, vw_value_default_method,
+                                                run->payout_cents, &run->attribution);
+    if (!status) status = vw_validation_views_make(run->scene, run->ledger, &run->scoring, run->out, &run->validation);
+    if (!status) run->report_path = write_report(run);
+    return status;
+}
+
+enum vw_status vw_run_finish(struct vw_run *run) {
+    if (run->finished) return VW_OK;
+    enum vw_status status = score_and_end(run);
+    if (!status && run->validate) status = write_tables(run);
+    run->finished = !status;
+    run->failed |= status && run->ledger;
+    return status;
+}

@@ -1,0 +1,55 @@
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/utc.h"
+#include "run/identity.h"
+#include "run/run_private.h"
+
+static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger_image **images,
+                                  char (**hashes)[VW_HASH_HEX_BYTES]) {
+    *images = vw_allocate(scene->view_count, sizeof **images);
+    *hashes = vw_allocate(scene->view_count, sizeof **hashes);
+    if (!*images || !*hashes) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        const struct vw_view *view = &scene->views[i];
+        vw_hash_to_hex(view->sha256, (*hashes)[i]);
+        (*images)[i] = (struct vw_ledger_image){
+            .image_id = i,
+            .name = view->name,
+            .split = vw_split_name(view->split),
+            .provider = view->provider,
+            .sha256 = (*hashes)[i],
+            .ground_truth = view->ground_truth,
+        };
+    }
+    return VW_OK;
+}
+
+static enum vw_status write_first_rows(struct vw_run *run, const struct vw_ledger_image *images) {
+    struct vw_run_row first;
+    char started_utc[VW_UTC_BYTES];
+    enum vw_status status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->config, &first);
+    vw_utc_now(started_utc);
+    first.row.started_utc = started_utc;
+    first.row.scene_options_json = run->scene_options_json;
+    first.row.plan_json = run->plan.json;
+    if (!status) status = vw_ledger_create(run->ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
+    vw_run_row_free(&first);
+    return status;
+}
+
+enum vw_status vw_run_create_ledger(struct vw_run *run) {
+    struct vw_ledger_image *images = NULL;
+    char(*hashes)[VW_HASH_HEX_BYTES] = NULL;
+    bool existed = vw_folder_exists(run->out);
+    enum vw_status status = list_images(run->scene, &images, &hashes);
+    if (!status) status = vw_folder_create(run->out);
+    if (!status) status = write_first_rows(run, images);
+    if (status && !existed) rmdir(run->out); // does nothing to a folder that holds something
+    free(images);
+    free(hashes);
+    return status;
+}

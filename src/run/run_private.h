@@ -1,0 +1,85 @@
+// What the files of a run share.
+#ifndef VIEWWORTH_RUN_PRIVATE_H
+#define VIEWWORTH_RUN_PRIVATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/utc.h"
+#include "run/checkpoints.h"
+#include "run/outputs/attribution.h"
+#include "run/outputs/validation_views.h"
+#include "run/plan/plan.h"
+#include "run/probe_costs.h"
+#include "run/profile.h"
+#include "run/run.h"
+#include "run/scoring.h"
+#include "run/session.h"
+#include "train/trainer.h"
+#include "value/stability.h"
+#include "value/step_statistics.h"
+
+struct vw_run {
+    // What is asked for.
+    struct vw_config config;  // its epochs follow a run that keeps a budget
+    char *out;                // owned
+    char *scene_options_json; // owned
+    bool resume, validate, no_thumbnails, wants_profile;
+    double until_stable;   // 0: never
+    uint64_t payout_cents; // 0: none
+    vw_run_progress *progress;
+    void *context;
+    struct vw_plan plan; // without a record unless a preset or a budget chose
+
+    // What it runs on.
+    struct vw_session own, *session; // the session is `own` unless it is shared
+    struct vw_gpu *gpu;              // of the session
+    struct vw_scene *scene;          // likewise
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    uint32_t effect_count;
+    struct vw_trainer *trainer;
+    char *ledger_path, *scores_path, *field_path; // owned; in OUT
+    struct vw_checkpoints checkpoints;
+    struct vw_ledger *ledger; // NULL until the first steps are recorded, unless resumed
+
+    // Where it stands.
+    bool complete;                        // resumed, and no step is left
+    bool begun, over;                     // the first advance; all steps are taken
+    bool stopping;                        // progress returned false
+    bool stepped;                         // since it was opened
+    bool moved;                           // since the last checkpoint
+    bool failed;                          // the ledger says how; nothing more is written
+    uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
+    uint64_t hold_step;                   // where the stop rules look next
+    struct vw_step_statistics statistics; // of the steps in the ledger
+    struct {
+        uint64_t first_step;         // taken before the segment
+        double started_s;            // vw_now_s() before it
+    } segment;                       // steps between two looks of the stop rules
+    struct vw_stability_watch watch; // of the steps in the ledger; only with until_stable
+    struct vw_stability stability;   // at the last look; all 0 without until_stable
+
+    // What it results in.
+    struct vw_profile profile; // without rows unless asked for
+    bool scored;               // scoring holds the scores of all steps
+    bool finished;             // and vw_run_score() or vw_run_finish() succeeded
+    struct vw_scoring scoring;
+    struct vw_probe_costs probe_costs;
+    struct vw_attribution attribution;
+    struct vw_validation_views validation;
+    struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of `scoring`
+    char finished_utc[VW_UTC_BYTES];
+    char *report_path; // owned; NULL: none was written
+};
+
+// Creates OUT and its ledger, with the run row and the image rows.
+enum vw_status vw_run_create_ledger(struct vw_run *run);
+// Counts a step that is in the ledger.
+enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
+// Before closing: saves a checkpoint of a run that was not finished, and marks it "interrupted".
+void vw_run_leave(struct vw_run *run);
+// Marks a run that stops early "interrupted" or "failed", with the scores so far. The recorded message stays. A ledger
+// that had ended before, and to which nothing was added, is left as it was; so is one whose steps do not match.
+void vw_run_end_early(struct vw_run *run, enum vw_status status);
+
+#endif
