@@ -40,3 +40,17 @@ json_t *vw_json_string(const char *text) {
     free(repaired);
     return string;
 }
+
+static void drop(json_t **container) {
+    json_decref(*container);
+    *container = NULL;
+}
+
+// jansson drops a value that it cannot add, and refuses a NULL container.
+void vw_json_append(json_t **array, json_t *value) {
+    if (json_array_append_new(*array, value)) drop(array);
+}
+
+void vw_json_set(json_t **object, const char *key, json_t *value) {
+    if (json_object_set_new(*object, key, value)) drop(object);
+}

@@ -1,4 +1,4 @@
-// Values for jansson that JSON itself cannot hold.
+// Values for jansson that JSON itself cannot hold, and objects and arrays whose errors are checked once, at the end.
 #ifndef VIEWWORTH_JSON_H
 #define VIEWWORTH_JSON_H
 
@@ -8,5 +8,11 @@
 json_t *vw_json_real(double value);
 // A text, null for NULL. Bytes that are no UTF-8 become U+FFFD, the replacement character. NULL when memory is short.
 json_t *vw_json_string(const char *text);
+
+// Append `value` to an array, or set it in an object; the container owns it then. When memory is short, or `value` is
+// NULL (what jansson returns when memory is short), the container is dropped and becomes NULL. A NULL container drops
+// the value. So only the finished document must be checked.
+void vw_json_append(json_t **array, json_t *value);
+void vw_json_set(json_t **object, const char *key, json_t *value);
 
 #endif

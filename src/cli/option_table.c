@@ -7,8 +7,6 @@
 #include "base/memory.h"
 #include "experiment/sweep/configurations.h"
 
-const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
-
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "experiment/photo_sets.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
@@ -14,10 +15,6 @@ struct vw_texts {
     const char *texts[VW_TEXTS_MOST];
     uint32_t count;
 };
-
-// What lists of different lengths have in common when they are compared.
-enum vw_equal { VW_EQUAL_STEPS, VW_EQUAL_EPOCHS };
-const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
 
 // Everything that a command line can contain. Texts are borrowed from argv; NULL: the option was not given.
 struct vw_options {

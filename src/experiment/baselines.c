@@ -28,8 +28,7 @@ static enum vw_status score_ground_truth(const struct vw_baseline_input *input, 
     return VW_OK;
 }
 
-// ---- Of the training
-// ------------------------------------------------------------------------------------------------------
+// ---- Training loss ----
 
 // The photo's losses in the order of its steps; returns how many are finite.
 static uint32_t list_losses(const struct vw_baseline_input *input, uint32_t photo, double *losses) {
@@ -66,8 +65,7 @@ static enum vw_status score_loss_change(const struct vw_baseline_input *input, d
     return score_losses(input, loss_change, scores);
 }
 
-// ---- Of the photo
-// ---------------------------------------------------------------------------------------------------------
+// ---- The photo itself ----
 
 static double luminance_at(const struct vw_scene *scene, const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
     return vw_image_luminance(&view->image, x_px, y_px, scene->background);
@@ -126,10 +124,10 @@ const struct vw_baseline vw_baselines[] = {
     {"ground_truth", "whether the photo is clean", score_ground_truth, 0},
     {"random", "a random number", score_randomly, 0},
     {"train_loss", "the photo's training loss at its last step, negated", score_final_loss, 1},
-    {"loss_change", "mean size of the change of its training loss from step to step, in place of a gradient's norm",
+    {"loss_change", "mean absolute change of its training loss from step to step, a stand-in for its gradient norm",
      score_loss_change, 1},
     {"sharpness", "variance of the Laplacian of its luminance", score_sharpness, 0},
     {"exposure", "distance of its mean luminance from the median photo's, negated", score_exposure, 0},
-    {"sfm_points", "points of structure from motion that it sees", score_points, 0},
+    {"sfm_points", "number of SfM points that it sees", score_points, 0},
 };
 const uint32_t vw_baseline_count = VW_ARRAY_COUNT(vw_baselines);

@@ -1,7 +1,6 @@
-// What one would rank photos by without valuing them: cheap measures of the photos themselves, and of their training
-// loss.
-#ifndef VIEWWORTH_CONTROLS_H
-#define VIEWWORTH_CONTROLS_H
+// Baselines: scores that need no valuation, from the photos themselves and their training loss.
+#ifndef VIEWWORTH_BASELINES_H
+#define VIEWWORTH_BASELINES_H
 
 #include <stdint.h>
 
@@ -9,7 +8,7 @@
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-// What a baseline looks at.
+// What baselines are computed from.
 struct vw_baseline_input {
     const struct vw_scene *scene;
     const uint32_t *photos; // scene indices
@@ -19,11 +18,11 @@ struct vw_baseline_input {
     uint64_t seed; // of that run
 };
 
-// Fills a score per photo, positive = said to help.
+// `score` fills in a score per photo, positive = helps.
 struct vw_baseline {
     const char *name, *meaning;
     enum vw_status (*score)(const struct vw_baseline_input *input, double *scores);
-    uint32_t trainings; // that it takes
+    uint32_t trainings; // that its scores take
 };
 
 extern const struct vw_baseline vw_baselines[];

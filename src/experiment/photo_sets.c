@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment/experiment.h"
 #include "run/imported.h"
 #include "run/scored_run.h"
 #include "ledger/find_image.h"
@@ -17,21 +18,22 @@
 #include "base/random.h"
 #include "base/statistics.h"
 
-static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings lie below
+static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 
-// ---- What a list is
-// -----------------------------------------------------------------------------------------------------
+const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
+
+// ---- What a list is ----
 
 enum form { FORM_ALL, FORM_RANDOM, FORM_SELECTION, FORM_FILE, FORM_SCORES, FORM_UNKNOWN };
 
-struct wish {
+struct list_rule {
     enum form form;
     struct vw_selection_params selection;
     char *path;   // owned; of a file
     double least; // of imported scores
 };
 
-static bool read_rule(const char *word, struct vw_selection_params *selection) {
+static bool read_selection(const char *word, struct vw_selection_params *selection) {
     bool top = strncmp(word, "top:", 4) == 0, drop = strncmp(word, "drop:", 5) == 0;
     if (!strcmp(word, "positive")) selection->rule = VW_SELECT_POSITIVE;
     else if (!strcmp(word, "significant")) selection->rule = VW_SELECT_SIGNIFICANT;
@@ -42,78 +44,81 @@ static bool read_rule(const char *word, struct vw_selection_params *selection) {
 }
 
 // FILE.csv@LEAST; an @ may be part of the file's name as well.
-static bool read_scores_wish(const char *word, struct wish *wish) {
+static bool read_scores_rule(const char *word, struct list_rule *rule) {
     const char *at = strrchr(word, '@');
     char *end = NULL;
     if (!at) return false;
-    wish->least = strtod(at + 1, &end);
-    if (end == at + 1 || *end || !isfinite(wish->least)) return false;
-    wish->path = vw_format_text("%.*s", (int)(at - word), word);
-    return wish->path && vw_file_exists(wish->path);
+    rule->least = strtod(at + 1, &end);
+    if (end == at + 1 || *end || !isfinite(rule->least)) return false;
+    rule->path = vw_format_text("%.*s", (int)(at - word), word);
+    return rule->path && vw_file_exists(rule->path);
 }
 
-// Words come before files: a file of such a name is ./all. A file may be gone by the time that the lists are made.
-// `*wish` is to be freed (path) in any case.
-static enum vw_status read_wish(const struct vw_options *options, const char *word, struct wish *wish) {
-    *wish = (struct wish){.form = FORM_UNKNOWN, .selection = {.method = options->method}};
-    if (!strcmp(word, "all")) wish->form = FORM_ALL;
-    else if (!strcmp(word, "random")) wish->form = FORM_RANDOM;
-    else if (read_rule(word, &wish->selection)) wish->form = FORM_SELECTION;
-    else if (vw_file_exists(word)) wish->form = FORM_FILE;
-    else if (read_scores_wish(word, wish)) wish->form = FORM_SCORES;
-    if (wish->form == FORM_FILE) wish->path = vw_copy_text(word);
-    if (wish->form == FORM_UNKNOWN)
-        return vw_fail(VW_ERROR_USAGE,
-                       "neither a file nor SCORES.csv@LEAST nor one of all, positive, significant, not-harmful, top:K, "
-                       "top:P%%, drop:P%%, random");
-    return wish->form == FORM_FILE && !wish->path ? VW_ERROR_MEMORY : VW_OK;
+// Words come before files: a file named "all" is ./all. A file may be removed before the lists are made.
+// Free the path of `*rule` in any case.
+static enum vw_status read_list_rule(const struct vw_photo_sets_params *params, const char *word,
+                                     struct list_rule *rule) {
+    *rule = (struct list_rule){.form = FORM_UNKNOWN, .selection = {.method = params->method}};
+    if (!strcmp(word, "all")) rule->form = FORM_ALL;
+    else if (!strcmp(word, "random")) rule->form = FORM_RANDOM;
+    else if (read_selection(word, &rule->selection)) rule->form = FORM_SELECTION;
+    else if (vw_file_exists(word)) rule->form = FORM_FILE;
+    else if (read_scores_rule(word, rule)) rule->form = FORM_SCORES;
+    if (rule->form == FORM_FILE) rule->path = vw_copy_text(word);
+    if (rule->form == FORM_UNKNOWN)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "neither a file nor SCORES.csv@LEAST nor one of all, positive, significant, not-harmful, top:K, top:P%%, "
+            "drop:K, drop:P%%, random");
+    return rule->form == FORM_FILE && !rule->path ? VW_ERROR_MEMORY : VW_OK;
 }
 
-static enum vw_status check(const struct vw_options *options, uint32_t place) {
-    const char *word = options->lists.texts[place];
-    struct wish wish;
-    enum vw_status status = read_wish(options, word, &wish);
-    free(wish.path);
+static enum vw_status check(const struct vw_photo_sets_params *params, uint32_t place) {
+    const char *word = params->lists[place];
+    struct list_rule rule;
+    enum vw_status status = read_list_rule(params, word, &rule);
+    free(rule.path);
     if (status) return vw_fail_context(status, "--list %s", word);
     if (!vw_name_is_clean(word))
-        return vw_fail(VW_ERROR_USAGE, "--list: a name is no UTF-8 or holds baseline characters; rename the file");
-    if (wish.form == FORM_SELECTION && !options->scores)
-        return vw_fail(VW_ERROR_USAGE, "--list %s: chooses by scores; name the valued run by --scores OUT", word);
-    if (wish.form == FORM_RANDOM && !place)
-        return vw_fail(VW_ERROR_USAGE, "--list random: has as many photos as the list before it; put it behind one");
+        return vw_fail(VW_ERROR_USAGE, "--list: a name is not UTF-8 or holds control characters; rename the file");
+    if (rule.form == FORM_SELECTION && !params->scores)
+        return vw_fail(VW_ERROR_USAGE, "--list %s: selects by scores; name the valued run by --scores OUT", word);
+    if (rule.form == FORM_RANDOM && !place)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--list random: takes as many photos as the list before it; put another list before it");
     return VW_OK;
 }
 
-enum vw_status vw_photo_sets_check(const struct vw_options *options) {
-    if (!options->lists.count)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "compare: --list is missing; name the sets of photos to compare, for instance --list all --list FILE");
+enum vw_status vw_photo_sets_check(const struct vw_photo_sets_params *params) {
+    if (!params->list_count)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--list is missing; name the lists to compare, for instance --list all --list FILE");
+    if (params->list_count > VW_PHOTO_SETS_MAX)
+        return vw_fail(VW_ERROR_USAGE, "--list: at most %d lists can be compared", VW_PHOTO_SETS_MAX);
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < options->lists.count; i++) status = check(options, i);
+    for (uint32_t i = 0; !status && i < params->list_count; i++) status = check(params, i);
     return status;
 }
 
-// ---- Names
-// --------------------------------------------------------------------------------------------------------------
+// ---- Names ----
 
-static bool is_taken(const struct vw_photo_sets *lists, const char *name) {
-    for (uint32_t i = 0; i < lists->count; i++)
-        if (!strcmp(lists->lists[i].name, name)) return true;
+static bool is_taken(const struct vw_photo_sets *sets, const char *name) {
+    for (uint32_t i = 0; i < sets->count; i++)
+        if (!strcmp(sets->lists[i].name, name)) return true;
     return false;
 }
 
-// Of a file what stands between its folder and its extension, with the threshold of scores behind it.
-static char *stem_of(const struct wish *wish, const char *word) {
-    if (!wish->path) return vw_copy_text(word);
-    const char *slash = strrchr(wish->path, '/'), *base = slash ? slash + 1 : wish->path, *dot = strrchr(base, '.');
+// A file's name without folder and extension; the threshold of scores follows it.
+static char *stem_of(const struct list_rule *rule, const char *word) {
+    if (!rule->path) return vw_copy_text(word);
+    const char *slash = strrchr(rule->path, '/'), *base = slash ? slash + 1 : rule->path, *dot = strrchr(base, '.');
     int length = (int)(dot && dot > base ? (size_t)(dot - base) : strlen(base));
-    return vw_format_text("%.*s%s", length, base, wish->form == FORM_SCORES ? strrchr(word, '@') : "");
+    return vw_format_text("%.*s%s", length, base, rule->form == FORM_SCORES ? strrchr(word, '@') : "");
 }
 
-static char *name_list(const struct vw_photo_sets *lists, const struct wish *wish, const char *word) {
-    char *stem = stem_of(wish, word), *name = stem ? vw_copy_text(stem) : NULL;
-    for (uint32_t number = 2; name && is_taken(lists, name); number++) {
+static char *name_list(const struct vw_photo_sets *sets, const struct list_rule *rule, const char *word) {
+    char *stem = stem_of(rule, word), *name = stem ? vw_copy_text(stem) : NULL;
+    for (uint32_t number = 2; name && is_taken(sets, name); number++) {
         free(name);
         name = vw_format_text("%s_%u", stem, number);
     }
@@ -121,8 +126,7 @@ static char *name_list(const struct vw_photo_sets *lists, const struct wish *wis
     return name;
 }
 
-// ---- By scores
-// ----------------------------------------------------------------------------------------------------------
+// ---- By scores ----
 
 static const struct vw_view *find_train_view(const struct vw_scene *scene, const char *name) {
     const struct vw_view *view = vw_scene_find_view(scene, name);
@@ -131,7 +135,7 @@ static const struct vw_view *find_train_view(const struct vw_scene *scene, const
 
 static bool trains(const struct vw_ledger_image *image) { return !strcmp(image->split, vw_split_name(VW_SPLIT_TRAIN)); }
 
-// Scores tell the photos that were valued apart; of others they say nothing. Names must be the same, sizes need not.
+// The run must have valued exactly the photos that may be trained on. Names must be equal, sizes need not.
 static enum vw_status check_photos(const struct vw_scored_run *run, const struct vw_scene *scene) {
     const char *out = run->recorded.out;
     uint32_t valued = 0;
@@ -139,37 +143,37 @@ static enum vw_status check_photos(const struct vw_scored_run *run, const struct
         if (!trains(&run->images[i])) continue;
         valued++;
         if (!find_train_view(scene, run->images[i].name))
-            return vw_fail(
-                VW_ERROR_INPUT,
-                "--scores %s: values %s, which is no photo to train on in %s; value this scene, with its splits", out,
-                run->images[i].name, scene->path);
+            return vw_fail(VW_ERROR_INPUT,
+                           "--scores %s: has a score for %s, which is no photo to train on in %s; value this scene "
+                           "with these splits",
+                           out, run->images[i].name, scene->path);
     }
     if (valued == scene->split_count[VW_SPLIT_TRAIN]) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT,
-                   "--scores %s: values %u photos, and %u are to train on in %s; value this scene, with its splits",
-                   out, valued, scene->split_count[VW_SPLIT_TRAIN], scene->path);
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "--scores %s: has scores for %u photos, but %u are to train on in %s; value this scene with these splits", out,
+        valued, scene->split_count[VW_SPLIT_TRAIN], scene->path);
 }
 
-static enum vw_status select_photos(const struct vw_scored_run *run, const struct wish *wish,
+static enum vw_status select_photos(const struct vw_scored_run *run, const struct list_rule *rule,
                                     const struct vw_scene *scene, bool *chosen) {
     struct vw_selection selection = {0};
-    enum vw_status status = vw_scored_run_select(run, &wish->selection, &selection);
+    enum vw_status status = vw_scored_run_select(run, &rule->selection, &selection);
     for (uint32_t i = 0; i < selection.count; i++) {
         const struct vw_ledger_image *image =
             vw_ledger_find_image(run->images, run->image_count, selection.image_ids[i]);
         const struct vw_view *view = image ? find_train_view(scene, image->name) : NULL;
-        if (view) chosen[view - scene->views] = true; // all are, as long as the photos are those that were checked
+        if (view) chosen[view - scene->views] = true; // check_photos() has found them all
     }
     vw_selection_free(&selection);
     return status;
 }
 
-// Bytes of files are the same at any size; those of recipes and of corrupted photos, of which a truth is known, are
-// made at this one.
-static uint32_t count_changed(const struct vw_scored_run *run, const struct vw_options *options,
-                              const struct vw_scene *scene) {
+// The bytes of photo files do not depend on --downscale. Recipes and corrupted photos, which have ground-truth labels,
+// are made at that size.
+static uint32_t count_changed(const struct vw_scored_run *run, uint32_t our_downscale, const struct vw_scene *scene) {
     const json_t *downscale = json_object_get(run->scene_options, "downscale");
-    bool same_size = (downscale ? json_integer_value(downscale) : 1) == options->downscale;
+    bool same_size = (downscale ? json_integer_value(downscale) : 1) == (our_downscale ? our_downscale : 1);
     uint32_t changed = 0;
     for (uint32_t i = 0; i < run->image_count; i++) {
         const struct vw_view *view = trains(&run->images[i]) ? find_train_view(scene, run->images[i].name) : NULL;
@@ -181,119 +185,118 @@ static uint32_t count_changed(const struct vw_scored_run *run, const struct vw_o
     return changed;
 }
 
-// What makes a comparison of lists chosen by the run doubtful.
-static void warn(const struct vw_scored_run *run, const struct vw_options *options, const struct vw_scene *scene) {
+static void warn(const struct vw_scored_run *run, const struct vw_experiment_params *common,
+                 const struct vw_scene *scene) {
     const struct vw_ledger_run *row = &run->recorded.row;
-    uint64_t first = options->config.seed;
-    vw_scored_run_warn(run, options->corrupt);
-    if (vw_is_imported(row)) return; // from other seeds, and of names alone
-    uint32_t changed = count_changed(run, options, scene);
+    uint64_t first = common->config->seed;
+    vw_scored_run_warn(run, common->scene.corrupt);
+    if (vw_is_imported(row)) return; // it has neither our seeds nor hashes of the photos
+    uint32_t changed = count_changed(run, common->scene.downscale, scene);
     if (changed)
         vw_log_warning("--scores %s: %u photos have changed since they were valued", run->recorded.out, changed);
-    if (row->seed >= 0 && (uint64_t)row->seed >= first && (uint64_t)row->seed - first < options->seeds)
+    if (row->seed >= 0 && (uint64_t)row->seed >= first && (uint64_t)row->seed - first < common->seeds)
         vw_log_warning("--scores %s: was valued with seed %" PRId64
-                       ", which is compared with as well: what was luck there is counted again "
-                       "for its lists; give another --seed",
+                       ", which the comparison uses, too: chance in that seed favours the lists selected by these "
+                       "scores; take another --seed",
                        run->recorded.out, row->seed);
 }
 
-// ---- Making lists
-// -------------------------------------------------------------------------------------------------------
+// ---- Making lists ----
 
 // Marks the photos of a list that is not random.
-static enum vw_status choose(const struct vw_scored_run *run, const struct wish *wish, const struct vw_photo_set *list,
-                             const struct vw_scene *scene, bool *chosen) {
+static enum vw_status choose(const struct vw_scored_run *run, const struct list_rule *rule,
+                             const struct vw_photo_set *list, const struct vw_scene *scene, bool *chosen) {
     uint32_t passed_over = 0;
     enum vw_status status = VW_OK;
-    if (wish->form == FORM_ALL)
+    if (rule->form == FORM_ALL)
         for (uint32_t v = 0; v < scene->view_count; v++) chosen[v] = scene->views[v].split == VW_SPLIT_TRAIN;
-    else if (wish->form == FORM_SELECTION) status = select_photos(run, wish, scene, chosen);
+    else if (rule->form == FORM_SELECTION) status = select_photos(run, rule, scene, chosen);
     else
-        status = vw_train_list_read(scene, wish->path, wish->form == FORM_SCORES ? &wish->least : NULL, chosen,
+        status = vw_train_list_read(scene, rule->path, rule->form == FORM_SCORES ? &rule->least : NULL, chosen,
                                     &passed_over);
     if (!status && passed_over)
-        vw_log_info("list     %s: %u photos that it names are passed over", list->name, passed_over);
+        vw_log_info("list     %s: %u of its photos are not to train on and are skipped", list->name, passed_over);
     return status;
 }
 
-static enum vw_status take_chosen(const struct vw_photo_sets *lists, const bool *chosen, struct vw_photo_set *list) {
-    for (uint32_t i = 0; i < lists->train_count; i++)
-        if (chosen[lists->train_views[i]]) list->views[list->count++] = lists->train_views[i];
+static enum vw_status take_chosen(const struct vw_photo_sets *sets, const bool *chosen, struct vw_photo_set *list) {
+    for (uint32_t i = 0; i < sets->train_count; i++)
+        if (chosen[sets->train_views[i]]) list->views[list->count++] = sets->train_views[i];
     if (list->count > 1) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "has a single photo; a list takes at least 2 to train on");
+    return vw_fail(VW_ERROR_INPUT, "has a single photo; a list needs at least 2 to train on");
 }
 
 // As many as the list before it.
-static enum vw_status plan_random(const struct vw_photo_sets *lists, struct vw_photo_set *list) {
+static enum vw_status plan_random(const struct vw_photo_sets *sets, struct vw_photo_set *list) {
     list->random = true;
-    list->count = lists->lists[lists->count - 1].count;
-    if (list->count < lists->train_count) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "the list before it, %s, has all photos; put it behind a shorter one",
-                   lists->lists[lists->count - 1].name);
+    list->count = sets->lists[sets->count - 1].count;
+    if (list->count < sets->train_count) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "the list before it, %s, has all photos; put a shorter one before it",
+                   sets->lists[sets->count - 1].name);
 }
 
-// With equal steps, as many epochs as give about the steps of all photos, so that all lists cost the same.
-static uint32_t epochs_of(const struct vw_options *options, uint32_t train_count, uint32_t photos) {
-    double epochs = options->config.epochs;
-    if (options->equal == VW_EQUAL_STEPS) epochs = fmin(fmax(round(epochs * train_count / photos), 1), UINT32_MAX);
+// With equal steps, so many epochs that the list takes about as many steps as all photos: all lists cost the same.
+static uint32_t epochs_of(uint32_t config_epochs, enum vw_equal equal, uint32_t train_count, uint32_t photos) {
+    double epochs = config_epochs;
+    if (equal == VW_EQUAL_STEPS) epochs = fmin(fmax(round(epochs * train_count / photos), 1), UINT32_MAX);
     return (uint32_t)epochs;
 }
 
-static enum vw_status make_list(const struct vw_options *options, const struct vw_scene *scene,
-                                const struct vw_scored_run *run, const char *word, struct vw_photo_sets *lists) {
-    struct vw_photo_set *list = &lists->lists[lists->count];
-    struct wish wish;
+static enum vw_status make_list(const struct vw_photo_sets_params *params, uint32_t config_epochs,
+                                const struct vw_scene *scene, const struct vw_scored_run *run, const char *word,
+                                struct vw_photo_sets *sets) {
+    struct vw_photo_set *list = &sets->lists[sets->count];
+    struct list_rule rule;
     bool *chosen = vw_allocate(scene->view_count, sizeof *chosen);
-    enum vw_status status = read_wish(options, word, &wish);
-    if (!status) list->name = name_list(lists, &wish, word);
-    list->views = vw_allocate(lists->train_count, sizeof *list->views);
+    enum vw_status status = read_list_rule(params, word, &rule);
+    if (!status) list->name = name_list(sets, &rule, word);
+    list->views = vw_allocate(sets->train_count, sizeof *list->views);
     if (!status && (!chosen || !list->name || !list->views)) status = VW_ERROR_MEMORY;
-    if (!status && wish.form == FORM_RANDOM) status = plan_random(lists, list);
+    if (!status && rule.form == FORM_RANDOM) status = plan_random(sets, list);
     else if (!status) {
-        status = choose(run, &wish, list, scene, chosen);
-        if (!status) status = take_chosen(lists, chosen, list);
+        status = choose(run, &rule, list, scene, chosen);
+        if (!status) status = take_chosen(sets, chosen, list);
     }
-    if (!status) list->epochs = epochs_of(options, lists->train_count, list->count);
-    lists->by_scores |= wish.form == FORM_SELECTION;
-    lists->count++; // what there is of it is freed in any case
+    if (!status) list->epochs = epochs_of(config_epochs, params->equal, sets->train_count, list->count);
+    sets->by_scores |= rule.form == FORM_SELECTION;
+    sets->count++; // also after a failure: vw_photo_sets_free() frees what was made
     free(chosen);
-    free(wish.path);
+    free(rule.path);
     return status;
 }
 
-enum vw_status vw_photo_sets_make(const struct vw_options *options, const struct vw_scene *scene,
-                                  struct vw_photo_sets *lists) {
+enum vw_status vw_photo_sets_make(const struct vw_photo_sets_params *params, const struct vw_experiment_params *common,
+                                  const struct vw_scene *scene, struct vw_photo_sets *sets) {
     struct vw_scored_run run = {0};
-    *lists = (struct vw_photo_sets){0};
-    enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_TRAIN, &lists->train_views, &lists->train_count);
-    if (!status && options->scores) status = vw_scored_run_open(options->scores, &run);
-    if (!status && options->scores) status = check_photos(&run, scene);
-    for (uint32_t i = 0; !status && i < options->lists.count; i++) {
-        status = make_list(options, scene, &run, options->lists.texts[i], lists);
-        if (status) vw_fail_context(status, "--list %s", options->lists.texts[i]);
+    *sets = (struct vw_photo_sets){0};
+    enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_TRAIN, &sets->train_views, &sets->train_count);
+    if (!status && params->scores) status = vw_scored_run_open(params->scores, &run);
+    if (!status && params->scores) status = check_photos(&run, scene);
+    for (uint32_t i = 0; !status && i < params->list_count; i++) {
+        status = make_list(params, common->config->epochs, scene, &run, params->lists[i], sets);
+        if (status) vw_fail_context(status, "--list %s", params->lists[i]);
     }
-    if (!status && lists->by_scores) warn(&run, options, scene);
+    if (!status && sets->by_scores) warn(&run, common, scene);
     vw_scored_run_close(&run);
     return status;
 }
 
-void vw_photo_sets_free(struct vw_photo_sets *lists) {
-    for (uint32_t i = 0; i < lists->count; i++) {
-        free(lists->lists[i].name);
-        free(lists->lists[i].views);
+void vw_photo_sets_free(struct vw_photo_sets *sets) {
+    for (uint32_t i = 0; i < sets->count; i++) {
+        free(sets->lists[i].name);
+        free(sets->lists[i].views);
     }
-    free(lists->train_views);
+    free(sets->train_views);
 }
 
-// ---- Using them
-// ---------------------------------------------------------------------------------------------------------
+// ---- Using them ----
 
-const uint32_t *vw_photo_sets_draw(struct vw_photo_sets *lists, uint32_t place, uint64_t seed) {
-    struct vw_photo_set *list = &lists->lists[place];
+const uint32_t *vw_photo_sets_draw(struct vw_photo_sets *sets, uint32_t place, uint64_t seed) {
+    struct vw_photo_set *list = &sets->lists[place];
     if (!list->random) return list->views;
-    vw_random_order(DRAW_SEED | seed, place, lists->train_count, list->views);
+    vw_random_order(DRAW_SEED | seed, place, sets->train_count, list->views);
     vw_sort_places(list->views, list->count);
-    for (uint32_t i = 0; i < list->count; i++) list->views[i] = lists->train_views[list->views[i]];
+    for (uint32_t i = 0; i < list->count; i++) list->views[i] = sets->train_views[list->views[i]];
     return list->views;
 }
 

@@ -5,42 +5,41 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/interrupt.h"
-#include "cli/params.h"
-#include "base/file.h"
 #include "base/clock.h"
-#include "viewworth/log.h"
+#include "base/file.h"
 #include "base/memory.h"
-#include "train/trainer.h"
-#include "base/hash.h"
 #include "base/psnr.h"
+#include "train/trainer.h"
+#include "viewworth/log.h"
 
-// A view is measured on all its pixels where the views of its split have no more than so many in all, or on an even
-// share of so many.
+// Without whole_views, at most PIXELS_OF_SPLIT pixels of a split are measured, the same number in every view, but at
+// least PIXELS_OF_VIEW_MIN in each.
 enum { PIXELS_OF_SPLIT = 1 << 13, PIXELS_OF_VIEW_MIN = 1 << 10, WHOLE_VIEWS = 0 };
-static const double PROGRESS_S = 20;
+static const double REPORT_S = 20; // between two lines of the log
 
 static uint32_t epochs_of(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
-    return retraining->epochs ? retraining->epochs : retrainer->options->config.epochs;
+    return retraining->epochs ? retraining->epochs : retrainer->params.config->epochs;
 }
 
 static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                      struct vw_trainer **trainer) {
-    struct vw_config config =
-        vw_config_without_probes(&retrainer->options->config); // they need validation, which retrainings go without
+    const struct vw_session *session = retrainer->params.session;
+    struct vw_config config = vw_config_without_probes(retrainer->params.config); // probes need validation
     config.seed = retraining->seed;
     config.epochs = epochs_of(retrainer, retraining);
     config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
-    const struct vw_trainer_params params = {.gpu = retrainer->session.gpu,
-                                             .scene = retrainer->session.scene,
+    const struct vw_trainer_params params = {.gpu = session->gpu,
+                                             .scene = session->scene,
                                              .config = &config,
-                                             .effects = retrainer->session.effects,
-                                             .effect_count = retrainer->session.effect_count};
+                                             .effects = session->effects,
+                                             .effect_count = session->effect_count,
+                                             .train_views = retraining->views,
+                                             .train_view_count = retraining->view_count};
     return vw_trainer_create(&params, trainer);
 }
 
-// What all retrainings share is in the run_id of one of them.
+// The run_id of one of them covers what all retrainings share.
 static enum vw_status name_base(struct vw_retrainer *retrainer) {
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
@@ -49,24 +48,22 @@ static enum vw_status name_base(struct vw_retrainer *retrainer) {
     vw_trainer_destroy(&trainer);
     if (status) return status;
     vw_hash_to_hex(run_id, retrainer->base_id);
-    vw_hash_to_hex(retrainer->session.scene->hash, retrainer->scene_hash);
+    vw_hash_to_hex(retrainer->params.session->scene->hash, retrainer->scene_hash);
     return VW_OK;
 }
 
 static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
-    char *path = vw_path_join(retrainer->options->out, "retrainings.db");
+    char *path = vw_path_join(retrainer->params.out, "retrainings.db");
     enum vw_status status = path ? vw_retrainings_open(path, &retrainer->retrainings) : VW_ERROR_MEMORY;
     free(path);
     return status;
 }
 
-enum vw_status vw_retrainer_open(const struct vw_options *options, struct vw_retrainer *retrainer) {
-    retrainer->options = options;
-    const struct vw_session_params params = vw_params_of_session(options);
-    enum vw_status status = vw_session_open(&params, &retrainer->session);
-    if (!status) status = vw_session_decide_effects(options->config.effects, &retrainer->session);
+enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struct vw_retrainer *retrainer) {
+    retrainer->params = *params;
+    enum vw_status status = vw_session_decide_effects(params->config->effects, params->session);
     if (!status)
-        status = vw_scene_list_views(retrainer->session.scene, VW_SPLIT_TRAIN, &retrainer->train_views,
+        status = vw_scene_list_views(params->session->scene, VW_SPLIT_TRAIN, &retrainer->train_views,
                                      &retrainer->train_count);
     if (!status) status = name_base(retrainer);
     if (!status) status = open_retrainings(retrainer);
@@ -75,22 +72,21 @@ enum vw_status vw_retrainer_open(const struct vw_options *options, struct vw_ret
 
 void vw_retrainer_close(struct vw_retrainer *retrainer) {
     vw_retrainings_close(&retrainer->retrainings);
-    vw_session_close(&retrainer->session);
     free(retrainer->train_views);
 }
 
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known) {
-    const char **ground_truths = vw_allocate(retrainer->train_count, sizeof *ground_truths);
+    const char **labels = vw_allocate(retrainer->train_count, sizeof *labels);
     *known = false;
-    for (uint32_t i = 0; ground_truths && i < retrainer->train_count; i++) {
-        const char *ground_truth = retrainer->session.scene->views[retrainer->train_views[i]].ground_truth;
-        ground_truths[i] = ground_truth ? ground_truth : "clean";
+    for (uint32_t i = 0; labels && i < retrainer->train_count; i++) {
+        const char *ground_truth = retrainer->params.session->scene->views[retrainer->train_views[i]].ground_truth;
+        labels[i] = ground_truth ? ground_truth : "clean";
         *known |= ground_truth != NULL;
     }
-    return ground_truths;
+    return labels;
 }
 
-// Photos are named, as in a run's subset_hash, so that an id does not depend on where they stand in the scene.
+// Hashes the names of the photos, as a run's subset_hash does: an id does not depend on the order of the scene file.
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
@@ -99,24 +95,12 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hasher_add_text(&hasher, "viewworth retraining 1");
     vw_hasher_add_text(&hasher, retrainer->base_id);
     vw_hasher_add_integer(&hasher, epochs_of(retrainer, retraining));
-    vw_hasher_add_integer(&hasher, retrainer->whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, retrainer->params.whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
     vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
     for (uint32_t i = 0; i < retraining->view_count; i++)
-        vw_hasher_add_text(&hasher, retrainer->session.scene->views[retraining->views[i]].name);
+        vw_hasher_add_text(&hasher, retrainer->params.session->scene->views[retraining->views[i]].name);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, id);
-}
-
-// Leaves the split train to the views of the retraining, or (NULL) to all that may be trained on.
-static void choose_views(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
-    struct vw_scene *scene = retrainer->session.scene;
-    for (uint32_t i = 0; i < retrainer->train_count; i++)
-        scene->views[retrainer->train_views[i]].split = retraining ? VW_SPLIT_EXCLUDED : VW_SPLIT_TRAIN;
-    for (uint32_t i = 0; retraining && i < retraining->view_count; i++)
-        scene->views[retraining->views[i]].split = VW_SPLIT_TRAIN;
-    scene->split_count[VW_SPLIT_EXCLUDED] += scene->split_count[VW_SPLIT_TRAIN];
-    scene->split_count[VW_SPLIT_TRAIN] = retraining ? retraining->view_count : retrainer->train_count;
-    scene->split_count[VW_SPLIT_EXCLUDED] -= scene->split_count[VW_SPLIT_TRAIN];
 }
 
 static enum vw_status train(struct vw_trainer *trainer) {
@@ -127,7 +111,7 @@ static enum vw_status train(struct vw_trainer *trainer) {
     return status;
 }
 
-// What was measured of views, one by one.
+// The measurements of single views.
 struct measured_views {
     uint32_t *views, count; // scene indices
     struct vw_view_error *errors;
@@ -173,19 +157,19 @@ static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw
     return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
 }
 
-// Both splits at once: of shares of views, setting up is most of the cost.
+// Both splits at once, since setting up costs most when few pixels are measured.
 static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_trainer *trainer, const char *id,
-                              struct vw_retrain_result *outcome) {
-    const struct vw_scene *scene = retrainer->session.scene;
+                              struct vw_retrain_result *result) {
+    const struct vw_scene *scene = retrainer->params.session->scene;
     struct measured_views measured;
     enum vw_status status = list_measured_views(scene, &measured);
-    if (!status && retrainer->whole_views)
-        status = vw_whole_views_measure(trainer, measured.views, measured.count, &retrainer->kept, id, measured.errors,
-                                        measured.ssims);
+    if (!status && retrainer->params.whole_views)
+        status = vw_whole_views_measure(trainer, measured.views, measured.count, &retrainer->saved_views, id,
+                                        measured.errors, measured.ssims);
     else if (!status) status = measure_shares(trainer, scene, &measured);
     if (!status) {
-        average_split(scene, VW_SPLIT_VAL, &measured, &outcome->val_psnr, &outcome->val_ssim, &outcome->val_l1);
-        average_split(scene, VW_SPLIT_TEST, &measured, &outcome->test_psnr, &outcome->test_ssim, &outcome->test_l1);
+        average_split(scene, VW_SPLIT_VAL, &measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
+        average_split(scene, VW_SPLIT_TEST, &measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
     }
     free(measured.views);
     free(measured.errors);
@@ -194,59 +178,54 @@ static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_tr
 }
 
 static enum vw_status train_and_measure(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                        const char *id, struct vw_retrain_result *outcome) {
+                                        const char *id, struct vw_retrain_result *result) {
     struct vw_trainer *trainer = NULL;
     double started_s = vw_cpu_s();
     enum vw_status status = create_trainer(retrainer, retraining, &trainer);
     if (!status) status = train(trainer);
-    if (!status) status = measure(retrainer, trainer, id, outcome);
+    if (!status) status = measure(retrainer, trainer, id, result);
     vw_trainer_destroy(&trainer);
-    outcome->seconds = vw_cpu_s() - started_s;
+    result->seconds = vw_cpu_s() - started_s;
     return status;
 }
 
 static enum vw_status make(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining, const char *id,
-                           struct vw_retrain_result *outcome) {
-    const struct vw_interrupt interrupt = vw_interrupt_watch();
-    if (vw_interrupt_requested(&interrupt))
-        return vw_fail(VW_ERROR_INTERRUPTED,
-                       "interrupted; %s keeps the retrainings that ended; the same command goes on",
-                       retrainer->options->out);
-    choose_views(retrainer, retraining);
-    enum vw_status status = train_and_measure(retrainer, retraining, id, outcome);
-    choose_views(retrainer, NULL);
+                           struct vw_retrain_result *result) {
+    if (vw_interrupt_requested(&retrainer->params.interrupt))
+        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the finished retrainings; the same command resumes",
+                       retrainer->params.out);
+    enum vw_status status = train_and_measure(retrainer, retraining, id, result);
     struct vw_retrain_params made = *retraining;
     made.epochs = epochs_of(retrainer, retraining);
-    if (!status) status = vw_retrainings_add(retrainer->retrainings, id, retrainer->scene_hash, &made, outcome);
+    if (!status) status = vw_retrainings_add(retrainer->retrainings, id, retrainer->scene_hash, &made, result);
     if (status) return status;
     retrainer->made++;
     return VW_OK;
 }
 
-// Every so often, and at the end, what is done and what is left.
-static void say_progress(struct vw_retrainer *retrainer) {
+// Logs now and then, and at the end, what is done and what is left.
+static void report_progress(struct vw_retrainer *retrainer) {
     double now_s = vw_now_s();
     uint64_t done = retrainer->made + retrainer->recalled;
-    if (retrainer->made == 1) retrainer->started_s = retrainer->said_s = now_s;
-    if (now_s - retrainer->said_s < PROGRESS_S && done < retrainer->planned) return;
-    retrainer->said_s = now_s;
+    if (retrainer->made == 1) retrainer->started_s = retrainer->reported_s = now_s;
+    if (now_s - retrainer->reported_s < REPORT_S && done < retrainer->planned) return;
+    retrainer->reported_s = now_s;
     double each_s = retrainer->made > 1 ? (now_s - retrainer->started_s) / (double)(retrainer->made - 1) : NAN;
     uint64_t left = retrainer->planned > done ? retrainer->planned - done : 0;
     vw_log_info("retrainings   %" PRIu64 " of %" PRIu64 ", %.2g s each, about %.0f min left", done, retrainer->planned,
                 each_s, ceil(each_s * (double)left / 60));
 }
 
-enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining,
-                          struct vw_retrain_result *outcome) {
+enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
     struct vw_retrainer *retrainer = context;
     char id[VW_HASH_HEX_BYTES];
     bool found = false;
     vw_retrainer_name(retrainer, retraining, id);
-    enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, outcome);
+    enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, result);
     if (status) return status;
-    found = found && vw_saved_views_exist(&retrainer->kept, id);
-    if (!found) status = make(retrainer, retraining, id, outcome);
+    found = found && vw_saved_views_exist(&retrainer->saved_views, id);
+    if (!found) status = make(retrainer, retraining, id, result);
     else retrainer->recalled++;
-    if (!status && !found) say_progress(retrainer);
+    if (!status && !found) report_progress(retrainer);
     return status;
 }

@@ -1,44 +1,55 @@
-// The real trainer as a vw_retrain_function: device and scene are opened once, effects decided once on the whole scene,
-// and every outcome kept in a file of retrainings, from which an equal retraining is recalled.
-#ifndef VIEWWORTH_LABORATORY_H
-#define VIEWWORTH_LABORATORY_H
+// Retraining: trainings on some photos of one scene, measured on its validation and test photos. Every result is kept
+// in OUT/retrainings.db; an equal retraining returns the recorded result.
+#ifndef VIEWWORTH_RETRAIN_H
+#define VIEWWORTH_RETRAIN_H
 
-#include "cli/options.h"
-#include "run/session.h"
-#include "experiment/whole_views.h"
+#include <stdbool.h>
+#include <stdint.h>
+
 #include "base/hash.h"
+#include "base/interrupt.h"
+#include "experiment/whole_views.h"
 #include "ledger/retrainings.h"
+#include "run/session.h"
+#include "viewworth/train.h"
 
-struct vw_retrainer {
-    const struct vw_options *options; // borrowed
-    struct vw_session session;        // may be open before the retrainer is
-    bool whole_views; // measure whole views, with SSIM, and not an even share of their pixels; false unless set
-    struct vw_saved_views kept; // with whole_views: of which a picture is kept; a retraining that lacks one is made
-                                // again. None unless set
-    struct vw_retrainings *retrainings;
-    uint32_t *train_views, train_count; // scene indices of the photos that may be trained on
-    char base_id[VW_HASH_HEX_BYTES];    // of the training on all of them with seed 0
-    char scene_hash[VW_HASH_HEX_BYTES];
-    uint64_t made, recalled;  // retrainings so far
-    uint64_t planned;         // retrainings in all, as far as known; for what is said on the way
-    double started_s, said_s; // likewise
+struct vw_retrainer_params {
+    struct vw_session *session;     // open, and open as long as the retrainer; its effects are decided when it opens
+    const struct vw_config *config; // needed; retrainings bring their seeds, and their epochs unless these are 0
+    const char *out;                // needed: a folder that exists
+    bool whole_views;               // measure whole views, with SSIM, instead of an even share of their pixels
+    struct vw_interrupt interrupt;
 };
 
-// `retrainer` is zero, but perhaps for its session. OUT must exist; the retrainings are in OUT/retrainings.db. Close it
-// also after a failure.
-enum vw_status vw_retrainer_open(const struct vw_options *options, struct vw_retrainer *retrainer);
+struct vw_retrainer {
+    struct vw_retrainer_params params;
+    // With whole_views: the views of which a retraining saves a picture. A retraining that lacks one is made again. The
+    // caller sets it; zero: none.
+    struct vw_saved_views saved_views;
+    struct vw_retrainings *retrainings;
+    uint32_t *train_views, train_count; // owned: scene indices of the photos that may be trained on
+    char base_id[VW_HASH_HEX_BYTES];    // run_id of the training on all of them with seed 0
+    char scene_hash[VW_HASH_HEX_BYTES];
+    uint64_t made, recalled;      // retrainings so far
+    uint64_t planned;             // in all; the caller sets it, for the log
+    double started_s, reported_s; // for the log
+};
+
+// Decides effects and opens the file of retrainings. `*retrainer` is zero. Close it also after a failure, before the
+// session.
+enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struct vw_retrainer *retrainer);
 void vw_retrainer_close(struct vw_retrainer *retrainer);
 
-// The id of a retraining, of all that decides its bits: the same on the same device and driver.
+// The id of a retraining: the hash of all that decides its bits on a device and driver.
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
-// What every photo that may be trained on is: "clean", or what corrupts it; `known` tells whether any is said to be
-// either. The array is owned by the caller, NULL when memory is short; the texts are the scene's.
+// The ground-truth label of every photo that may be trained on: "clean", or what corrupts it; `known` tells whether the
+// scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the scene's.
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known);
 
-// A vw_retrain_function; `context` is the retrainer. Photos are image_ids of train views. VW_ERROR_INTERRUPTED between
-// two retrainings when the user asked to stop (cli/interrupt.h).
-enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining, struct vw_retrain_result *outcome);
+// A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices.
+// VW_ERROR_INTERRUPTED between two retrainings when the interrupt is requested.
+enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining, struct vw_retrain_result *result);
 
 #endif

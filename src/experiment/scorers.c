@@ -4,19 +4,32 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "experiment/baselines.h"
-#include "run/scoring.h"
 #include "experiment/seed_runs.h"
+#include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
 #include "viewworth/log.h"
-#include "base/memory.h"
+#include "viewworth/value.h"
+
+const char vw_leave_one_out_scorer[] = "leave_one_out";
+
+bool vw_scorer_exists(const char *name) {
+    uint32_t count;
+    const struct vw_value_method *methods = vw_value_methods(&count);
+    for (uint32_t i = 0; i < count; i++)
+        if (!strcmp(methods[i].name, name)) return true;
+    for (uint32_t i = 0; i < vw_baseline_count; i++)
+        if (!strcmp(vw_baselines[i].name, name)) return true;
+    return !strcmp(name, vw_leave_one_out_scorer);
+}
 
 double *vw_scorers_add(struct vw_scorers *scorers, const char *name, uint32_t trainings) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     size_t count = (size_t)evaluation->seed_count * evaluation->photo_count;
     uint32_t place = evaluation->scorer_count;
     if (place == VW_SCORERS_MAX) {
-        vw_fail(VW_ERROR_MEMORY, "a benchmark evaluates %d methods at most; leave some out", VW_SCORERS_MAX);
+        vw_fail(VW_ERROR_MEMORY, "a benchmark evaluates at most %d scorers", VW_SCORERS_MAX);
         return NULL;
     }
     double *scores = scorers->scores[place] = vw_allocate(count, sizeof *scores);
@@ -39,7 +52,7 @@ static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t see
     for (uint32_t i = 0; i < scoring->score_count; i++) {
         double *scores = find_or_add(scorers, scoring->scores[i].method, 1);
         if (!scores) return VW_ERROR_MEMORY;
-        if (!scoring->scores[i].visits) continue; // a 0 that nobody measured: stays NaN
+        if (!scoring->scores[i].visits) continue; // without a visit the score is unknown, not 0
         for (uint32_t photo = 0; photo < evaluation->photo_count; photo++)
             if (evaluation->photos[photo] == scoring->scores[i].image_id)
                 scores[(size_t)seed * evaluation->photo_count + photo] = scoring->scores[i].value;
@@ -47,15 +60,15 @@ static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t see
     return VW_OK;
 }
 
-static enum vw_status take_baselines(const struct vw_retrainer *retrainer, const struct vw_scoring *scoring,
+static enum vw_status take_baselines(const struct vw_scene *scene, const struct vw_scoring *scoring, uint64_t run_seed,
                                      uint32_t seed, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
-    const struct vw_baseline_input input = {.scene = retrainer->session.scene,
+    const struct vw_baseline_input input = {.scene = scene,
                                             .photos = evaluation->photos,
                                             .photo_count = evaluation->photo_count,
                                             .records = scoring->input.records,
                                             .record_count = scoring->input.record_count,
-                                            .seed = retrainer->options->config.seed + seed};
+                                            .seed = run_seed};
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < vw_baseline_count; i++) {
         double *scores = find_or_add(scorers, vw_baselines[i].name, vw_baselines[i].trainings);
@@ -65,26 +78,25 @@ static enum vw_status take_baselines(const struct vw_retrainer *retrainer, const
     return status;
 }
 
-static enum vw_status take_seed(const struct vw_retrainer *retrainer, uint32_t seed, bool baselines,
-                                struct vw_scorers *scorers) {
-    const struct vw_options *options = retrainer->options;
+static enum vw_status take_seed(const struct vw_experiment_params *params, const struct vw_scene *scene, uint32_t seed,
+                                bool baselines, struct vw_scorers *scorers) {
+    const struct vw_config *config = params->config;
     struct vw_ledger *ledger = NULL;
     struct vw_scoring scoring = {0};
-    enum vw_status status = vw_seed_run_open(options->out, options->config.seed + seed, &ledger);
-    if (!status) status = vw_scoring_load(ledger, &options->config, &scoring.input);
+    enum vw_status status = vw_seed_run_open(params->out, config->seed + seed, &ledger);
+    if (!status) status = vw_scoring_load(ledger, config, &scoring.input);
     if (!status)
-        scoring.input =
-            vw_value_input_truncate(&scoring.input, options->config.epochs); // the run may have been extended since
+        scoring.input = vw_value_input_truncate(&scoring.input, config->epochs); // the run may be longer by now
     if (!status && !baselines) status = vw_value_score(&scoring.input, &scoring.scores, &scoring.score_count);
     if (!status && !baselines) status = take_scores(&scoring, seed, scorers);
-    if (!status && baselines) status = take_baselines(retrainer, &scoring, seed, scorers);
+    if (!status && baselines) status = take_baselines(scene, &scoring, config->seed + seed, seed, scorers);
     vw_scoring_free(&scoring);
     vw_ledger_close(&ledger);
     return status;
 }
 
-// A method that lacks a score for some photo cannot be summed over halves. One that says the same of all photos stays:
-// its empty figures say that it tells nothing here.
+// A method without a score for some photo cannot be summed over subsets. One with equal scores for all photos stays:
+// its empty metrics show that it tells nothing here.
 static void drop_incomplete(struct vw_scorers *scorers) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     uint32_t kept = 0;
@@ -93,7 +105,7 @@ static void drop_incomplete(struct vw_scorers *scorers) {
         for (size_t j = 0; j < (size_t)evaluation->seed_count * evaluation->photo_count; j++)
             complete &= isfinite(scorers->scores[i][j]);
         if (!complete) {
-            vw_log_info("method   %s has no score for some photo: left out", scorers->list[i].name);
+            vw_log_info("method   %s is left out: it has no score for some photo", scorers->list[i].name);
             free(scorers->scores[i]);
             continue;
         }
@@ -109,19 +121,20 @@ static enum vw_status list_ground_truths(const struct vw_retrainer *retrainer, s
     scorers->ground_truths = vw_retrainer_list_labels(retrainer, &known);
     if (!scorers->ground_truths) return VW_ERROR_MEMORY;
     if (!known)
-        vw_log_info("truth    no photo is known to be corrupted: AUC is left out; --corrupt N would corrupt some");
+        vw_log_info("labels   the scene has no ground-truth labels, so there is no AUC; --corrupt N corrupts N photos");
     return VW_OK;
 }
 
-enum vw_status vw_scorers_make(const struct vw_retrainer *retrainer, uint32_t seed_count, struct vw_scorers *scorers) {
+enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer,
+                               uint32_t seed_count, struct vw_scorers *scorers) {
     *scorers = (struct vw_scorers){.evaluation = {.photos = retrainer->train_views,
                                                   .photo_count = retrainer->train_count,
                                                   .scorers = scorers->list,
                                                   .seed_count = seed_count}};
     enum vw_status status = list_ground_truths(retrainer, scorers);
     scorers->evaluation.ground_truths = scorers->ground_truths;
-    for (uint32_t i = 0; !status && i < 2 * seed_count; i++)
-        status = take_seed(retrainer, i % seed_count, i >= seed_count, scorers);
+    for (uint32_t i = 0; !status && i < 2 * seed_count; i++) // the methods of all seeds come before the baselines
+        status = take_seed(params, retrainer->params.session->scene, i % seed_count, i >= seed_count, scorers);
     if (!status) drop_incomplete(scorers);
     return status;
 }

@@ -3,13 +3,10 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
-#include "cli/interrupt.h"
-#include "cli/output/progress.h"
-#include "cli/params.h"
-#include "run/run.h"
 #include "base/file.h"
-#include "viewworth/log.h"
 #include "base/memory.h"
+#include "run/run.h"
+#include "viewworth/log.h"
 
 static char *name_folder(const char *out, uint64_t seed) {
     char *name = vw_format_text("seed_%" PRIu64, seed);
@@ -18,59 +15,49 @@ static char *name_folder(const char *out, uint64_t seed) {
     return path;
 }
 
-static enum vw_status make_run(const struct vw_options *options, struct vw_session *session) {
-    struct vw_progress progress = {.quiet = options->quiet};
-    struct vw_run_params params;
-    struct vw_run *run = NULL;
-    enum vw_status status = vw_params_of_run(options, &params);
-    params.progress = vw_progress_show;
-    params.context = &progress;
-    if (!status) status = vw_run_open_in_session(&params, session, &run);
-    if (!status) progress.interrupt = vw_interrupt_watch();
-    if (!status) status = vw_run_advance(run, UINT64_MAX);
-    vw_progress_end(&progress);
-    if (!status) status = vw_run_score(run);
-    vw_run_close(&run);
-    return status;
+static bool report_progress(void *context, const struct vw_run_state *state) {
+    const struct vw_experiment_params *params = context;
+    bool wanted = !params->progress || params->progress(params->context, state);
+    return wanted && !vw_interrupt_requested(&params->interrupt);
 }
 
-static enum vw_status make_seed(const struct vw_options *options, uint64_t seed, struct vw_session *session) {
-    struct vw_options of_seed = *options;
-    char *folder = name_folder(options->out, seed);
-    of_seed.out = folder;
-    of_seed.config.seed = seed;
-    of_seed.resume = true;
-    enum vw_status status = folder ? make_run(&of_seed, session) : VW_ERROR_MEMORY;
+static enum vw_status make_run(const struct vw_experiment_params *params, uint64_t seed, struct vw_session *session) {
+    struct vw_config config = *params->config;
+    config.seed = seed;
+    char *folder = name_folder(params->out, seed);
+    if (!folder) return VW_ERROR_MEMORY;
+    const struct vw_run_params run_params = {.scene = params->scene,
+                                             .config = &config,
+                                             .device = params->device,
+                                             .out = folder,
+                                             .resume = true,
+                                             .progress = report_progress,
+                                             .context = (void *)params};
+    struct vw_run *run = NULL;
+    enum vw_status status = vw_run_open_in_session(&run_params, session, &run);
+    if (!status) status = vw_run_advance(run, UINT64_MAX);
+    if (!status) status = vw_run_score(run);
+    vw_run_close(&run);
     free(folder);
     return status;
 }
 
 static enum vw_status check_folder(const char *out) {
-    if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
     char *ledger_path = vw_path_join(out, "ledger.db");
     if (!ledger_path) return VW_ERROR_MEMORY;
     bool taken = vw_file_exists(ledger_path);
     free(ledger_path);
-    if (taken)
-        return vw_fail(VW_ERROR_USAGE, "--out %s: holds a single run; name another folder for the runs of all seeds",
-                       out);
-    return VW_OK;
+    if (!taken) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--out %s: holds a single run; name another folder for the runs of all seeds", out);
 }
 
-enum vw_status vw_seed_runs_make(const struct vw_options *options, uint32_t first_seed_offset, uint32_t count) {
-    uint64_t first = options->config.seed + first_seed_offset;
-    if (count && first > (uint64_t)INT64_MAX - (count - 1))
-        return vw_fail(VW_ERROR_USAGE,
-                       "--seed %" PRIu64 ": the seeds counted from it pass %" PRId64
-                       ", the largest; begin with a lower one",
-                       options->config.seed, INT64_MAX);
-    struct vw_session session = {0};
-    enum vw_status status = check_folder(options->out);
-    for (uint32_t i = 0; !status && i < count; i++) {
-        vw_log_info("seed     %" PRIu64 " (%u of %u)", first + i, i + 1, count);
-        status = make_seed(options, first + i, &session);
+enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, struct vw_session *session) {
+    uint64_t first = params->config->seed;
+    enum vw_status status = check_folder(params->out);
+    for (uint32_t i = 0; !status && i < params->seeds; i++) {
+        vw_log_info("seed     %" PRIu64 " (%u of %u)", first + i, i + 1, params->seeds);
+        status = make_run(params, first + i, session);
     }
-    vw_session_close(&session);
     return status;
 }
 

@@ -11,14 +11,14 @@
 
 enum { ID_DIGITS = 16 }; // of a retraining's 64: enough to tell them apart in a folder
 
-char *vw_saved_view_path(const struct vw_saved_views *kept, const char *retraining_id, uint32_t view) {
-    return vw_format_text("%s/%.*s_%u.png", kept->folder, ID_DIGITS, retraining_id, view);
+char *vw_saved_view_path(const struct vw_saved_views *saved, const char *retraining_id, uint32_t view) {
+    return vw_format_text("%s/%.*s_%u.png", saved->folder, ID_DIGITS, retraining_id, view);
 }
 
-bool vw_saved_views_exist(const struct vw_saved_views *kept, const char *retraining_id) {
+bool vw_saved_views_exist(const struct vw_saved_views *saved, const char *retraining_id) {
     bool exist = true;
-    for (uint32_t i = 0; exist && i < kept->count; i++) {
-        char *path = vw_saved_view_path(kept, retraining_id, kept->views[i]);
+    for (uint32_t i = 0; exist && i < saved->count; i++) {
+        char *path = vw_saved_view_path(saved, retraining_id, saved->views[i]);
         exist = path && vw_file_exists(path);
         free(path);
     }
@@ -41,12 +41,12 @@ static enum vw_status save_picture(const struct vw_whole_view *whole, const char
     return status;
 }
 
-static enum vw_status keep(const struct vw_saved_views *kept, const char *retraining_id, uint32_t view,
+static enum vw_status save(const struct vw_saved_views *saved, const char *retraining_id, uint32_t view,
                            const struct vw_whole_view *whole) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < kept->count; i++) {
-        if (kept->views[i] != view) continue;
-        char *path = vw_saved_view_path(kept, retraining_id, view);
+    for (uint32_t i = 0; !status && i < saved->count; i++) {
+        if (saved->views[i] != view) continue;
+        char *path = vw_saved_view_path(saved, retraining_id, view);
         status = path ? save_picture(whole, path) : VW_ERROR_MEMORY;
         free(path);
     }
@@ -54,7 +54,7 @@ static enum vw_status keep(const struct vw_saved_views *kept, const char *retrai
 }
 
 enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
-                                      const struct vw_saved_views *kept, const char *retraining_id,
+                                      const struct vw_saved_views *saved, const char *retraining_id,
                                       struct vw_view_error *errors, double *ssims) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < view_count; i++) {
@@ -63,7 +63,7 @@ enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t
         if (status) break;
         errors[i] = whole.error;
         status = vw_ssim(whole.rendered, whole.photo, whole.counts, whole.width_px, whole.height_px, &ssims[i]);
-        if (!status) status = keep(kept, retraining_id, views[i], &whole);
+        if (!status) status = save(saved, retraining_id, views[i], &whole);
         vw_whole_view_free(&whole);
     }
     return status;

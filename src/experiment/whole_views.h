@@ -1,4 +1,5 @@
-// Whole views of a trained field: their errors and SSIM, and pictures of some of them, photo left and render right.
+// Whole views of a trained field: their errors and SSIM, and pictures of some of them, with the photo left and the
+// render right.
 #ifndef VIEWWORTH_WHOLE_VIEWS_H
 #define VIEWWORTH_WHOLE_VIEWS_H
 
@@ -11,21 +12,21 @@
 #include "train/trainer.h"
 #include "viewworth/train.h"
 
-// Views of which every retraining leaves a picture, so that what is recalled has them as well.
+// Views of which every retraining saves a picture.
 struct vw_saved_views {
     const uint32_t *views; // scene indices; borrowed, as is the folder, which must exist
-    uint32_t count;        // 0: none are kept
+    uint32_t count;        // 0: none
     const char *folder;
 };
 
 // The picture of a retraining (its id) and a view, owned by the caller; NULL when memory is short.
-char *vw_saved_view_path(const struct vw_saved_views *kept, const char *retraining_id, uint32_t view);
-// Whether a retraining has left all of them. False when memory is short, too.
-bool vw_saved_views_exist(const struct vw_saved_views *kept, const char *retraining_id);
+char *vw_saved_view_path(const struct vw_saved_views *saved, const char *retraining_id, uint32_t view);
+// Whether all pictures of a retraining are there. False when memory is short, too.
+bool vw_saved_views_exist(const struct vw_saved_views *saved, const char *retraining_id);
 
-// Measures views, one entry of `errors` and `ssims` for each, and leaves the pictures of those that are kept.
+// Measures views, one entry of `errors` and `ssims` for each, and saves the pictures of those in `saved`.
 enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
-                                      const struct vw_saved_views *kept, const char *retraining_id,
+                                      const struct vw_saved_views *saved, const char *retraining_id,
                                       struct vw_view_error *errors, double *ssims);
 
 #endif

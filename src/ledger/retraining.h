@@ -1,5 +1,5 @@
-// Retrainings: trainings on some of a scene's photos, evaluated by what the trained field reaches. What evaluates
-// methods knows training by this alone, so that its tests run it on games with known values.
+// Retrainings: trainings on some of a scene's photos, judged by the quality of the trained field. Evaluation knows
+// training only as a vw_retrain_function, so that its tests run it on games with known values.
 #ifndef VIEWWORTH_RETRAINING_H
 #define VIEWWORTH_RETRAINING_H
 
@@ -11,21 +11,21 @@ struct vw_retrain_params {
     const uint32_t *views; // borrowed; image_ids trained on, ascending
     uint32_t view_count;
     uint64_t seed;   // of order, pixels, jitter and initialisation
-    uint32_t epochs; // 0: as many as retrainings take that do not say
+    uint32_t epochs; // 0: the default of the function
 };
 
-// What the trained field reaches on the photos it was not trained on, over their usable pixels. NaN where a split has
-// no photo.
+// Quality of the trained field on the validation and test photos, over their usable pixels. NaN where a split has no
+// photo.
 struct vw_retrain_result {
     double val_psnr, test_psnr; // dB, mean over the split's views of the per-view PSNR
     double val_l1, test_l1;     // mean over the split's views of the mean absolute error over pixels and channels
-    double val_ssim, test_ssim; // mean over those of the split's views that have one (viewworth/ssim.h); NaN also where
-                                // views are not measured whole
-    double seconds; // CPU time that it took; for display only
+    double val_ssim, test_ssim; // mean over the split's views that have one (image/ssim.h); NaN also where views are
+                                // not measured whole
+    double seconds; // CPU time; for display only
 };
 
-// Trains, or recalls what an equal retraining led to.
+// Trains, or returns the recorded result of an equal retraining.
 typedef enum vw_status vw_retrain_function(void *context, const struct vw_retrain_params *retraining,
-                                           struct vw_retrain_result *outcome);
+                                           struct vw_retrain_result *result);
 
 #endif

@@ -11,21 +11,19 @@
 #include "base/memory.h"
 
 // Tells the file from a ledger, which counts its user_version from 1.
-enum { RETRAININGS_VERSION = 1003 };
+enum { RETRAININGS_VERSION = 1004 };
 
 static const char schema_sql[] =
     "CREATE TABLE retraining ("
-    " retraining_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL, view_count INTEGER NOT "
-    "NULL,"
-    " seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_ssim REAL, val_l1 REAL, test_psnr REAL, "
-    "test_ssim REAL,"
-    " test_l1 REAL, seconds REAL, row_hash TEXT NOT NULL);"
+    " retraining_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL,"
+    " view_count INTEGER NOT NULL, seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_ssim REAL,"
+    " val_l1 REAL, test_psnr REAL, test_ssim REAL, test_l1 REAL, seconds REAL, row_hash TEXT NOT NULL);"
     "CREATE TABLE metric ("
-    " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL, method TEXT "
-    "NOT NULL,"
-    " value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, config_hash, place));"
-    "PRAGMA user_version = 1003;";
-_Static_assert(RETRAININGS_VERSION == 1003, "write it into schema_sql, too");
+    " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL,"
+    " method TEXT NOT NULL, value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, "
+    "config_hash, place));"
+    "PRAGMA user_version = 1004;";
+_Static_assert(RETRAININGS_VERSION == 1004, "write it into schema_sql, too");
 
 struct vw_retrainings {
     struct vw_database database;
@@ -59,29 +57,28 @@ enum { VAL_PSNR = 6, ROW_HASH = 13 };
 static const char hashed_as[] = "viewworth retraining row 2";
 
 enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
-                                   struct vw_retrain_result *outcome) {
+                                   struct vw_retrain_result *result) {
     struct vw_database *database = &retrainings->database;
     sqlite3_stmt *statement = NULL;
     bool there = false;
     enum vw_status status = vw_database_prepare(
         database, "SELECT " RETRAINING_COLUMNS ", row_hash FROM retraining WHERE retraining_id = ?", &statement);
     if (!status && sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK)
-        status = vw_database_fail(database, "look for a retraining");
+        status = vw_database_fail(database, "find a retraining");
     if (!status) status = vw_database_next(database, statement, &there);
     if (!status && there && !vw_row_fits_hash(statement, ROW_HASH, hashed_as))
-        status =
-            vw_fail(VW_ERROR_MISMATCH,
-                    "%s: retraining %s was edited: its row_hash does not fit; delete the row, and it is trained again",
-                    database->path, retraining_id);
+        status = vw_fail(VW_ERROR_MISMATCH,
+                         "%s: retraining %s was edited: its row_hash does not match; delete the row to train it again",
+                         database->path, retraining_id);
     if (!status) *found = there;
     if (!status && there)
-        *outcome = (struct vw_retrain_result){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
-                                              .val_ssim = vw_row_read_real(statement, VAL_PSNR + 1),
-                                              .val_l1 = vw_row_read_real(statement, VAL_PSNR + 2),
-                                              .test_psnr = vw_row_read_real(statement, VAL_PSNR + 3),
-                                              .test_ssim = vw_row_read_real(statement, VAL_PSNR + 4),
-                                              .test_l1 = vw_row_read_real(statement, VAL_PSNR + 5),
-                                              .seconds = vw_row_read_real(statement, VAL_PSNR + 6)};
+        *result = (struct vw_retrain_result){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
+                                             .val_ssim = vw_row_read_real(statement, VAL_PSNR + 1),
+                                             .val_l1 = vw_row_read_real(statement, VAL_PSNR + 2),
+                                             .test_psnr = vw_row_read_real(statement, VAL_PSNR + 3),
+                                             .test_ssim = vw_row_read_real(statement, VAL_PSNR + 4),
+                                             .test_l1 = vw_row_read_real(statement, VAL_PSNR + 5),
+                                             .seconds = vw_row_read_real(statement, VAL_PSNR + 6)};
     sqlite3_finalize(statement);
     return status;
 }
@@ -101,7 +98,7 @@ static char *list_views(const struct vw_retrain_params *retraining) {
 }
 
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *outcome) {
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result) {
     struct vw_database *database = &retrainings->database;
     struct vw_hasher hasher;
     struct vw_row row = {.hasher = &hasher};
@@ -122,13 +119,13 @@ enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char
     vw_row_add_integer(&row, retraining->view_count);
     vw_row_add_integer(&row, (int64_t)retraining->seed);
     vw_row_add_integer(&row, retraining->epochs);
-    vw_row_add_real(&row, outcome->val_psnr);
-    vw_row_add_real(&row, outcome->val_ssim);
-    vw_row_add_real(&row, outcome->val_l1);
-    vw_row_add_real(&row, outcome->test_psnr);
-    vw_row_add_real(&row, outcome->test_ssim);
-    vw_row_add_real(&row, outcome->test_l1);
-    vw_row_add_real(&row, outcome->seconds);
+    vw_row_add_real(&row, result->val_psnr);
+    vw_row_add_real(&row, result->val_ssim);
+    vw_row_add_real(&row, result->val_l1);
+    vw_row_add_real(&row, result->test_psnr);
+    vw_row_add_real(&row, result->test_ssim);
+    vw_row_add_real(&row, result->test_l1);
+    vw_row_add_real(&row, result->seconds);
     vw_row_end_hash(&hasher, hash);
     row.hasher = NULL;
     vw_row_add_text(&row, hash);

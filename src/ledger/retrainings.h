@@ -1,13 +1,13 @@
-// The retrainings of a benchmark or a comparison, in an SQLite file of their own (OUT/retrainings.db), so that either
-// resumes, and reuses what another one has found. Ordinary tables:
+// Retrainings and metrics in an SQLite file of their own (OUT/retrainings.db), so that a benchmark, comparison or sweep
+// resumes and reuses what another one trained. Ordinary tables:
 // - retraining(retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr,
-// test_ssim, test_l1, seconds,
-//   row_hash): a training on some photos.
-//   retraining_id: 64 hex digits, hash of all that decides its bits. views: image_ids, ascending, with spaces between.
-//   NULL: no value. row_hash: of the row's other columns, so that one that was edited is not taken for what was
-//   measured. It tells mistakes: whoever edits can hash anew.
-// - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): what the benchmark found, as
-// in benchmark.csv. Each append is one synced transaction.
+//   test_ssim, test_l1, seconds, row_hash): a training on some photos. retraining_id: 64 hex digits, hash of all that
+//   decides its bits. views: image_ids, ascending, separated by spaces. NULL: no value. row_hash: hash of the other
+//   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew.
+// - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): the results of the
+// benchmark,
+//   as in benchmark.csv.
+// Each append is one synced transaction.
 #ifndef VIEWWORTH_RETRAININGS_H
 #define VIEWWORTH_RETRAININGS_H
 
@@ -20,26 +20,26 @@
 
 struct vw_retrainings;
 
-// One figure of a benchmark.
+// One value of a benchmark.
 enum { VW_METRIC_BYTES = 48 };
 struct vw_metric {
-    char metric[VW_METRIC_BYTES]; // what was evaluated: "auc/blur", "lds/val_psnr", ...
-    const char *method;           // whom: a method's name, or that of a baseline; borrowed
+    char metric[VW_METRIC_BYTES]; // "auc/blur", "lds/val_psnr", ...
+    const char *method;           // evaluated: the name of a method or of a baseline; borrowed
     double value;                 // NaN becomes NULL
     double ci_low, ci_high;       // 95 % interval; NaN where there is none
-    uint32_t count;               // of what it was taken over: pairs, photos, subsets, trainings
+    uint32_t count;               // sample size: pairs, photos, subsets or trainings
 };
 
 // Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
 enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings);
 void vw_retrainings_close(struct vw_retrainings **retrainings);
 
-// Whether a retraining of that id has ended, and its outcome. VW_ERROR_MISMATCH when its row was edited.
+// Whether a retraining of that id is recorded, and its result. VW_ERROR_MISMATCH when its row was edited.
 enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
-                                   struct vw_retrain_result *outcome);
-// Appends one that has ended, whose epochs must be said. An id that is there already keeps its first outcome.
+                                   struct vw_retrain_result *result);
+// Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result.
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *outcome);
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result);
 // Replaces the metrics of a scene and config.
 enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
                                           const char *config_hash, const struct vw_metric *metrics, uint32_t count);

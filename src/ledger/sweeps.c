@@ -8,11 +8,11 @@
 #include "base/memory.h"
 
 // Tells the file from a ledger, whose user_version counts from 1, and from retrainings.
-enum { TRADEOFFS_VERSION = 2001 };
-static const char hashed_as[] = "viewworth measured row 1";
+enum { SWEEPS_VERSION = 2002 };
+static const char hashed_as[] = "viewworth measurement row 1";
 
 #define COLUMN(member, of_kind)                                                                                        \
-    { #member, VW_TRADEOFF_##of_kind, offsetof(struct vw_sweep_metrics, member) }
+    { #member, VW_COLUMN_##of_kind, offsetof(struct vw_sweep_metrics, member) }
 static const struct vw_sweep_column columns[] = {
     COLUMN(configuration, TEXT),
     COLUMN(parameter, TEXT),
@@ -50,13 +50,12 @@ struct vw_sweeps {
     struct vw_database database;
 };
 
-// ---- The file
-// -----------------------------------------------------------------------------------------------------------
+// ---- The file ----
 
 static const char *const types[] = {
-    [VW_TRADEOFF_TEXT] = "TEXT NOT NULL", [VW_TRADEOFF_WHOLE] = "INTEGER NOT NULL", [VW_TRADEOFF_REAL] = "REAL"};
+    [VW_COLUMN_TEXT] = "TEXT NOT NULL", [VW_COLUMN_WHOLE] = "INTEGER NOT NULL", [VW_COLUMN_REAL] = "REAL"};
 
-// A statement with a part for every column: its definition, or the place of its value. Owned by the caller.
+// A statement with a part for every column: its definition, or a placeholder for its value. Owned by the caller.
 static char *write_sql(const char *before, bool defines, const char *behind) {
     char *text = NULL;
     size_t size_bytes = 0;
@@ -75,90 +74,90 @@ static char *write_sql(const char *before, bool defines, const char *behind) {
 }
 
 static enum vw_status make_tables(struct vw_database *database) {
-    char *schema_sql = write_sql(
-        "CREATE TABLE measured (point_id TEXT NOT NULL, measure TEXT NOT NULL, value REAL, row_hash TEXT NOT NULL,"
-        " PRIMARY KEY (point_id, measure)) WITHOUT ROWID;"
-        "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
-        true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2001;");
-    _Static_assert(TRADEOFFS_VERSION == 2001, "write it into the statement, too");
-    enum vw_status status = schema_sql ? vw_database_make_tables(database, schema_sql, TRADEOFFS_VERSION,
-                                                                 "the metrics of a sweep over settings")
-                                       : VW_ERROR_MEMORY;
+    char *schema_sql = write_sql("CREATE TABLE measurement (configuration_id TEXT NOT NULL, quantity TEXT NOT NULL, "
+                                 "value REAL, row_hash TEXT NOT NULL,"
+                                 " PRIMARY KEY (configuration_id, quantity)) WITHOUT ROWID;"
+                                 "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
+                                 true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2002;");
+    _Static_assert(SWEEPS_VERSION == 2002, "write it into the statement, too");
+    enum vw_status status =
+        schema_sql ? vw_database_make_tables(database, schema_sql, SWEEPS_VERSION, "the results of a sweep")
+                   : VW_ERROR_MEMORY;
     free(schema_sql);
     return status;
 }
 
-enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **tradeoffs) {
+enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **sweeps) {
     struct vw_sweeps *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_open(path, true, &opened->database);
     if (!status) status = make_tables(&opened->database);
     if (status) vw_sweeps_close(&opened);
-    else *tradeoffs = opened;
+    else *sweeps = opened;
     return status;
 }
 
-void vw_sweeps_close(struct vw_sweeps **tradeoffs) {
-    if (!*tradeoffs) return;
-    vw_database_close(&(*tradeoffs)->database);
-    free(*tradeoffs);
-    *tradeoffs = NULL;
+void vw_sweeps_close(struct vw_sweeps **sweeps) {
+    if (!*sweeps) return;
+    vw_database_close(&(*sweeps)->database);
+    free(*sweeps);
+    *sweeps = NULL;
 }
 
-// ---- What was measured
-// --------------------------------------------------------------------------------------------------
+// ---- Measurements ----
 
 enum { VALUE = 2, ROW_HASH = 3 }; // columns
 
-enum vw_status vw_sweeps_find(struct vw_sweeps *tradeoffs, const char *point_id, const char *measure, bool *found,
+enum vw_status vw_sweeps_find(struct vw_sweeps *sweeps, const char *configuration_id, const char *quantity, bool *found,
                               double *value) {
-    struct vw_database *database = &tradeoffs->database;
+    struct vw_database *database = &sweeps->database;
     struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database, "SELECT point_id, measure, value, row_hash FROM measured WHERE point_id = ? AND measure = ?",
-        &row.statement);
-    vw_row_add_text(&row, point_id);
-    vw_row_add_text(&row, measure);
-    if (!status && row.failed) status = vw_database_fail(database, "look for a measure");
+    enum vw_status status = vw_database_prepare(database,
+                                                "SELECT configuration_id, quantity, value, row_hash FROM measurement "
+                                                "WHERE configuration_id = ? AND quantity = ?",
+                                                &row.statement);
+    vw_row_add_text(&row, configuration_id);
+    vw_row_add_text(&row, quantity);
+    if (!status && row.failed) status = vw_database_fail(database, "find a measurement");
     if (!status) status = vw_database_next(database, row.statement, found);
     if (!status && *found) *value = vw_row_read_real(row.statement, VALUE);
     if (!status && *found && !vw_row_fits_hash(row.statement, ROW_HASH, hashed_as))
         status = vw_fail(
             VW_ERROR_MISMATCH,
-            "%s: measured %s of %s was edited: its row_hash does not fit; delete the row, and it is measured again",
-            database->path, measure, point_id);
+            "%s: measurement %s of %s was edited: its row_hash does not match; delete the row to measure it again",
+            database->path, quantity, configuration_id);
     sqlite3_finalize(row.statement);
     return status;
 }
 
-enum vw_status vw_sweeps_keep(struct vw_sweeps *tradeoffs, const char *point_id,
-                              const struct vw_sweep_measure *measures, uint32_t count) {
-    struct vw_database *database = &tradeoffs->database;
+enum vw_status vw_sweeps_keep(struct vw_sweeps *sweeps, const char *configuration_id,
+                              const struct vw_measurement *measurements, uint32_t count) {
+    struct vw_database *database = &sweeps->database;
     struct vw_hasher hasher;
     struct vw_row row = {0};
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
     status = vw_database_prepare(
-        database, "INSERT OR REPLACE INTO measured (point_id, measure, value, row_hash) VALUES (?, ?, ?, ?)",
+        database,
+        "INSERT OR REPLACE INTO measurement (configuration_id, quantity, value, row_hash) VALUES (?, ?, ?, ?)",
         &row.statement);
     for (uint32_t i = 0; i < count && !status; i++) {
         char hash[VW_HASH_HEX_BYTES];
         row.hasher = &hasher;
         vw_row_begin_hash(&hasher, hashed_as);
-        vw_row_add_text(&row, point_id);
-        vw_row_add_text(&row, measures[i].name);
-        vw_row_add_real(&row, measures[i].value);
+        vw_row_add_text(&row, configuration_id);
+        vw_row_add_text(&row, measurements[i].quantity);
+        vw_row_add_real(&row, measurements[i].value);
         vw_row_end_hash(&hasher, hash);
         row.hasher = NULL;
         vw_row_add_text(&row, hash);
-        status = vw_row_write(&row, database, "record what was measured");
+        status = vw_row_write(&row, database, "record a measurement");
     }
     sqlite3_finalize(row.statement);
     return vw_database_end(database, status);
 }
 
-// ---- Figures
-// ------------------------------------------------------------------------------------------------------------
+// ---- Metrics ----
 
 static enum vw_status remove_metrics(struct vw_database *database, const char *sweep_id) {
     struct vw_row row = {0};
@@ -173,9 +172,9 @@ static void add_metric(struct vw_row *row, const struct vw_sweep_metrics *metric
     for (size_t i = 0; i < VW_ARRAY_COUNT(columns); i++) {
         const void *value = (const char *)metric + columns[i].offset;
         switch (columns[i].kind) {
-        case VW_TRADEOFF_TEXT: vw_row_add_text(row, *(const char *const *)value); break;
-        case VW_TRADEOFF_WHOLE: vw_row_add_integer(row, *(const uint32_t *)value); break;
-        case VW_TRADEOFF_REAL: vw_row_add_real(row, *(const double *)value); break;
+        case VW_COLUMN_TEXT: vw_row_add_text(row, *(const char *const *)value); break;
+        case VW_COLUMN_WHOLE: vw_row_add_integer(row, *(const uint32_t *)value); break;
+        case VW_COLUMN_REAL: vw_row_add_real(row, *(const double *)value); break;
         }
     }
 }
@@ -197,9 +196,9 @@ static enum vw_status insert_metrics(struct vw_database *database, const char *s
     return status;
 }
 
-enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *tradeoffs, const char *sweep_id,
+enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *sweeps, const char *sweep_id,
                                      const struct vw_sweep_metrics *metrics, uint32_t count) {
-    struct vw_database *database = &tradeoffs->database;
+    struct vw_database *database = &sweeps->database;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
     status = remove_metrics(database, sweep_id);

@@ -1,14 +1,14 @@
-// What accuracy costs in time: the metrics of a sweep over settings, in an SQLite file of their own (OUT/tradeoff.db),
-// so that a sweep goes on where it was stopped. Ordinary tables:
-// - measured(point_id, measure, value, row_hash): what was measured once and would not come out again to the last digit
-// (times), or is
-//   dear to measure again. point_id: 64 hex digits, hash of all that the value depends on. row_hash: of the other
-//   columns, so that one that was edited is not taken for what was measured. It tells mistakes: whoever edits can hash
+// The measurements and metrics of sweeps in an SQLite file of their own (OUT/tradeoff.db), so that an interrupted sweep
+// resumes. Ordinary tables:
+// - measurement(configuration_id, quantity, value, row_hash): what is expensive to measure again, or would not come out
+//   the same to the last digit (times). configuration_id: 64 hex digits, hash of all that the value depends on.
+//   row_hash: hash of the other columns; an edited row is refused. It catches mistakes, not a forger, who can hash
 //   anew.
 // - metric(sweep_id, place, ...): the results, a row per configuration and method, with the columns of
-// vw_sweep_columns(). Each append is one synced transaction.
-#ifndef VIEWWORTH_TRADEOFFS_H
-#define VIEWWORTH_TRADEOFFS_H
+//   vw_sweep_columns().
+// Each append is one synced transaction.
+#ifndef VIEWWORTH_SWEEPS_H
+#define VIEWWORTH_SWEEPS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -16,16 +16,16 @@
 
 #include "viewworth/status.h"
 
-// A value, and what one method's scores are worth there. Reals are NaN where there is no value; correlations are in
-// [-1,1].
+// A configuration, and the quality of one method's scores there. Reals are NaN where there is no value; correlations
+// are in [-1,1].
 struct vw_sweep_metrics {
     const char *configuration; // "base", "rays-125", "full_resolution", ...
-    const char *parameter;     // what it changes of the base
-    const char *value;
-    uint32_t base; // 1 for the base itself, else 0; likewise the fronts
+    const char *parameter;     // what it changes of the base configuration
+    const char *value;         // to what; of the base: every parameter with its value
+    uint32_t base;             // 1 for the base itself, else 0; likewise the Pareto fronts
     uint32_t epochs;
     uint32_t steps;
-    // A step without and with scoring, taken in turn with the base's: wall clock; where the device is the CPU, the
+    // Wall clock of a step without and with scoring, by paired timing with the base; where the device is the CPU, the
     // base's wall clock times the ratio of CPU times. Of the first steps, before the effect occupancy skips any sample.
     double train_ms, value_ms;
     double scoring_ratio; // value_ms / train_ms
@@ -43,15 +43,15 @@ struct vw_sweep_metrics {
                                                   // seed; mean over the seeds
     double all_pixels_pearson,
         all_pixels_spearman;             // likewise with those of the same trainings, scored on all validation pixels
-    double auc;                          // probability that an clean photo scores above a corrupted one
+    double auc;                          // probability that a clean photo scores above a corrupted one
     double lds, lds_ci_low, lds_ci_high; // Spearman's correlation of summed scores of random halves with what trainings
                                          // on them reach, and its 95 % interval over the halves
 };
 
 struct vw_sweep_column {
     const char *name;
-    enum vw_sweep_kind { VW_TRADEOFF_TEXT, VW_TRADEOFF_WHOLE, VW_TRADEOFF_REAL } kind; // const char *, uint32_t, double
-    size_t offset;                                                                     // in struct vw_sweep_metrics
+    enum vw_sweep_kind { VW_COLUMN_TEXT, VW_COLUMN_WHOLE, VW_COLUMN_REAL } kind; // const char *, uint32_t, double
+    size_t offset;                                                               // in struct vw_sweep_metrics
 };
 // All of them, in the order above, named as the members are.
 const struct vw_sweep_column *vw_sweep_columns(uint32_t *count);
@@ -59,22 +59,22 @@ const struct vw_sweep_column *vw_sweep_columns(uint32_t *count);
 struct vw_sweeps;
 
 // Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
-enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **tradeoffs);
-void vw_sweeps_close(struct vw_sweeps **tradeoffs);
+enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **sweeps);
+void vw_sweeps_close(struct vw_sweeps **sweeps);
 
-// Whether a measure of a configuration is there, and its value (NaN for NULL). VW_ERROR_MISMATCH when its row was
+// Whether a quantity of a configuration is recorded, and its value (NaN for NULL). VW_ERROR_MISMATCH when its row was
 // edited.
-enum vw_status vw_sweeps_find(struct vw_sweeps *tradeoffs, const char *point_id, const char *measure, bool *found,
+enum vw_status vw_sweeps_find(struct vw_sweeps *sweeps, const char *configuration_id, const char *quantity, bool *found,
                               double *value);
-// Keeps some of a configuration at once, in place of what is there of the same names.
-struct vw_sweep_measure {
-    const char *name;
+struct vw_measurement {
+    const char *quantity; // borrowed
     double value;
 };
-enum vw_status vw_sweeps_keep(struct vw_sweeps *tradeoffs, const char *point_id,
-                              const struct vw_sweep_measure *measures, uint32_t count);
+// Records several measurements of a configuration at once; they replace older ones of the same quantities.
+enum vw_status vw_sweeps_keep(struct vw_sweeps *sweeps, const char *configuration_id,
+                              const struct vw_measurement *measurements, uint32_t count);
 // Replaces the metrics of a sweep.
-enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *tradeoffs, const char *sweep_id,
+enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *sweeps, const char *sweep_id,
                                      const struct vw_sweep_metrics *metrics, uint32_t count);
 
 #endif

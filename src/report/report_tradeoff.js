@@ -1,5 +1,5 @@
 'use strict';
-// The section of the report on tradeoff.csv: how long a run takes at each point, and what its PSNR and its scores are then worth.
+// The section of the report on tradeoff.csv: the time of a run at each configuration, beside its PSNR and the quality of its scores.
 
 const TRADEOFF_NUMBERS = ['train_ms', 'value_ms', 'scoring_ratio', 'run_seconds', 'val_psnr', 'seed_pearson', 'seed_spearman',
   'agreement_pearson', 'all_pixels_pearson', 'auc', 'lds', 'lds_ci_low', 'lds_ci_high'];
@@ -8,13 +8,13 @@ const TRADEOFF_MEASURES = [
   {key: 'seed_pearson', title: 'seeds r', digits: 3, means: 'agreement of two seeds (Pearson’s r)'},
   {key: 'seed_spearman', title: 'seeds rho', digits: 3, means: 'agreement of two seeds (Spearman’s rho)'},
   {key: 'auc', title: 'AUC', digits: 3, means: 'corrupted photos found (AUC)'},
-  {key: 'lds', title: 'LDS', digits: 3, means: 'effects of leaving photos out foreseen (LDS)'},
+  {key: 'lds', title: 'LDS', digits: 3, means: 'effects of leaving photos out predicted (LDS)'},
 ];
 const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips have more
 
 const clipped = (text, length = LONGEST_NAME) => text.length > length ? text.slice(0, length - 1) + '…' : text;
 
-// An edited file may hold any number: those that no axis can show count as unknown, and no logarithmic one shows others than these.
+// An edited file may hold any number. One that no axis can show counts as unknown; a logarithmic axis shows drawable ones only.
 const bounded = value => Math.abs(value) < 1e9 ? value : NaN;
 const drawable = value => value > 1e-6 && value < 1e9;
 
@@ -24,29 +24,31 @@ function timeOf(seconds) {
   return (count < 10 ? Number(count.toPrecision(2)) : Math.round(count)) + ' ' + unit;
 }
 
-// ---- Points and methods -------------------------------------------------------------------------------------------------
+// ---- Configurations and methods -------------------------------------------------------------------------------------------------
 
-// Rows by point and method: {rows, methods, points}, where points are the first rows of each, in the order of the file.
+// Rows by configuration and method: {rows, methods, configurations}, where configurations are the first rows of each, in the order of the
+// file.
 function tradeoffOf(table) {
   const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_pareto_front: row.psnr_pareto_front === '1',
     score_pareto_front: row.score_pareto_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
-  const points = new Map();
-  for (const row of rows) if (!points.has(row.point)) points.set(row.point, row);
-  return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))], points: [...points.values()]};
+  const configurations = new Map();
+  for (const row of rows) if (!configurations.has(row.configuration)) configurations.set(row.configuration, row);
+  return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))],
+    configurations: [...configurations.values()]};
 }
 
-// A row per point: that of the method, or where it has none, what belongs to the point alone.
-function rowsOfMethod({rows, points}, method) {
-  const scored = new Map(rows.filter(row => row.method === method).map(row => [row.point, row]));
+// A row per configuration: that of the method, or, when it has none, the columns that do not depend on the method.
+function rowsOfMethod({rows, configurations}, method) {
+  const scored = new Map(rows.filter(row => row.method === method).map(row => [row.configuration, row]));
   const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_ci_low', 'lds_ci_high'];
   const none = {score_pareto_front: false, ...Object.fromEntries(names.map(name => [name, NaN]))};
-  return points.map(point => scored.get(point.point) || {...point, ...none});
+  return configurations.map(row => scored.get(row.configuration) || {...row, ...none});
 }
 
-function tradeoffSummary({points, methods}) {
-  const times = points.map(row => row.run_seconds).filter(drawable), base = points.find(row => row.base);
+function tradeoffSummary({configurations, methods}) {
+  const times = configurations.map(row => row.run_seconds).filter(drawable), base = configurations.find(row => row.base);
   const range = [...new Set([Math.min(...times), Math.max(...times)].map(timeOf))].join(' to ');
-  return plural(points.length, 'point') + ', ' + plural(methods.length, 'method') + (times.length ? '; a run takes ' + range : '') +
+  return plural(configurations.length, 'configuration') + ', ' + plural(methods.length, 'method') + (times.length ? '; a run takes ' + range : '') +
     (base ? '. The base takes ' + timeOf(base.run_seconds) + ' and reaches ' + fixed(base.val_psnr, 2) + ' dB' : '') + '.';
 }
 
@@ -84,12 +86,12 @@ function parameterStyle(place) {
     borderWidth: /cross|star/.test(shape) ? 2 : 1};
 }
 
-// Points over their time, by the column `key`; `front` is the column that marks the points to be joined, or empty, and `about` begins the
-// caption.
+// Configurations over their time, by the column `key`. `front` is the column that marks the Pareto front, which a line joins, or empty;
+// `about` begins the caption.
 function drawCost({id, rows, key, title, digits, front, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
-  if (!shown.length) return clearChart(id, 'No point has a value of ' + title + ' by this method.');
-  const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.point}));
+  if (!shown.length) return clearChart(id, 'No configuration has a value of ' + title + ' by this method.');
+  const points = list => list.map(row => ({x: row.run_seconds, y: row[key], name: row.configuration}));
   const parameters = [...new Set(rows.filter(row => !row.base).map(row => row.parameter))];
   const joined = front ? shown.filter(row => row[front]).sort((a, b) => a.run_seconds - b.run_seconds) : [];
   const line = joined.length > 1 ? points(joined) : [];
@@ -97,15 +99,15 @@ function drawCost({id, rows, key, title, digits, front, about = ''}) {
     shape: 'square',
     label: 'Seconds of a run against ' + title,
     caption: about + 'Further left is faster, higher is better; the ring is the base.' +
-      (joined.length > 1 ? ' The line joins the points that no other matches in less time.' : ''),
-    behind: tableBehind('Table of the points', ['point', 'seconds of a run', title],
-      () => shown.map(row => [element('td', {class: 'long'}, row.point), short(row.run_seconds), fixed(row[key], digits)]), [1, 2]),
+      (joined.length > 1 ? ' The line is the Pareto front: no other configuration is as good in less time.' : ''),
+    behind: tableBehind('Table of the configurations', ['configuration', 'seconds of a run', title],
+      () => shown.map(row => [element('td', {class: 'long'}, row.configuration), short(row.run_seconds), fixed(row[key], digits)]), [1, 2]),
     config: () => ({type: 'scatter', data: {datasets: [
       {label: 'base', data: points(shown.filter(row => row.base)), pointStyle: 'circle', radius: 7, hoverRadius: 9, borderWidth: 3,
         borderColor: colour('ink'), backgroundColor: 'transparent'},
       ...parameters.map((parameter, i) => ({label: clipped(parameter), ...parameterStyle(i),
         data: points(shown.filter(row => !row.base && row.parameter === parameter))})),
-      {label: 'fastest for what they reach', type: 'line', data: line, borderColor: colour('quiet'), borderWidth: 1.5,
+      {label: 'Pareto front', type: 'line', data: line, borderColor: colour('quiet'), borderWidth: 1.5,
         radius: 0, hitRadius: 0, pointStyle: 'line'}].filter(set => set.data.length)},
     options: {scales: {x: logAxis('seconds of a run', shown.map(row => row.run_seconds)), y: axis(title, {grace: '6%'})},
       plugins: {legend: {display: true, position: 'bottom', labels: legendLabels()}, tooltip: {
@@ -116,23 +118,24 @@ function drawCost({id, rows, key, title, digits, front, about = ''}) {
 
 // ---- One parameter -----------------------------------------------------------------------------------------------------------
 
-function parametersOf({points}) {
-  const settings = new Map();
-  for (const {parameter, setting, base} of points) if (!base) settings.set(parameter, (settings.get(parameter) || new Set()).add(setting));
-  return [...settings.keys()].filter(parameter => settings.get(parameter).size > 1);
+function parametersOf({configurations}) {
+  const values = new Map();
+  for (const {parameter, value, base} of configurations)
+    if (!base) values.set(parameter, (values.get(parameter) || new Set()).add(value));
+  return [...values.keys()].filter(parameter => values.get(parameter).size > 1);
 }
 
-// Places of settings on an axis: numbers by their logarithm, then what is none ("all"), a step apart.
-function placesOf(settings) {
-  const numbers = settings.filter(text => drawable(number(text))).sort((a, b) => number(a) - number(b));
+// Places of values on an axis: numbers by their logarithm, then words ("all"), a step apart.
+function placesOf(values) {
+  const numbers = values.filter(text => drawable(number(text))).sort((a, b) => number(a) - number(b));
   const ends = numbers.map(text => Math.log10(number(text))), span = ends.length > 1 ? ends[ends.length - 1] - ends[0] : 0;
   const step = span > 0 ? span / (ends.length - 1) : 1, places = new Map(numbers.map((text, i) => [text, ends[i]]));
   let last = ends.length ? ends[ends.length - 1] : 0;
-  for (const text of settings) if (!places.has(text)) places.set(text, last += step);
+  for (const text of values) if (!places.has(text)) places.set(text, last += step);
   return {places, step, isScale: numbers.length > 1};
 }
 
-function settingAxis(parameter, {places, step}) {
+function valueAxis(parameter, {places, step}) {
   const ticks = [...places].map(([text, value]) => ({value, label: clipped(text, 12)})).sort((a, b) => a.value - b.value);
   const labels = new Map(ticks.map(tick => [tick.value, tick.label])), characters = ticks.reduce((sum, tick) => sum + tick.label.length, 0);
   return axis(clipped(parameter), {type: 'linear', min: ticks[0].value - step / 3, max: ticks[ticks.length - 1].value + step / 3,
@@ -141,67 +144,68 @@ function settingAxis(parameter, {places, step}) {
       callback: value => labels.get(value) ?? ''}});
 }
 
-// The base's setting of a parameter, among all that its own setting names: "rays 500, samples 32, ...". '' where it names none.
-function settingOfBase(base, parameter) {
-  const part = base.setting.split(', ').find(text => text.startsWith(parameter + ' '));
+// The base's value of a parameter, from its list of all: "rays 500, samples 32, ...". '' where the list lacks it.
+function valueOfBase(base, parameter) {
+  const part = base.value.split(', ').find(text => text.startsWith(parameter + ' '));
   return part ? part.slice(parameter.length + 1) : '';
 }
 
-// The settings of a parameter against one column, with the base's value as a dashed line; `also` is a second column, {key, title}.
+// The values of a parameter against one column, with the base as a dashed line; `also` is a second column, {key, title}.
 function drawParameter({id, rows, parameter, key, title, digits, log = false, also, caption}) {
   const fits = row => log ? drawable(row[key]) : known(row[key]);
-  const base = rows.find(row => row.base), own = base ? settingOfBase(base, parameter) : '';
-  const ofParameter = [...rows.filter(row => row.parameter === parameter && !row.base), ...own ? [{...base, setting: own}] : []];
+  const base = rows.find(row => row.base), own = base ? valueOfBase(base, parameter) : '';
+  const ofParameter = [...rows.filter(row => row.parameter === parameter && !row.base), ...own ? [{...base, value: own}] : []];
   const shown = ofParameter.filter(fits);
-  if (!shown.some(row => !row.base)) return clearChart(id, 'No setting of ' + clipped(parameter) + ' has a value of ' + title + '.');
-  const scale = placesOf([...new Set(ofParameter.map(row => row.setting))]), ends = [...scale.places.values()];
+  if (!shown.some(row => !row.base)) return clearChart(id, 'No value of ' + clipped(parameter) + ' has ' + title + '.');
+  const scale = placesOf([...new Set(ofParameter.map(row => row.value))]), ends = [...scale.places.values()];
   const points = column => ofParameter.filter(row => known(row[column]))
-    .map(row => ({x: scale.places.get(row.setting), y: row[column], setting: row.setting})).sort((a, b) => a.x - b.x);
+    .map(row => ({x: scale.places.get(row.value), y: row[column], value: row.value})).sort((a, b) => a.x - b.x);
   const level = base && fits(base) ? [Math.min(...ends) - scale.step / 3, Math.max(...ends) + scale.step / 3]
-    .map(x => ({x, y: base[key], setting: 'base'})) : [];
+    .map(x => ({x, y: base[key], value: 'base'})) : [];
   const extra = also && ofParameter.some(row => known(row[also.key])) ? points(also.key) : [];
   const heights = [...shown, ...level.length ? [base] : []].map(row => row[key]);
   const lineOf = name => ({borderColor: colour(name), backgroundColor: colour(name), borderWidth: 1.8, radius: 4, showLine: scale.isScale});
   drawChart(id, {
     shape: 'small',
-    label: title + ' by the setting of ' + clipped(parameter),
+    label: title + ' by the value of ' + clipped(parameter),
     caption,
-    behind: tableBehind('Table of the points', ['setting', title, ...extra.length ? [also.title] : []],
-      () => ofParameter.map(row => [element('td', {class: 'long'}, row.setting), fixed(row[key], digits),
+    behind: tableBehind('Table of the values', ['value', title, ...extra.length ? [also.title] : []],
+      () => ofParameter.map(row => [element('td', {class: 'long'}, row.value), fixed(row[key], digits),
         ...extra.length ? [fixed(row[also.key], digits)] : []]), [1, 2]),
     config: () => ({type: 'line', data: {datasets: [
       {label: title, data: points(key), ...lineOf('helps')},
       {label: also && also.title, data: extra, ...lineOf('harms'), borderDash: [7, 4], pointStyle: 'rect'},
       {label: 'base', data: level, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1.5, radius: 0, hitRadius: 0,
         pointStyle: 'line'}].filter(set => set.data.length)},
-    options: {scales: {x: settingAxis(parameter, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
+    options: {scales: {x: valueAxis(parameter, scale), y: log ? logAxis(title, heights) : axis(title, {grace: '8%'})},
       plugins: {legend: {display: extra.length > 0, position: 'bottom', labels: legendLabels()}, tooltip: {
-        filter: item => item.raw.setting !== undefined,
-        callbacks: {title: () => '', label: ({raw}) => clipped(raw.setting, 60) + ': ' + fixed(raw.y, digits)}}}}}),
+        filter: item => item.raw.value !== undefined,
+        callbacks: {title: () => '', label: ({raw}) => clipped(raw.value, 60) + ': ' + fixed(raw.y, digits)}}}}}),
   });
 }
 
 // ---- The table ----------------------------------------------------------------------------------------------------------
 
 function tradeoffTable(place) {
-  const figure = (title, key, digits, more = {}) =>
+  const metric = (title, key, digits, more = {}) =>
     ({title, key: row => row[key], cell: row => fixed(row[key], digits), number: true, descending: true, ...more});
   const front = row => row.psnr_pareto_front ? row.score_pareto_front ? 'both' : 'PSNR' : row.score_pareto_front ? 'scores' : '';
   const lds = row => known(row.lds) ? fixed(row.lds, 2) + (known(row.lds_ci_low) && known(row.lds_ci_high) ?
     ' (' + fixed(row.lds_ci_low, 2) + ' to ' + fixed(row.lds_ci_high, 2) + ')' : '') : '–';
   return new SortedTable(place, [
-    {title: 'Point', key: row => row.point, class: 'long', cell: row => row.base ? element('b', {}, row.point) : row.point},
+    {title: 'Configuration', key: row => row.configuration, class: 'long',
+      cell: row => row.base ? element('b', {}, row.configuration) : row.configuration},
     {title: 'Run, s', key: row => row.run_seconds, number: true, hint: 'seconds, with scoring', cell: row => fixed(row.run_seconds, 1)},
-    figure('Step, ms', 'value_ms', 2, {descending: false, class: 'wide', hint: 'a training step with its scoring'}),
-    figure('Ratio', 'scoring_ratio', 2, {descending: false, class: 'wide', hint: 'step with scoring / without'}),
-    figure('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos of the base\'s size; none where other pixels count'}),
-    figure('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
-    figure('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
-    figure('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the full_resolution scores'}),
-    figure('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a corrupted photo scores below a clean one'}),
+    metric('Step, ms', 'value_ms', 2, {descending: false, class: 'wide', hint: 'a training step with its scoring'}),
+    metric('Ratio', 'scoring_ratio', 2, {descending: false, class: 'wide', hint: 'step with scoring / without'}),
+    metric('PSNR, dB', 'val_psnr', 2, {hint: 'of validation photos at the base\'s size; none where other pixels are measured'}),
+    metric('Seeds r', 'seed_pearson', 3, {class: 'wide', hint: 'Pearson’s correlation of the scores of two seeds'}),
+    metric('Seeds rho', 'seed_spearman', 3, {class: 'wide', hint: 'Spearman’s correlation of the scores of two seeds'}),
+    metric('Agrees r', 'agreement_pearson', 3, {hint: 'Pearson’s correlation with the full_resolution scores'}),
+    metric('AUC', 'auc', 3, {class: 'wide', hint: 'chance that a corrupted photo scores below a clean one'}),
     {title: 'LDS', key: row => row.lds, descending: true, number: true, class: 'wide', cell: lds, hint: 'with its 95 % interval'},
-    {title: 'Front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
-      hint: 'in which of them no other point is as good in less time'},
+    {title: 'Pareto front', key: front, descending: true, class: 'wide', cell: row => front(row) || '–',
+      hint: 'no other configuration is as good in less time: by PSNR, by agreement of scores, or by both'},
   ], {sort: 1});
 }
 
@@ -225,25 +229,25 @@ function drawTradeoff(one) {
   if (!one.parameter) return;
   const draw = (name, more) => drawParameter({id: one.id + '-' + name, rows, parameter: one.parameter, digits: 2, ...more});
   if (measure)
-    draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper setting does as well.',
+    draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper value does as well.',
       also: agrees ? {key: 'all_pixels_pearson', title: 'with all validation pixels, r'} : undefined});
-  draw('parameter-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'What the setting gains or costs in quality.'});
-  draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'What it costs in time; dashed is the base.'});
+  draw('parameter-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'How quality depends on the parameter.'});
+  draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'How the time of a run depends on it; dashed is the base.'});
 }
 
 function addTradeoff(table, place) {
   const tradeoff = tradeoffOf(table), {methods} = tradeoff, parameters = parametersOf(tradeoff), id = 'tradeoff-' + place;
-  if (!tradeoff.points.length) return;
+  if (!tradeoff.configurations.length) return;
   show('tradeoffs');
   const measures = TRADEOFF_MEASURES.filter(({key}) => tradeoff.rows.some(row => known(row[key])));
-  const summary = tradeoffSummary(tradeoff), leads = !runs.length && !place; // what the page begins with
+  const summary = tradeoffSummary(tradeoff), leads = !runs.length && !place; // this section comes first
   const one = {id, tradeoff, parameter: parameters[0], measure: measures.length ? measures[0].key : '',
     method: methods.includes(data.default_method) ? data.default_method : methods[0] || ''};
   const choice = (name, title, entries) => entries.length > 1 ? [selectBox(id + '-choose-' + name, title, entries, one[name],
     value => { one[name] = value; drawTradeoff(one); })] : [];
   const spot = name => element('div', {id: id + '-' + name}), target = element('div', {id: id + '-table'});
   byId('tradeoffs').append(
-    element('p', {class: 'quiet'}, table.label + ': each point is the base setting with one parameter changed. ' + (leads ? '' : summary)),
+    element('p', {class: 'quiet'}, table.label + ': each configuration is the base with one parameter changed. ' + (leads ? '' : summary)),
     element('div', {class: 'filters'}, ...choice('method', 'Method', methods.map(name => [name, name])),
       ...choice('measure', 'Measure of the scores', measures.map(({key, means}) => [key, means]))),
     element('div', {class: 'beside'}, spot('psnr'), spot('score')));
@@ -251,7 +255,7 @@ function addTradeoff(table, place) {
     byId('tradeoffs').append(element('h3', {}, 'One parameter at a time'),
       element('div', {class: 'filters'}, ...choice('parameter', 'Parameter', parameters.map(name => [name, clipped(name)]))),
       element('div', {class: 'beside three'}, spot('parameter-score'), spot('parameter-psnr'), spot('parameter-time')));
-  byId('tradeoffs').append(element('h3', {}, 'Points'), target);
+  byId('tradeoffs').append(element('h3', {}, 'Configurations'), target);
   one.table = tradeoffTable(target);
   drawTradeoff(one);
   if (leads) byId('subtitle').textContent = summary;

@@ -265,18 +265,18 @@ def read_tradeoff(folder, name, method):
         return [row for row in csv.DictReader(file) if row['method'] == method]
 
 
-@check('time is drawn against PSNR and the chosen scores, as tradeoff.csv has them, with what no other point matches joined')
+@check('time is drawn against PSNR and the chosen scores, as tradeoff.csv has them, with the Pareto front as a line')
 def tradeoff_is_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
     page.choose('tradeoff-0-choose-method', 'dv_loss')
     rows = read_tradeoff(folder, 'trade', 'dv_loss')
     for chart, key, front in (('psnr', 'val_psnr', 'psnr_pareto_front'), ('score', 'agreement_pearson', 'score_pareto_front')):
         sets = drawn(page, chart)
-        line = sets.pop('fastest for what they reach')
-        wanted = sorted((row['point'], float(row['run_seconds']), float(row[key])) for row in rows if row[key])
+        line = sets.pop('Pareto front')
+        wanted = sorted((row['configuration'], float(row['run_seconds']), float(row[key])) for row in rows if row[key])
         shown = sorted((point['name'], point['x'], point['y']) for points in sets.values() for point in points)
         expect(shown == wanted, f'{chart}: {shown}, not {wanted}')
-        joined = [row['point'] for row in rows if row[front] == '1' and row[key]]
+        joined = [row['configuration'] for row in rows if row[front] == '1' and row[key]]
         expect([point['name'] for point in line] == joined and len(joined) > 2, f'{chart}: {line}, not {joined}')
         expect([point['name'] for point in sets['base']] == ['base'] and len(sets['rays']) == 3, sets)
     measures = page.run("return [...document.getElementById('tradeoff-0-choose-measure').options].map(one => one.value)")
@@ -284,32 +284,32 @@ def tradeoff_is_right(browser, folder):
     page.choose('tradeoff-0-choose-measure', 'lds')
     expect([point['y'] for point in drawn(page, 'score')['base']] == [0.62] and len(drawn(page, 'score')) == 1, drawn(page, 'score'))
     expect(drawn(page, 'parameter-score') is None, 'a chart of nothing')
-    expect('No setting of rays' in page.run("return document.getElementById('tradeoff-0-parameter-score').textContent"), 'no word why')
+    expect('No value of rays' in page.run("return document.getElementById('tradeoff-0-parameter-score').textContent"), 'no word why')
 
 
-@check('the settings of a parameter stand in their order, what is no number last')
+@check('the values of a parameter stand in their order, words last')
 def parameters_are_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
     parameters = page.run("return [...document.getElementById('tradeoff-0-choose-parameter').options].map(one => one.value)")
-    expect(parameters == ['rays', 'val-rays'], parameters) # of one setting there is nothing to draw
+    expect(parameters == ['rays', 'val-rays'], parameters) # of one value there is nothing to draw
     rows = read_tradeoff(folder, 'trade', 'dv_psnr')
-    wanted = [(setting, float(row['val_psnr'])) for setting in ('125', '500', '1000', '2000') for row in rows
-              if row['point'] == ('base' if setting == '1000' else 'rays-' + setting)]
-    points = [(point['setting'], point['y']) for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
+    wanted = [(value, float(row['val_psnr'])) for value in ('125', '500', '1000', '2000') for row in rows
+              if row['configuration'] == ('base' if value == '1000' else 'rays-' + value)]
+    points = [(point['value'], point['y']) for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
     expect(points == wanted, f'with the base among the rays: {points}, not {wanted}')
     page.choose('tradeoff-0-choose-parameter', 'val-rays')
     for chart, title, key in (('parameter-score', 'agreement r', 'agreement_pearson'), ('parameter-psnr', 'validation PSNR, dB', 'val_psnr'),
                               ('parameter-time', 'seconds of a run', 'run_seconds')):
         points, rows = drawn(page, chart)[title], read_tradeoff(folder, 'trade', 'dv_psnr')
-        wanted = [(row['setting'], float(row[key])) for row in rows if row['parameter'] == 'val-rays']
-        expect([(point['setting'], point['y']) for point in points] == wanted, f'{chart}: {points}, not {wanted}')
+        wanted = [(row['value'], float(row[key])) for row in rows if row['parameter'] == 'val-rays']
+        expect([(point['value'], point['y']) for point in points] == wanted, f'{chart}: {points}, not {wanted}')
         x = [point['x'] for point in points]
         expect(abs(x[1] - x[0] - 0.602) < 0.001 and x[2] > x[1], x) # log10(1024 / 256)
         expect({point['y'] for point in drawn(page, chart)['base']} == {float(rows[0][key])}, drawn(page, chart))
     expect([point['y'] for point in drawn(page, 'parameter-score')['with all validation pixels, r']] == [0.9] * 3, drawn(page, 'parameter-score'))
 
 
-@check('the table of points is that of the method, and sorts')
+@check('the table of configurations is that of the method, and sorts')
 def tradeoff_table_is_right(browser, folder):
     page = Page(browser, f'{folder}/trade/report.html')
     cells = "return [...document.querySelectorAll('#tradeoff-0-table tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))"
@@ -317,7 +317,7 @@ def tradeoff_table_is_right(browser, folder):
         page.choose('tradeoff-0-choose-method', method)
         rows = read_tradeoff(folder, 'trade', method)
         shown = page.run(cells)
-        expect([row[0] for row in shown] == [row['point'] for row in rows], shown)
+        expect([row[0] for row in shown] == [row['configuration'] for row in rows], shown)
         wanted = [f"{float(row['agreement_pearson']):.3f}" if row['agreement_pearson'] else '–' for row in rows]
         expect([row[7] for row in shown] == wanted, shown)
     expect(shown[0][1:] == ['10.0', '10.00', '1.25', '20.25', '0.900', '0.800', '0.430', '–', '0.62 (0.40 to 0.80)', 'PSNR'], shown[0])
@@ -326,10 +326,10 @@ def tradeoff_table_is_right(browser, folder):
     agreement = [row[7] for row in page.run(cells)]
     expect(agreement[-1] == '–' and agreement[:-1] == sorted(agreement[:-1], reverse=True), agreement)
     summary = page.run("return document.getElementById('subtitle').textContent")
-    expect(summary == '11 points, 2 methods; a run takes 10 s to 110 s. The base takes 10 s and reaches 20.25 dB.', summary)
+    expect(summary == '11 configurations, 2 methods; a run takes 10 s to 110 s. The base takes 10 s and reaches 20.25 dB.', summary)
 
 
-@check('hostile texts and figures of tradeoff.csv are text, and nothing of them runs')
+@check('hostile texts and numbers of tradeoff.csv are text, and nothing of them runs')
 def hostile_tradeoff_is_text(browser, folder):
     page = Page(browser, f'{folder}/trade_hostile/report.html')
     methods = page.run("return [...document.getElementById('tradeoff-0-choose-method').options].map(one => one.value)")

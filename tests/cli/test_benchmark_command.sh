@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `viewworth benchmark` on a tiny recipe: what it writes, that it goes on after a kill, and that it trains nothing twice. Takes the
+# `viewworth benchmark` on a tiny recipe: what it writes, that it resumes after a kill, and that it trains nothing twice. Takes the
 # program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -17,18 +17,18 @@ row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row 
 
 check "a benchmark without interruption" benchmark whole --subsets 8 --leave-one-out
 check "the table names methods and baselines" grep -qE '^dv_psnr +[01]\.' "$folder/stdout"
-check "and what noise permits" grep -q '^noise ceiling' "$folder/stdout"
+check "and the noise ceiling" grep -q '^noise ceiling' "$folder/stdout"
 check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder/whole/seed_1/scores.csv"
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,metric,method,value,ci_low,ci_high,count
 for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/corrupted,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
-    seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
-    harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,truth leave_one_out/spearman,sfm_points \
+    seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,ground_truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
+    harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,ground_truth leave_one_out/spearman,sfm_points \
     cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
     check "a row $wanted" test "$(row "$wanted")" = 1
 done
 rows=$(wc -l <"$folder/whole/benchmark.csv")
 check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM metric')" = "$((rows - 1))"
-check "truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,,,8$" "$folder/whole/benchmark.csv"
+check "ground truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,,,8$" "$folder/whole/benchmark.csv"
 check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM retraining WHERE view_count = 3 AND retraining_id IN
     (SELECT retraining_id FROM retraining ORDER BY rowid LIMIT 17)')" = 16
 check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM retraining WHERE view_count = 3 GROUP BY views
@@ -67,22 +67,22 @@ stop_benchmark() { # stop_benchmark SIGNAL OUT COUNT: once so many retrainings a
     until [[ $(retrainings "$2" 2>/dev/null || echo 0) -ge $3 || ! -d /proc/$process ]]; do sleep 0.05; done
     kill "-$1" "$process" 2>/dev/null
     wait "$process" 2>/dev/null || code=$?
-    [[ $1 == KILL && $code -eq 137 ]] || { [[ $code -eq 1 ]] && grep -q 'the same command goes on' "$folder/stderr"; }
+    [[ $1 == KILL && $code -eq 137 ]] || { [[ $code -eq 1 ]] && grep -q 'the same command resumes' "$folder/stderr"; }
 }
 check "a benchmark is killed" stop_benchmark KILL stopped 3
 check "it is stopped once more" stop_benchmark TERM stopped 9
-check "it goes on" benchmark stopped --subsets 8 --leave-one-out
+check "it resumes" benchmark stopped --subsets 8 --leave-one-out
 check "to the same bytes" cmp "$folder/first.csv" "$folder/stopped/benchmark.csv"
 
 # ---- Nothing to tell ----
 
 evaluate_sound() {
-    run "$program" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves truth
+    run "$program" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves ground_truth
 }
 curve() { grep -c "^$folder/sound.json,removal_low/20,$1," "$folder/sound/benchmark.csv"; }
 check "a benchmark of photos that are all sound" evaluate_sound
 check "has the curve of random orders" test "$(curve random)" = 1
-check "and none of a truth that says the same of all" test "$(curve truth)" = 0
+check "and none of a ground truth that is the same for all" test "$(curve ground_truth)" = 0
 
 # ---- Refusals ----
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `viewworth compare` on a tiny recipe: that its figures are those of train and render, that it goes on after an interrupt, and that it
+# `viewworth compare` on a tiny recipe: that its metrics are those of train and render, that it resumes after an interrupt, and that it
 # trains nothing twice. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -30,7 +30,7 @@ check "the table has every list" test "$(grep -cE '^(all|top:3|random) +[36] +[3
 difference='^  test PSNR +[-+][0-9.]+ \[ *[-+][0-9.]+, +[-+][0-9.]+\] dB  (within noise|better|worse)$'
 check "and differences with intervals" test "$(grep -cE "$difference" stdout)" = 3
 check "what they are means of is said" grep -qx 'PSNR, SSIM and L1: means over 1 validation and 2 test photos, whole' stdout
-check "as is what chose the lists" grep -q '^lists chosen by --scores were chosen on validation photos: only test figures' stdout
+check "as is what chose the lists" grep -q '^lists selected by --scores depend on the validation photos: only test metrics' stdout
 check "the valued seed is warned of, and nothing else" test "$(grep -c '^warning: --scores valued: was valued with seed 0, ' stderr) $(
     grep -c '^warning' stderr)" = "1 1"
 check "a row per list and seed" test "$(wc -l <whole/compare.csv)" = 7
@@ -50,7 +50,7 @@ mv made.html whole/report.html
 sides() { od -An -tu1 -j16 -N8 whole/renders/0.png | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
 check "the photo and three renders wide" test "$(sides)" = "64 12"
 
-# ---- The figures are those of train and render ----
+# ---- The metrics are those of train and render ----
 
 # independently LIST-FILE EPOCHS SEED: mean PSNR of the test photos, as train and render have it.
 independently() {
@@ -80,7 +80,7 @@ check "with the same bytes" diff -r --exclude=retrainings.db first whole
 json() { test "$(sqlite3 :memory: "WITH file AS (SELECT CAST(readfile('whole/compare.json') AS TEXT) AS j) SELECT $1 FROM file")" = "$2"; }
 check "JSON names the photos of lists" json "json_array_length(j, '\$.lists[1].photos')" 3
 check "but not of random ones" json "json_array_length(j, '\$.lists[2].photos') || (j ->> '\$.lists[2].outcomes[1].photo_count')" 03
-check "figures are of whole photos" json "j ->> '\$.half_views'" 0
+check "metrics are of whole photos" json "j ->> '\$.half_views'" 0
 check "means are over seeds" json "abs((j ->> '\$.lists[1].mean.val_l1') * 2 - (j ->> '\$.lists[1].outcomes[0].val_l1')
     - (j ->> '\$.lists[1].outcomes[1].val_l1')) < 1e-9" 1
 check "pairs are of the same seeds" json "(abs((j ->> '\$.pairs[3].difference') * 2 - (j ->> '\$.lists[1].outcomes[0].test_psnr')
@@ -105,10 +105,10 @@ interrupted() {
     until [[ $(retrainings stopped) -ge 2 || ! -d /proc/$process ]]; do sleep 0.05; done
     kill -INT "$process" 2>/dev/null
     wait "$process" 2>/dev/null || code=$?
-    [[ $code -eq 1 && $(retrainings stopped) -lt 6 ]] && grep -q 'the same command goes on' stderr
+    [[ $code -eq 1 && $(retrainings stopped) -lt 6 ]] && grep -q 'the same command resumes' stderr
 }
 check "a comparison is interrupted" interrupted
-check "it goes on" compare stopped "${three[@]}"
+check "it resumes" compare stopped "${three[@]}"
 check "to the same bytes as without, but for the name of the folder" diff -r --exclude=retrainings.db --exclude=report.html first stopped
 check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 --views 1
 check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv

@@ -163,53 +163,53 @@ check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?ht
 
 # ---- What accuracy costs in time ----------------------------------------------------------------------------------------
 
-# tradeoff NAME [KIND]: a folder that tradeoff might have made. Its points are the base, one parameter after another, and the exhaustive one; the
-# rows of a point are its methods. Without KIND there are 11 points by 2 methods and no truth; of "one", one by one; of "many", 60 by 20.
-# "hostile": texts that would run, and figures that no axis can show.
+# tradeoff NAME [KIND]: a folder as tradeoff writes it. Its configurations are the base, one parameter after another, and full_resolution; the
+# rows of a configuration are its methods. Without KIND: 11 configurations by 2 methods, no ground truth; "one": 1 by 1; "many": 60 by 20;
+# "hostile": texts that would run as scripts, and numbers that no axis can show.
 tradeoff() {
     mkdir -p "$folder/$1"
     awk -v kind="${2-}" 'BEGIN {
         OFS = ","
-        print "point,parameter,setting,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method," \
+        print "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method," \
             "score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds," \
             "lds_ci_low,lds_ci_high"
         count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
-            "exhaustive:all", points, " ")
+            "full_resolution:all", configurations, " ")
         if (kind == "one") count = 1
-        if (kind == "many") for (count = 1; count < 60; count++) points[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
+        if (kind == "many") for (count = 1; count < 60; count++) configurations[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
         method_count = kind == "one" ? 1 : kind == "many" ? 20 : 2
         for (p = 1; p <= count; p++)
             for (m = 1; m <= method_count; m++) {
-                split(points[p], pair, ":")
-                parameter = pair[1]; setting = pair[2]
-                point = p == 1 ? "base" : parameter "-" setting
-                if (p == 1 && kind != "hostile") setting = "\"rays 1000, samples 16\""
+                split(configurations[p], pair, ":")
+                parameter = pair[1]; value = pair[2]
+                configuration = p == 1 ? "base" : parameter "-" value
+                if (p == 1 && kind != "hostile") value = "\"rays 1000, samples 16\""
                 method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
-                seconds = 10 * p; agreement = setting == "all" && parameter == "exhaustive" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
+                seconds = 10 * p; agreement = value == "all" && parameter == "full_resolution" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
                 all_pixels = parameter == "val-rays" ? 0.9 : ""
                 lds = p == 1 ? "0.62,0.4,0.8" : ",,"
                 psnr = 20 + p / 4
                 if (kind == "hostile") {
                     hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
-                    point = "\"" hurt point "\""; parameter = "\"" hurt parameter "\""; setting = "\"__proto__" hurt setting "\""
+                    configuration = "\"" hurt configuration "\""; parameter = "\"" hurt parameter "\""; value = "\"__proto__" hurt value "\""
                     method = "\"" hurt m "\""
                     split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
                     psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
                 }
-                print point, parameter, setting, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
+                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
                     0.8, agreement, agreement, all_pixels, all_pixels, "", lds
             }
     }' >"$folder/$1/tradeoff.csv"
 }
-tradeoff trade && mkdir -p "$folder/trade/points/base" && cp -r "$folder/run" "$folder/trade/points/base/seed_0"
+tradeoff trade && mkdir -p "$folder/trade/configurations/base" && cp -r "$folder/run" "$folder/trade/configurations/base/seed_0"
 tradeoff trade_one one && tradeoff trade_many many && tradeoff trade_hostile hostile
 for name in trade trade_one trade_many trade_hostile; do
     check "a page of $name" eval 'report "$folder/$name" && [[ ! -s $folder/stderr ]]'
 done
-check "shows none of the runs of its points" test "$(runs_of "$folder/trade/report.html")" -eq 0
+check "shows none of the runs of its configurations" test "$(runs_of "$folder/trade/report.html")" -eq 0
 check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
-check "a tradeoff that lacks any column it needs" eval 'for column in point run_seconds psnr_pareto_front score_pareto_front lds_ci_high; do
+check "a tradeoff that lacks any column it needs" eval 'for column in configuration run_seconds psnr_pareto_front score_pareto_front lds_ci_high; do
     sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'

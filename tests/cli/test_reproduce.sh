@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The same scene valued with several seeds: what agrees, what a seed varies, stopping and going on. Takes the program's path. SEED=N draws
+# The same scene valued with several seeds: what agrees, what a seed varies, interruption and resume. Takes the program's path. SEED=N draws
 # other moments to kill.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -101,7 +101,7 @@ check "the long way without interruption" reproduce long --seeds 3 --epochs 30
 for signal in INT KILL; do
     check "SIG$signal in the midst" stop_reproduction "$signal" "$signal"
     check "what is there is intact" "$program" verify "$folder/$signal/seed_0" --device llvmpipe --quiet
-    check "it goes on" reproduce "$signal" --seeds 3 --epochs 30
+    check "it resumes" reproduce "$signal" --seeds 3 --epochs 30
     check "and is the one without interruption" same_reproduction long "$signal"
 done
 
@@ -135,7 +135,7 @@ check "one seed agrees with none" refused one '--seeds takes a whole number, 2 t
 check "so does none" refused one '--seeds takes' --seeds 0
 check "a seed beyond the largest is refused" refused one 'pass 9223372036854775807' --seeds 3 --seed 9223372036854775806
 check "an unknown form is refused" refused one '"colour" is not one of all\|order\|pixels\|init' --vary colour
-check "epochs that all burn in are refused" refused one 'no scores to compare' --burn-in 6
+check "epochs that all burn in are refused" refused one 'leaves no epoch after --burn-in 6' --burn-in 6
 check "nothing is left of refusals" test ! -e "$folder/one"
 check "a folder that holds a run of value is refused" refused alone 'holds a single run; name another folder' --seeds 2
 check "another config is refused by name" refused whole 'seed_0 has rays = 64, not 65' --seeds 3 --rays 65

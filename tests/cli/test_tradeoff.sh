@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `viewworth tradeoff` on a tiny recipe: what it leaves, that its metrics are what the runs say, that it goes on after a kill and measures
+# `viewworth tradeoff` on a tiny recipe: what it leaves, that its metrics are what the runs say, that it resumes after a kill and measures
 # nothing twice. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -21,7 +21,7 @@ check "a sweep" sweep whole "${parameters[@]}"
 check "it says beforehand how long it takes" grep -qE '^tradeoff [0-9]+ configurations with 2 seeds each.*about [0-9]+ min' "$folder/stderr"
 check "the table has a row per configuration" test "$(grep -cE '^(base|full_resolution|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")" = \
     "$(ask whole 'SELECT count(DISTINCT configuration) FROM metric')"
-check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,setting,base,epochs,steps,train_ms,value_ms,\
+check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,\
 scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,\
 agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds,lds_ci_low,lds_ci_high"
 knees=$(grep -cE "^knee .*: (base|rays-|val-rays-|epochs-|downscale-).* reaches [0-9.]+ in " "$folder/stdout")
@@ -31,20 +31,20 @@ for configuration in base full_resolution rays-2 rays-32 val-rays-128 val-rays-a
     check "a configuration $configuration with its runs" test -f "$folder/whole/configurations/$configuration/seed_1/scores.csv" -a -n "$(metric $configuration val_psnr)"
 done
 check "no parameter that was not named" test ! -e "$folder/whole/configurations/width-32"
-check "a setting like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" -a ! -e "$folder/whole/configurations/rays-16"
+check "a value like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" -a ! -e "$folder/whole/configurations/rays-16"
 check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT configuration) FROM metric WHERE base")" = base
-check "it says all that is turned" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
+check "it lists all parameters" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
     "$folder/whole/tradeoff.csv"
 check "steps are photos times epochs" test "$(metric epochs-2 steps)" = 12
 
 # ---- That metrics are what the runs say ----
 
 check "the full_resolution configuration agrees with itself" near 1 "$(metric full_resolution agreement_pearson)"
-check "and is no choice" test "$(metric full_resolution score_pareto_front)" = 0
+check "and is not on the front" test "$(metric full_resolution score_pareto_front)" = 0
 check "all pixels agree with all pixels" near 1 "$(metric val-rays-all all_pixels_pearson)"
-check "other trainings are not held against all pixels" test -z "$(metric rays-32 all_pixels_pearson)"
+check "other trainings are not compared with all pixels" test -z "$(metric rays-32 all_pixels_pearson)"
 check "validation does not change the training" test "$(metric base val_psnr)" = "$(metric val-rays-128 val_psnr)"
-rendered_psnr() { # rendered_psnr POINT: mean over both seeds and both validation photos, by another command
+rendered_psnr() { # rendered_psnr CONFIGURATION: mean over both seeds and both validation photos, by another command
     local seed view
     for seed in 0 1; do
         for view in 0 1; do
@@ -82,11 +82,11 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
 check "LDS is there" test -n "$(metric base lds)"
 
-check "settings that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
+check "values that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
 check "and those beside them are not" test "$(ask late "SELECT group_concat(configuration, ' ') FROM metric WHERE method = 'dv_psnr'")" = \
     "base full_resolution epochs-122"
 
-# ---- Going on ----
+# ---- Resuming ----
 
 cp "$folder/whole/tradeoff.csv" "$folder/first.csv"
 touch "$folder/after"
@@ -103,20 +103,20 @@ done
 kill -KILL $!
 wait $! 2>/dev/null
 check "a sweep is killed in the middle" test -d "$folder/killed/configurations/full_resolution" -a ! -e "$folder/killed/tradeoff.csv"
-times() { ask killed 'SELECT count(*) || sum(value) FROM measured WHERE measure <> '"'val_psnr'"; }
+times() { ask killed 'SELECT count(*) || sum(value) FROM measurement WHERE quantity <> '"'val_psnr'"; }
 timed=$(times)
-check "the same command goes on" sweep killed --parameters epochs --halves 0
+check "the same command resumes" sweep killed --parameters epochs --halves 0
 check "with the times that it had" test "$(times)" = "$timed"
 check "and its configurations have the metrics of the whole sweep" test "$(untimed killed)" = "$(untimed whole)"
 check "without halves there is no LDS" test -z "$(ask killed 'SELECT max(lds) FROM metric')"
-ask killed "UPDATE measured SET value = 1 WHERE measure = 'val_psnr'"
-check "an edited measure is not taken" fails 1 'tradeoff.db: measured val_psnr of .* was edited' sweep_it killed --parameters epochs --halves 0 \
+ask killed "UPDATE measurement SET value = 1 WHERE quantity = 'val_psnr'"
+check "an edited measurement is refused" fails 1 'tradeoff.db: measurement val_psnr of .* was edited' sweep_it killed --parameters epochs --halves 0 \
     --quiet
 
 # ---- What is refused, before anything is written ----
 
 for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "--seeds takes a whole number, 2 to 50|--seeds 1" \
-    "leaves no epoch after --burn-in|--epochs 1" "the 4 seeds counted from it pass|--seed 9223372036854775807"; do
+    "leaves no epoch after --burn-in|--epochs 1" "the 4 seeds from it on pass|--seed 9223372036854775807"; do
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
 done

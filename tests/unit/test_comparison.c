@@ -15,11 +15,11 @@ static void measures_are_the_fields(void **state) {
     const struct vw_retrain_result outcome = {
         .val_psnr = 1, .val_ssim = 2, .val_l1 = 3, .test_psnr = 4, .test_ssim = 5, .test_l1 = 6, .seconds = 7};
     static const char *const names[] = {"val_psnr", "val_ssim", "val_l1", "test_psnr", "test_ssim", "test_l1"};
-    for (int i = 0; i < VW_AGGREGATE_MEASURES; i++) {
-        enum vw_outcome_measure measure = (enum vw_outcome_measure)i;
-        assert_string_equal(vw_outcome_measure_name(measure), names[i]);
-        assert_near(vw_outcome_of(&outcome, measure), i + 1, 0);
-        assert_int_equal(vw_outcome_more_is_better(measure), strstr(names[i], "_l1") == NULL);
+    for (int i = 0; i < VW_QUALITY_COUNT; i++) {
+        enum vw_quality measure = (enum vw_quality)i;
+        assert_string_equal(vw_quality_name(measure), names[i]);
+        assert_near(vw_quality_of(&outcome, measure), i + 1, 0);
+        assert_int_equal(vw_quality_higher_is_better(measure), strstr(names[i], "_l1") == NULL);
     }
 }
 
@@ -27,13 +27,13 @@ static void measures_are_the_fields(void **state) {
 static void means_over_seeds(void **state) {
     (void)state;
     const struct vw_retrain_result outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
-    struct vw_outcome_mean mean = vw_outcomes_mean(outcomes, 3, VW_AGGREGATE_TEST_PSNR);
+    struct vw_quality_mean mean = vw_quality_average(outcomes, 3, VW_QUALITY_TEST_PSNR);
     assert_near(mean.mean, 22, ROUNDING);
     assert_near(mean.standard_error, sqrt(4.0 / 3), ROUNDING);
-    mean = vw_outcomes_mean(outcomes, 1, VW_AGGREGATE_TEST_PSNR);
+    mean = vw_quality_average(outcomes, 1, VW_QUALITY_TEST_PSNR);
     assert_near(mean.mean, 20, ROUNDING);
     assert_true(isnan(mean.standard_error));
-    mean = vw_outcomes_mean(outcomes, 0, VW_AGGREGATE_TEST_PSNR);
+    mean = vw_quality_average(outcomes, 0, VW_QUALITY_TEST_PSNR);
     assert_true(isnan(mean.mean) && isnan(mean.standard_error));
 }
 
@@ -43,13 +43,13 @@ static void luck_of_the_seed_cancels(void **state) {
     (void)state;
     const struct vw_retrain_result better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
     const struct vw_retrain_result worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
-    struct vw_paired_difference paired = vw_outcomes_compare(better, worse, 3, VW_AGGREGATE_VAL_PSNR);
+    struct vw_paired_difference paired = vw_quality_compare(better, worse, 3, VW_QUALITY_VAL_PSNR);
     assert_near(paired.difference, 2, ROUNDING);
     assert_near(paired.standard_error, sqrt(1.0 / 3), ROUNDING);
     assert_near(paired.ci_low, 2 - 4.302652729749 * sqrt(1.0 / 3), 1e-9);
     assert_near(paired.ci_high, 2 + 4.302652729749 * sqrt(1.0 / 3), 1e-9);
     assert_false(paired.beyond_noise); // three seeds do not tell 2 from 0 here
-    paired = vw_outcomes_compare(worse, better, 3, VW_AGGREGATE_VAL_PSNR);
+    paired = vw_quality_compare(worse, better, 3, VW_QUALITY_VAL_PSNR);
     assert_near(paired.difference, -2, ROUNDING);
 }
 
@@ -60,17 +60,17 @@ static void what_is_beyond_noise(void **state) {
     const struct vw_retrain_result less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
     const struct vw_retrain_result apart[] = {{.test_l1 = 4}, {.test_l1 = -2}, {.test_l1 = 3}, {.test_l1 = -1}};
     const struct vw_retrain_result same[] = {{.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}};
-    assert_true(vw_outcomes_compare(alike, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
-    assert_true(vw_outcomes_compare(less, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
-    assert_false(vw_outcomes_compare(apart, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
-    assert_true(vw_outcomes_compare(same, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise); // an interval without width
-    assert_false(vw_outcomes_compare(zero, zero, 4, VW_AGGREGATE_TEST_L1).beyond_noise);
+    assert_true(vw_quality_compare(alike, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
+    assert_true(vw_quality_compare(less, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
+    assert_false(vw_quality_compare(apart, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
+    assert_true(vw_quality_compare(same, zero, 4, VW_QUALITY_TEST_L1).beyond_noise); // an interval without width
+    assert_false(vw_quality_compare(zero, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
 }
 
 static void one_seed_has_no_interval(void **state) {
     (void)state;
     const struct vw_retrain_result a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
-    struct vw_paired_difference paired = vw_outcomes_compare(&a, &b, 1, VW_AGGREGATE_VAL_SSIM);
+    struct vw_paired_difference paired = vw_quality_compare(&a, &b, 1, VW_QUALITY_VAL_SSIM);
     assert_near(paired.difference, 0.25, 0);
     assert_true(isnan(paired.standard_error) && isnan(paired.ci_low) && isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
@@ -81,11 +81,11 @@ static void no_value_makes_no_difference(void **state) {
     (void)state;
     const struct vw_retrain_result a[] = {{.test_psnr = 20}, {.test_psnr = NAN}},
                                    b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
-    struct vw_paired_difference paired = vw_outcomes_compare(a, b, 2, VW_AGGREGATE_TEST_PSNR);
+    struct vw_paired_difference paired = vw_quality_compare(a, b, 2, VW_QUALITY_TEST_PSNR);
     assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.ci_low) &&
                 isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
-    assert_true(isnan(vw_outcomes_mean(a, 2, VW_AGGREGATE_TEST_PSNR).mean));
+    assert_true(isnan(vw_quality_average(a, 2, VW_QUALITY_TEST_PSNR).mean));
 }
 
 int main(void) {

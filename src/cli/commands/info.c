@@ -9,7 +9,7 @@
 #include "run/effects_text.h"
 #include "cli/output/estimate_output.h"
 #include "cli/output/json_output.h"
-#include "experiment/measure_effects.h"
+#include "cli/output/measured_effects_output.h"
 #include "run/open.h"
 #include "detect/decide.h"
 #include "base/memory.h"
@@ -29,7 +29,7 @@ struct description {
     uint32_t ranged_count;        // views with near and far
     double near_world, far_world; // over all of them
     struct vw_estimate estimate;
-    struct vw_measurement measurement; // with --measure
+    struct vw_measured_effects measured; // with --measure
 };
 
 static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
@@ -118,7 +118,7 @@ static void print_text(const struct description *description) {
         vw_effect_to_line(&description->effects[i], line);
         printf("%s\n", line);
     }
-    vw_measurement_print(&description->measurement);
+    vw_measured_effects_print(&description->measured);
 }
 
 // ---- As JSON: NULL when memory is short
@@ -183,7 +183,7 @@ static json_t *to_json(const struct description *description) {
                      depths_to_json(description), "notes", notes_to_json(scene), "estimate",
                      vw_estimate_to_json(&description->estimate), "effects",
                      vw_effects_to_json(description->effects, description->effect_count), "measured",
-                     description->measurement.count ? vw_measurement_to_json(&description->measurement) : NULL);
+                     description->measured.count ? vw_measured_effects_to_json(&description->measured) : NULL);
 }
 
 // Without a device there is neither a pilot run nor an estimate; that is no failure unless --device asked for one.
@@ -220,9 +220,14 @@ enum vw_status vw_command_info(const struct vw_options *options) {
                         &description.estimate);
     if (!status && options->measure && !gpu)
         status = vw_fail(VW_ERROR_NO_DEVICE, "--measure: %s", description.estimate.missing);
-    if (!status && options->measure)
-        status = vw_measure_effects(options, scene, gpu, description.effects, description.effect_count,
-                                    &description.measurement);
+    if (!status && options->measure) {
+        const struct vw_measure_effects_params params = {.gpu = gpu,
+                                                         .scene = scene,
+                                                         .config = &options->config,
+                                                         .effects = description.effects,
+                                                         .effect_count = description.effect_count};
+        status = vw_measure_effects(&params, &description.measured);
+    }
     if (!status && options->json) status = vw_json_print(to_json(&description));
     else if (!status) print_text(&description);
     free(description.cameras);

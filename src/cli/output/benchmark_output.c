@@ -5,33 +5,8 @@
 #include <string.h>
 
 #include "cli/output/json_output.h"
-#include "base/csv.h"
 
-static void print_csv(FILE *stream, const void *context) {
-    const struct vw_benchmark_output *output = context;
-    fputs("scene,metric,method,value,ci_low,ci_high,count\n", stream);
-    for (size_t i = 0; i < output->metrics->count; i++) {
-        const struct vw_metric *row = &output->metrics->rows[i];
-        vw_csv_write_text(stream, output->scene);
-        fputc(',', stream);
-        vw_csv_write_text(stream, row->metric);
-        fputc(',', stream);
-        vw_csv_write_text(stream, row->method);
-        const double values[] = {row->value, row->ci_low, row->ci_high};
-        for (int v = 0; v < 3; v++) {
-            fputc(',', stream);
-            vw_csv_write_real(stream, values[v]);
-        }
-        fprintf(stream, ",%u\n", row->count);
-    }
-}
-
-enum vw_status vw_benchmark_write_csv(const struct vw_benchmark_output *output) {
-    return vw_csv_write_file(output->csv_path, print_csv, output);
-}
-
-// ---- The table
-// ------------------------------------------------------------------------------------------------------------
+// ---- The table ----
 
 // A column of the table: a metric, shown with its interval where there is one.
 struct column {
@@ -70,86 +45,80 @@ static void format_cell(const struct vw_metric *row, const struct column *column
     else snprintf(text, CELL_BYTES, "%.*f", column->digits, row->value);
 }
 
-static void print_header(const struct vw_benchmark_output *output) {
+static void print_header(const struct vw_benchmark *benchmark) {
     printf("%-*s", NAME_WIDTH, "method");
     for (int c = 0; c < COLUMN_COUNT; c++)
-        if (is_used(output->metrics, &columns[c])) printf("  %*s", width_of(&columns[c]), columns[c].title);
+        if (is_used(&benchmark->metrics, &columns[c])) printf("  %*s", width_of(&columns[c]), columns[c].title);
     printf("  trainings  CPU s\n");
 }
 
-static void print_method(const struct vw_benchmark_output *output, const char *method, int64_t trainings) {
+static void print_method(const struct vw_benchmark *benchmark, const char *method, int64_t trainings) {
     printf("%-*s", NAME_WIDTH, method);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES];
-        if (!is_used(output->metrics, &columns[c])) continue;
-        format_cell(vw_metrics_find(output->metrics, columns[c].group, columns[c].name, method), &columns[c], text);
+        if (!is_used(&benchmark->metrics, &columns[c])) continue;
+        format_cell(vw_metrics_find(&benchmark->metrics, columns[c].group, columns[c].name, method), &columns[c], text);
         printf("  %*s", width_of(&columns[c]), text);
     }
     if (trainings < 0) putchar('\n');
     else
-        printf("  %9lld %6.3g\n", (long long)trainings, trainings ? (double)trainings * output->training_seconds : 0.0);
+        printf("  %9lld %6.3g\n", (long long)trainings,
+               trainings ? (double)trainings * benchmark->training_seconds : 0.0);
 }
 
-// Rows that are about the scene, not about a method: "harm/blur  0.31 (0.12 to 0.50)".
+// Metrics of the scene, not of a method: "harm/blur  0.31 (0.12 to 0.50)".
 static void print_scene_rows(const struct vw_metrics *metrics) {
     for (size_t i = 0; i < metrics->count; i++) {
         const struct vw_metric *row = &metrics->rows[i];
         if (!strncmp(row->metric, "harm/", 5))
-            printf(
-                "a photo with %s adds %.2f dB (%.2f to %.2f) less than a clean one, of validation PSNR (%u photos)\n",
-                row->metric + 5, row->value, row->ci_low, row->ci_high, row->count);
+            printf("a photo with %s adds %.2f dB (%.2f to %.2f) less validation PSNR than a clean one (%u photos)\n",
+                   row->metric + 5, row->value, row->ci_low, row->ci_high, row->count);
         else if (!strncmp(row->metric, "agreement/", 10))
             printf("two trainings on the same photos agree in %s by rho = %.2f over %u subsets\n", row->metric + 10,
                    row->value, row->count);
     }
 }
 
-void vw_benchmark_print(const struct vw_benchmark_output *output) {
-    const struct vw_scorers *scorers = output->scorers;
-    printf("%s: %u photos, %u subsets of %u, each trained on twice\n", output->scene, scorers->evaluation.photo_count,
-           output->subset_count, scorers->evaluation.photo_count / 2);
-    print_scene_rows(output->metrics);
+static void print_text(const struct vw_benchmark *benchmark) {
+    printf("%s: %u photos, %u subsets of %u, each trained on twice\n", benchmark->params->common.scene.path,
+           benchmark->photo_count, benchmark->subset_count, benchmark->photo_count / 2);
+    print_scene_rows(&benchmark->metrics);
     putchar('\n');
-    print_header(output);
-    for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++)
-        print_method(output, scorers->list[i].name, scorers->trainings[i]);
-    print_method(output, "noise ceiling", -1);
-    print_method(output, "chance", -1);
-    printf("\ntable    %s\n", output->csv_path);
+    print_header(benchmark);
+    for (uint32_t i = 0; i < benchmark->method_count; i++)
+        print_method(benchmark, benchmark->methods[i].name, benchmark->methods[i].trainings);
+    print_method(benchmark, "noise ceiling", -1);
+    print_method(benchmark, "chance", -1);
+    printf("\ntable    %s\n", benchmark->csv_path);
 }
 
-// ---- JSON
-// -----------------------------------------------------------------------------------------------------------------
+// ---- JSON ----
 
 static json_t *metrics_to_json(const struct vw_metrics *metrics) {
     json_t *array = json_array();
-    for (size_t i = 0; array && i < metrics->count; i++) {
+    for (size_t i = 0; i < metrics->count; i++) {
         const struct vw_metric *row = &metrics->rows[i];
-        json_t *entry = json_pack("{s:s, s:s, s:o, s:o, s:o, s:I}", "metric", row->metric, "method", row->method,
-                                  "value", vw_json_real(row->value), "ci_low", vw_json_real(row->ci_low), "ci_high",
-                                  vw_json_real(row->ci_high), "count", (json_int_t)row->count);
-        if (!json_array_append_new(array, entry)) continue;
-        json_decref(array);
-        array = NULL;
+        vw_json_append(&array, json_pack("{s:s, s:s, s:o, s:o, s:o, s:I}", "metric", row->metric, "method", row->method,
+                                         "value", vw_json_real(row->value), "ci_low", vw_json_real(row->ci_low),
+                                         "ci_high", vw_json_real(row->ci_high), "count", (json_int_t)row->count));
     }
     return array;
 }
 
-static json_t *costs_to_json(const struct vw_benchmark_output *output) {
+static json_t *costs_to_json(const struct vw_benchmark *benchmark) {
     json_t *object = json_object();
-    for (uint32_t i = 0; object && i < output->scorers->evaluation.scorer_count; i++)
-        if (json_object_set_new(object, output->scorers->list[i].name, json_integer(output->scorers->trainings[i]))) {
-            json_decref(object);
-            object = NULL;
-        }
+    for (uint32_t i = 0; i < benchmark->method_count; i++)
+        vw_json_set(&object, benchmark->methods[i].name, json_integer(benchmark->methods[i].trainings));
     return object;
 }
 
-enum vw_status vw_benchmark_print_json(const struct vw_benchmark_output *output) {
-    const struct vw_evaluation *evaluation = &output->scorers->evaluation;
-    return vw_json_print(json_pack("{s:s, s:I, s:I, s:s, s:o, s:o, s:o}", "scene", output->scene, "photos",
-                                   (json_int_t)evaluation->photo_count, "subsets", (json_int_t)output->subset_count,
-                                   "table", output->csv_path, "seconds_per_training",
-                                   vw_json_real(output->training_seconds), "trainings", costs_to_json(output),
-                                   "metrics", metrics_to_json(output->metrics)));
+enum vw_status vw_benchmark_print(const struct vw_benchmark *benchmark, bool json) {
+    if (json)
+        return vw_json_print(
+            json_pack("{s:s, s:I, s:I, s:s, s:o, s:o, s:o}", "scene", benchmark->params->common.scene.path, "photos",
+                      (json_int_t)benchmark->photo_count, "subsets", (json_int_t)benchmark->subset_count, "table",
+                      benchmark->csv_path, "seconds_per_training", vw_json_real(benchmark->training_seconds),
+                      "trainings", costs_to_json(benchmark), "metrics", metrics_to_json(&benchmark->metrics)));
+    print_text(benchmark);
+    return VW_OK;
 }

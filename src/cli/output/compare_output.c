@@ -1,110 +1,120 @@
-// The tables of a comparison for people.
+#include "cli/output/compare_output.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "experiment/set_comparison.h"
-#include "value/evaluation/paired_comparison.h"
+#include "cli/output/json_output.h"
 
 enum { CELL_WIDTH = 18, NAME_WIDTH = 20 };
 
 static const struct {
     const char *heading, *unit;
     int digits;
-} columns[VW_AGGREGATE_MEASURES] = {
-    [VW_AGGREGATE_VAL_PSNR] = {"val PSNR, dB", " dB", 2},
-    [VW_AGGREGATE_VAL_SSIM] = {"val SSIM", "", 4},
-    [VW_AGGREGATE_VAL_L1] = {"val L1", "", 4},
-    [VW_AGGREGATE_TEST_PSNR] = {"test PSNR, dB", " dB", 2},
-    [VW_AGGREGATE_TEST_SSIM] = {"test SSIM", "", 4},
-    [VW_AGGREGATE_TEST_L1] = {"test L1", "", 4},
+} columns[VW_QUALITY_COUNT] = {
+    [VW_QUALITY_VAL_PSNR] = {"val PSNR, dB", " dB", 2},
+    [VW_QUALITY_VAL_SSIM] = {"val SSIM", "", 4},
+    [VW_QUALITY_VAL_L1] = {"val L1", "", 4},
+    [VW_QUALITY_TEST_PSNR] = {"test PSNR, dB", " dB", 2},
+    [VW_QUALITY_TEST_SSIM] = {"test SSIM", "", 4},
+    [VW_QUALITY_TEST_L1] = {"test L1", "", 4},
 };
 
-// Whether any training has such a value: a split may be empty, and photos smaller than a window.
-static bool is_known(const struct vw_set_comparison *compared, enum vw_outcome_measure measure) {
+// Whether any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
+static bool is_known(const struct vw_comparison *comparison, enum vw_quality quality) {
     bool known = false;
-    for (uint32_t i = 0; i < compared->lists->count * compared->options->seeds; i++)
-        known |= isfinite(vw_outcome_of(&compared->outcomes[i], measure));
+    for (uint32_t i = 0; i < comparison->sets.count * comparison->params->common.seeds; i++)
+        known |= isfinite(vw_quality_of(&comparison->results[i], quality));
     return known;
 }
 
 // No blanks at the ends of lines.
-static enum vw_outcome_measure last_known(const struct vw_set_comparison *compared) {
-    enum vw_outcome_measure last = 0;
-    for (enum vw_outcome_measure measure = 0; measure < VW_AGGREGATE_MEASURES; measure++)
-        if (is_known(compared, measure)) last = measure;
+static enum vw_quality last_known(const struct vw_comparison *comparison) {
+    enum vw_quality last = 0;
+    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
+        if (is_known(comparison, quality)) last = quality;
     return last;
 }
 
 static void print_cell(const char *text, bool last) { printf("  %-*s", last ? 0 : CELL_WIDTH, text); }
 
-static void print_list(const struct vw_set_comparison *compared, uint32_t place, enum vw_outcome_measure last) {
-    const struct vw_photo_set *list = &compared->lists->lists[place];
+static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_quality last) {
+    const struct vw_photo_set *list = &comparison->sets.lists[place];
     printf("%-*s  %6u  %6u", NAME_WIDTH, list->name, list->count, list->epochs);
-    for (enum vw_outcome_measure measure = 0; measure <= last; measure++) {
-        if (!is_known(compared, measure)) continue;
-        struct vw_outcome_mean mean =
-            vw_outcomes_mean(vw_set_comparison_outcomes(compared, place), compared->options->seeds, measure);
-        int digits = columns[measure].digits;
+    for (enum vw_quality quality = 0; quality <= last; quality++) {
+        if (!is_known(comparison, quality)) continue;
+        struct vw_quality_mean mean =
+            vw_quality_average(vw_comparison_results(comparison, place), comparison->params->common.seeds, quality);
+        int digits = columns[quality].digits;
         char text[64];
         if (isnan(mean.standard_error)) snprintf(text, sizeof text, "%.*f", digits, mean.mean);
         else snprintf(text, sizeof text, "%.*f +-%.*f", digits, mean.mean, digits, mean.standard_error);
-        print_cell(text, measure == last);
+        print_cell(text, quality == last);
     }
     putchar('\n');
 }
 
-static void print_lists(const struct vw_set_comparison *compared) {
-    enum vw_outcome_measure last = last_known(compared);
+static void print_lists(const struct vw_comparison *comparison) {
+    enum vw_quality last = last_known(comparison);
     printf("%-*s  photos  epochs", NAME_WIDTH, "list");
-    for (enum vw_outcome_measure measure = 0; measure <= last; measure++)
-        if (is_known(compared, measure)) print_cell(columns[measure].heading, measure == last);
+    for (enum vw_quality quality = 0; quality <= last; quality++)
+        if (is_known(comparison, quality)) print_cell(columns[quality].heading, quality == last);
     putchar('\n');
-    for (uint32_t l = 0; l < compared->lists->count; l++) print_list(compared, l, last);
+    for (uint32_t l = 0; l < comparison->sets.count; l++) print_list(comparison, l, last);
 }
 
-static const char *verdict_of(const struct vw_paired_difference *paired, enum vw_outcome_measure measure) {
-    if (isnan(paired->ci_low)) return "a single seed says nothing of noise";
+static const char *verdict_of(const struct vw_paired_difference *paired, enum vw_quality quality) {
+    if (isnan(paired->ci_low)) return "noise unknown with a single seed";
     if (!paired->beyond_noise) return "within noise";
-    return (paired->difference > 0) == vw_outcome_more_is_better(measure) ? "better" : "worse";
+    return (paired->difference > 0) == vw_quality_higher_is_better(quality) ? "better" : "worse";
 }
 
-static void print_difference(const struct vw_set_comparison *compared, const struct vw_set_pair *pair,
-                             enum vw_outcome_measure measure) {
-    struct vw_paired_difference paired =
-        vw_outcomes_compare(vw_set_comparison_outcomes(compared, pair->list),
-                            vw_set_comparison_outcomes(compared, pair->against), compared->options->seeds, measure);
-    int digits = columns[measure].digits;
-    printf("  %-9.*s  %+10.*f", (int)strcspn(columns[measure].heading, ","), columns[measure].heading, digits,
+static void print_difference(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
+                             enum vw_quality quality) {
+    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
+    int digits = columns[quality].digits;
+    printf("  %-9.*s  %+10.*f", (int)strcspn(columns[quality].heading, ","), columns[quality].heading, digits,
            paired.difference);
     if (!isnan(paired.ci_low)) printf(" [%+10.*f, %+10.*f]", digits, paired.ci_low, digits, paired.ci_high);
-    printf("%s  %s\n", columns[measure].unit, verdict_of(&paired, measure));
+    printf("%s  %s\n", columns[quality].unit, verdict_of(&paired, quality));
 }
 
-static void print_pair(const struct vw_set_comparison *compared, const struct vw_set_pair *pair) {
-    printf("\n%s against %s\n", compared->lists->lists[pair->list].name, compared->lists->lists[pair->against].name);
-    for (enum vw_outcome_measure measure = 0; measure < VW_AGGREGATE_MEASURES; measure++)
-        if (is_known(compared, measure)) print_difference(compared, pair, measure);
+static void print_pair(const struct vw_comparison *comparison, const struct vw_set_pair *pair) {
+    printf("\n%s against %s\n", comparison->sets.lists[pair->list].name, comparison->sets.lists[pair->against].name);
+    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
+        if (is_known(comparison, quality)) print_difference(comparison, pair, quality);
 }
 
-void vw_set_comparison_print(const struct vw_set_comparison *compared) {
-    const struct vw_options *options = compared->options;
-    const struct vw_scene *scene = compared->scene;
+static void print_heading(const struct vw_comparison *comparison) {
+    const struct vw_experiment_params *common = &comparison->params->common;
+    const struct vw_scene *scene = comparison->session.scene;
     printf("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean over seeds +- standard error\n"
            "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
-           compared->lists->count, options->operand, options->seeds, options->seeds > 1 ? "s" : "",
-           options->config.seed, vw_equal_name(options->equal), scene->split_count[VW_SPLIT_VAL],
+           comparison->sets.count, common->scene.path, common->seeds, common->seeds > 1 ? "s" : "",
+           common->config->seed, vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
            scene->split_count[VW_SPLIT_TEST],
-           compared->half_views ? "their right halves: appearance is fitted on the left ones" : "whole");
-    if (compared->lists->by_scores)
-        printf("lists chosen by --scores were chosen on validation photos: only test figures are out of sample\n");
+           comparison->half_views ? "their right halves: appearance is fitted to the left ones" : "whole");
+    if (comparison->sets.by_scores)
+        printf("lists selected by --scores depend on the validation photos: only test metrics are out of sample\n");
+}
+
+static void print_text(const struct vw_comparison *comparison) {
+    const char *out = comparison->params->common.out;
+    print_heading(comparison);
     putchar('\n');
-    print_lists(compared);
-    if (compared->pair_count) printf("\ndifferences of trainings with the same seed [95 %% interval]\n");
-    for (uint32_t p = 0; p < compared->pair_count; p++) print_pair(compared, &compared->pairs[p]);
-    printf("\ncomparison  %s/compare.json, compare.csv, pairs.csv, disagreements.csv\n", options->out);
-    if (compared->shown_count)
-        printf("renders     %s/renders/0.png to %u.png: the photo, then each list\n", options->out,
-               compared->shown_count - 1);
+    print_lists(comparison);
+    if (comparison->pair_count) printf("\ndifferences of trainings with the same seed [95 %% interval]\n");
+    for (uint32_t p = 0; p < comparison->pair_count; p++) print_pair(comparison, &comparison->pairs[p]);
+    printf("\ncomparison  %s/compare.json, compare.csv, pairs.csv, disagreements.csv\n", out);
+    if (comparison->rendered_count)
+        printf("renders     %s/renders/0.png to %u.png: the photo, then each list\n", out,
+               comparison->rendered_count - 1);
+    if (comparison->report_path) printf("report      %s\n", comparison->report_path);
+}
+
+enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json) {
+    if (json) return vw_json_print(vw_comparison_to_json(comparison));
+    print_text(comparison);
+    return VW_OK;
 }

@@ -1,12 +1,13 @@
-// The tables of reproduce on stdout, for people and as JSON.
+#include "cli/output/reproduction_output.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/output/json_output.h"
-#include "experiment/reproduction.h"
 #include "base/memory.h"
+#include "cli/output/json_output.h"
+#include "viewworth/value.h"
 
 enum { CELL_WIDTH = 21 };
 
@@ -24,7 +25,7 @@ static const struct vw_reproduction_stop *last_stop(const struct vw_reproduction
     return &reproduction->stops[reproduction->stop_count - 1];
 }
 
-// Whose column in a stop's tables it is; their count when no run has the method.
+// The place of a method among a stop's tables; their count when no run has it.
 static uint32_t find_method(const struct vw_reproduction_stop *stop, const char *method) {
     const struct vw_score_table *table = vw_score_tables_find(&stop->tables, method);
     return table ? (uint32_t)(table - stop->tables.tables) : stop->tables.count;
@@ -36,8 +37,7 @@ static struct vw_agreement_summary summarise(const struct vw_reproduction *repro
     return vw_agreement_summarise(stop->pairs[method], reproduction->pair_count, measure);
 }
 
-// ---- Text
-// -------------------------------------------------------------------------------------------------------------
+// ---- Text ----
 
 // No blanks at the ends of lines.
 static int width_of(size_t column, size_t column_count) { return column + 1 < column_count ? CELL_WIDTH : 0; }
@@ -65,7 +65,7 @@ static void print_headings(size_t column_count) {
 }
 
 static void print_by_epochs(const struct vw_reproduction *reproduction) {
-    printf("\nof %s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
+    printf("\n%s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
     print_headings(2);
     for (uint32_t i = 0; i < reproduction->stop_count; i++) {
         const struct vw_reproduction_stop *stop = &reproduction->stops[i];
@@ -76,27 +76,26 @@ static void print_by_epochs(const struct vw_reproduction *reproduction) {
     }
 }
 
-void vw_reproduction_print_text(const struct vw_reproduction *reproduction, const char *agreement_path,
-                                const char *scatter_path, const char *report_path) {
+static void print_text(const struct vw_reproduction *reproduction) {
     const struct vw_reproduction_stop *stop = last_stop(reproduction);
+    const struct vw_config *config = reproduction->params->config;
     printf("agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
            " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
            "both / in either\n%-18s",
-           vw_reproduction_seed(reproduction, 0), vw_reproduction_seed(reproduction, reproduction->run_count - 1),
-           vw_vary_name(reproduction->options->config.vary), stop->tables.photo_count, stop->epochs,
-           stop->training_rays, reproduction->pair_count, reproduction->pair_count > 1 ? "s" : "", "method");
+           config->seed, config->seed + reproduction->params->seeds - 1, vw_vary_name(config->vary),
+           stop->tables.photo_count, stop->epochs, stop->training_rays, reproduction->pair_count,
+           reproduction->pair_count > 1 ? "s" : "", "method");
     print_headings(VW_ARRAY_COUNT(columns));
     for (uint32_t method = 0; method < stop->tables.count; method++) {
         printf("%-18s", stop->tables.tables[method].method);
         print_row(reproduction, stop, method, VW_ARRAY_COUNT(columns));
     }
     print_by_epochs(reproduction);
-    printf("\nagreement  %s\nscatter    %s\n", agreement_path, scatter_path);
-    if (report_path) printf("report     %s\n", report_path);
+    printf("\nagreement  %s\nscatter    %s\n", reproduction->agreement_path, reproduction->scatter_path);
+    if (reproduction->report_path) printf("report     %s\n", reproduction->report_path);
 }
 
-// ---- JSON
-// -------------------------------------------------------------------------------------------------------------
+// ---- JSON ----
 
 static json_t *summary_to_json(const struct vw_agreement_summary *summary) {
     return json_pack("{s:o, s:o, s:o, s:I}", "mean", vw_json_real(summary->mean), "lowest",
@@ -108,44 +107,37 @@ static json_t *method_to_json(const struct vw_reproduction *reproduction, const 
                               uint32_t method) {
     const struct vw_score_table *table = &stop->tables.tables[method];
     json_t *object = json_pack("{s:s, s:s}", "method", table->method, "unit", table->unit);
-    for (enum vw_agreement_measure measure = 0; object && measure < VW_AGREEMENT_COUNT; measure++) {
+    for (enum vw_agreement_measure measure = 0; measure < VW_AGREEMENT_COUNT; measure++) {
         struct vw_agreement_summary summary = summarise(reproduction, stop, method, measure);
-        if (json_object_set_new(object, vw_agreement_name(measure), summary_to_json(&summary)) == 0) continue;
-        json_decref(object);
-        object = NULL;
+        vw_json_set(&object, vw_agreement_name(measure), summary_to_json(&summary));
     }
     return object;
 }
 
 static json_t *stop_to_json(const struct vw_reproduction *reproduction, const struct vw_reproduction_stop *stop) {
     json_t *methods = json_array();
-    for (uint32_t i = 0; i < stop->tables.count; i++)
-        if (json_array_append_new(methods, method_to_json(reproduction, stop, i))) return json_decref(methods), NULL;
+    for (uint32_t i = 0; i < stop->tables.count; i++) vw_json_append(&methods, method_to_json(reproduction, stop, i));
     return json_pack("{s:I, s:I, s:o}", "epochs", (json_int_t)stop->epochs, "training_rays",
                      (json_int_t)stop->training_rays, "methods", methods);
 }
 
-static json_t *stops_to_json(const struct vw_reproduction *reproduction) {
-    json_t *stops = json_array();
+// `by_epochs` has all methods after more and more epochs; the last entry is after all.
+static json_t *reproduction_to_json(const struct vw_reproduction *reproduction) {
+    const struct vw_experiment_params *params = reproduction->params;
+    json_t *stops = json_array(), *seeds = json_array();
     for (uint32_t i = 0; i < reproduction->stop_count; i++)
-        if (json_array_append_new(stops, stop_to_json(reproduction, &reproduction->stops[i])))
-            return json_decref(stops), NULL;
-    return stops;
+        vw_json_append(&stops, stop_to_json(reproduction, &reproduction->stops[i]));
+    for (uint32_t i = 0; i < params->seeds; i++)
+        vw_json_append(&seeds, json_integer((json_int_t)(params->config->seed + i)));
+    return json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s, s:s*}", "scene", params->scene.path, "seeds", seeds, "vary",
+                     vw_vary_name(params->config->vary), "photos",
+                     (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops, "agreement",
+                     reproduction->agreement_path, "scatter", reproduction->scatter_path, "report",
+                     reproduction->report_path);
 }
 
-static json_t *seeds_to_json(const struct vw_reproduction *reproduction) {
-    json_t *seeds = json_array();
-    for (uint32_t i = 0; i < reproduction->run_count; i++)
-        if (json_array_append_new(seeds, json_integer((json_int_t)vw_reproduction_seed(reproduction, i))))
-            return json_decref(seeds), NULL;
-    return seeds;
-}
-
-enum vw_status vw_reproduction_print_json(const struct vw_reproduction *reproduction, const char *agreement_path,
-                                          const char *scatter_path, const char *report_path) {
-    return vw_json_print(
-        json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s, s:s*}", "scene", reproduction->options->operand, "seeds",
-                  seeds_to_json(reproduction), "vary", vw_vary_name(reproduction->options->config.vary), "photos",
-                  (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops_to_json(reproduction),
-                  "agreement", agreement_path, "scatter", scatter_path, "report", report_path));
+enum vw_status vw_reproduction_print(const struct vw_reproduction *reproduction, bool json) {
+    if (json) return vw_json_print(reproduction_to_json(reproduction));
+    print_text(reproduction);
+    return VW_OK;
 }

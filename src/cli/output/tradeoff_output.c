@@ -1,50 +1,17 @@
+#include "cli/output/tradeoff_output.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "cli/output/json_output.h"
-#include "experiment/sweep/sweep.h"
-#include "base/csv.h"
 #include "viewworth/value.h"
 
-// ---- CSV
-// ----------------------------------------------------------------------------------------------------------------
-
-static void print_field(FILE *stream, const struct vw_sweep_column *column, const struct vw_sweep_metrics *metric) {
-    const void *value = (const char *)metric + column->offset;
-    switch (column->kind) {
-    case VW_TRADEOFF_TEXT: vw_csv_write_text(stream, *(const char *const *)value); break;
-    case VW_TRADEOFF_WHOLE: fprintf(stream, "%u", *(const uint32_t *)value); break;
-    case VW_TRADEOFF_REAL: vw_csv_write_real(stream, *(const double *)value); break;
-    }
-}
-
-static void print_csv(FILE *stream, const void *context) {
-    const struct vw_sweep *tradeoff = context;
-    uint32_t count = 0;
-    const struct vw_sweep_column *columns = vw_sweep_columns(&count);
-    for (uint32_t i = 0; i < count; i++) fprintf(stream, "%s%s", i ? "," : "", columns[i].name);
-    fputc('\n', stream);
-    for (uint32_t row = 0; row < tradeoff->metric_count; row++) {
-        for (uint32_t i = 0; i < count; i++) {
-            if (i) fputc(',', stream);
-            print_field(stream, &columns[i], &tradeoff->metrics[row]);
-        }
-        fputc('\n', stream);
-    }
-}
-
-enum vw_status vw_sweep_write_csv(const struct vw_sweep *tradeoff, const char *path) {
-    return vw_csv_write_file(path, print_csv, tradeoff);
-}
-
-// ---- The table
-// ----------------------------------------------------------------------------------------------------------
+// ---- The table ----
 
 enum { CELL_BYTES = 32 };
 
-// A column of the table: digits behind the configuration, and whether it is left out where no configuration has a
-// value.
+// A column of the table; it is left out when no configuration has a value.
 static const struct column {
     const char *title;
     size_t offset;
@@ -74,35 +41,35 @@ static bool is_choice(const struct vw_sweep_metrics *metric) {
     return is_shown(metric) && strcmp(metric->parameter, "full_resolution") != 0;
 }
 
-static bool is_used(const struct vw_sweep *tradeoff, const struct column *column) {
-    for (uint32_t i = 0; i < tradeoff->metric_count; i++)
-        if (is_shown(&tradeoff->metrics[i]) && isfinite(real_at(&tradeoff->metrics[i], column->offset))) return true;
+static bool is_used(const struct vw_sweep *sweep, const struct column *column) {
+    for (uint32_t i = 0; i < sweep->metric_count; i++)
+        if (is_shown(&sweep->metrics[i]) && isfinite(real_at(&sweep->metrics[i], column->offset))) return true;
     return false;
 }
 
-static void print_row(const struct vw_sweep *tradeoff, const struct vw_sweep_metrics *metric) {
+static void print_row(const struct vw_sweep *sweep, const struct vw_sweep_metrics *metric) {
     printf("%-*s", NAME_WIDTH, metric->configuration);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES] = "-";
         double value = real_at(metric, columns[c].offset);
-        if (!is_used(tradeoff, &columns[c])) continue;
+        if (!is_used(sweep, &columns[c])) continue;
         if (isfinite(value)) snprintf(text, sizeof text, "%.*f", columns[c].digits, value);
         printf("  %*s", columns[c].width, text);
     }
     printf("  %s%s\n", metric->psnr_pareto_front ? "P" : "", metric->score_pareto_front ? "S" : "");
 }
 
-// The cheapest configuration that comes within a tolerance of the best: what costs more buys little.
-static void print_knee(const struct vw_sweep *tradeoff, const char *what, size_t offset, double tolerance, int digits) {
+// The knee: the fastest configuration within a tolerance of the best value. Slower ones gain little.
+static void print_knee(const struct vw_sweep *sweep, const char *what, size_t offset, double tolerance, int digits) {
     const struct vw_sweep_metrics *best = NULL, *knee = NULL;
-    for (uint32_t i = 0; i < tradeoff->metric_count; i++) {
-        const struct vw_sweep_metrics *metric = &tradeoff->metrics[i];
-        double worth = real_at(metric, offset);
-        if (!is_choice(metric) || !isfinite(worth)) continue;
-        if (!best || worth > real_at(best, offset)) best = metric;
+    for (uint32_t i = 0; i < sweep->metric_count; i++) {
+        const struct vw_sweep_metrics *metric = &sweep->metrics[i];
+        double quality = real_at(metric, offset);
+        if (!is_choice(metric) || !isfinite(quality)) continue;
+        if (!best || quality > real_at(best, offset)) best = metric;
     }
-    for (uint32_t i = 0; i < tradeoff->metric_count && best; i++) {
-        const struct vw_sweep_metrics *metric = &tradeoff->metrics[i];
+    for (uint32_t i = 0; i < sweep->metric_count && best; i++) {
+        const struct vw_sweep_metrics *metric = &sweep->metrics[i];
         bool near = real_at(metric, offset) >= real_at(best, offset) - tolerance;
         if (is_choice(metric) && near && (!knee || metric->run_seconds < knee->run_seconds)) knee = metric;
     }
@@ -112,58 +79,61 @@ static void print_knee(const struct vw_sweep *tradeoff, const char *what, size_t
                best->run_seconds);
 }
 
-void vw_sweep_print(const struct vw_sweep *tradeoff, const char *csv_path, const char *report_path) {
-    printf("%s: %u configurations, %u seeds each, scores by %s\n\n%-*s", tradeoff->options->operand,
-           tradeoff->configurations.count, tradeoff->options->seeds, vw_value_default_method, NAME_WIDTH,
-           "configuration");
-    for (int c = 0; c < COLUMN_COUNT; c++)
-        if (is_used(tradeoff, &columns[c])) printf("  %*s", columns[c].width, columns[c].title);
-    printf("  front\n");
-    for (uint32_t i = 0; i < tradeoff->metric_count; i++)
-        if (is_shown(&tradeoff->metrics[i])) print_row(tradeoff, &tradeoff->metrics[i]);
-    printf("\nfront    P: no other configuration reaches that PSNR in less time; S: none agrees as well with the "
-           "full_resolution scores in less time\n");
-    print_knee(tradeoff, "PSNR within 0.3 dB of the best", offsetof(struct vw_sweep_metrics, val_psnr), 0.3, 2);
-    print_knee(tradeoff, "agreement within 0.02", offsetof(struct vw_sweep_metrics, agreement_pearson), 0.02, 3);
-    print_knee(tradeoff, "r of two seeds within 0.02", offsetof(struct vw_sweep_metrics, seed_pearson), 0.02, 3);
-    for (uint32_t i = 0; i < tradeoff->configurations.count; i++)
-        if (isnan(tradeoff->measured[i].val_psnr))
-            printf("no PSNR  of %s: other pixels count there than at the base\n",
-                   tradeoff->configurations.configurations[i].name);
-    printf("table    %s\n", csv_path);
-    if (report_path) printf("report   %s\n", report_path);
+// Configurations that measure other pixels than the base have no PSNR.
+static void print_missing_psnr(const struct vw_sweep *sweep) {
+    for (uint32_t i = 0; i < sweep->metric_count; i++)
+        if (is_shown(&sweep->metrics[i]) && isnan(sweep->metrics[i].val_psnr))
+            printf("no PSNR  of %s: it measures other pixels than the base\n", sweep->metrics[i].configuration);
 }
 
-// ---- JSON
-// ---------------------------------------------------------------------------------------------------------------
+static void print_text(const struct vw_sweep *sweep) {
+    printf("%s: %u configurations, %u seeds each, scores by %s\n\n%-*s", sweep->params->common.scene.path,
+           sweep->configurations->count, sweep->params->common.seeds, vw_value_default_method, NAME_WIDTH,
+           "configuration");
+    for (int c = 0; c < COLUMN_COUNT; c++)
+        if (is_used(sweep, &columns[c])) printf("  %*s", columns[c].width, columns[c].title);
+    printf("  Pareto front\n");
+    for (uint32_t i = 0; i < sweep->metric_count; i++)
+        if (is_shown(&sweep->metrics[i])) print_row(sweep, &sweep->metrics[i]);
+    printf("\nfront    P: no other configuration reaches that PSNR in less time; S: none agrees as well with the "
+           "full_resolution scores in less time\n");
+    print_knee(sweep, "PSNR within 0.3 dB of the best", offsetof(struct vw_sweep_metrics, val_psnr), 0.3, 2);
+    print_knee(sweep, "agreement within 0.02", offsetof(struct vw_sweep_metrics, agreement_pearson), 0.02, 3);
+    print_knee(sweep, "r of two seeds within 0.02", offsetof(struct vw_sweep_metrics, seed_pearson), 0.02, 3);
+    print_missing_psnr(sweep);
+    printf("table    %s\n", sweep->csv_path);
+    if (sweep->report_path) printf("report   %s\n", sweep->report_path);
+}
+
+// ---- JSON ----
+
+static json_t *field_to_json(const struct vw_sweep_column *column, const struct vw_sweep_metrics *metric) {
+    const void *value = (const char *)metric + column->offset;
+    switch (column->kind) {
+    case VW_COLUMN_TEXT: return json_string(*(const char *const *)value);
+    case VW_COLUMN_WHOLE: return json_integer(*(const uint32_t *)value);
+    case VW_COLUMN_REAL: return vw_json_real(*(const double *)value);
+    }
+    return NULL;
+}
 
 static json_t *metric_to_json(const struct vw_sweep_metrics *metric) {
     uint32_t count = 0;
     const struct vw_sweep_column *all = vw_sweep_columns(&count);
     json_t *object = json_object();
-    bool failed = !object;
-    for (uint32_t i = 0; i < count && !failed; i++) {
-        const void *value = (const char *)metric + all[i].offset;
-        json_t *json = all[i].kind == VW_TRADEOFF_TEXT    ? json_string(*(const char *const *)value)
-                       : all[i].kind == VW_TRADEOFF_WHOLE ? json_integer(*(const uint32_t *)value)
-                                                          : vw_json_real(*(const double *)value);
-        failed = json_object_set_new(object, all[i].name, json) != 0;
-    }
-    if (!failed) return object;
-    json_decref(object);
-    return NULL;
+    for (uint32_t i = 0; i < count; i++) vw_json_set(&object, all[i].name, field_to_json(&all[i], metric));
+    return object;
 }
 
-enum vw_status vw_sweep_print_json(const struct vw_sweep *tradeoff, const char *csv_path, const char *report_path) {
+enum vw_status vw_sweep_print(const struct vw_sweep *sweep, bool json) {
+    if (!json) {
+        print_text(sweep);
+        return VW_OK;
+    }
     json_t *metrics = json_array();
-    bool failed = !metrics;
-    for (uint32_t i = 0; i < tradeoff->metric_count && !failed; i++)
-        failed = json_array_append_new(metrics, metric_to_json(&tradeoff->metrics[i])) != 0;
-    if (!failed)
-        return vw_json_print(json_pack("{s:s, s:I, s:I, s:s, s:s*, s:o}", "scene", tradeoff->options->operand,
-                                       "configurations", (json_int_t)tradeoff->configurations.count, "seeds",
-                                       (json_int_t)tradeoff->options->seeds, "table", csv_path, "report", report_path,
-                                       "metrics", metrics));
-    json_decref(metrics);
-    return vw_json_print(NULL);
+    for (uint32_t i = 0; i < sweep->metric_count; i++) vw_json_append(&metrics, metric_to_json(&sweep->metrics[i]));
+    return vw_json_print(json_pack("{s:s, s:I, s:I, s:s, s:s*, s:o}", "scene", sweep->params->common.scene.path,
+                                   "configurations", (json_int_t)sweep->configurations->count, "seeds",
+                                   (json_int_t)sweep->params->common.seeds, "table", sweep->csv_path, "report",
+                                   sweep->report_path, "metrics", metrics));
 }

@@ -5,18 +5,20 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "run/plan/presets.h"
 #include "base/memory.h"
+#include "base/word_list.h"
+#include "run/plan/presets.h"
 
 enum how { TIMES, PLUS, SET };
-enum { SETTINGS_MAX = 8, SETTING_BYTES = 32, VAL_RAYS_PER_VIEW = 32 }; // as validation takes at least
+enum { VALUES_MAX = 8, VALUE_BYTES = 32, VAL_RAYS_PER_VIEW = 32 }; // which validation takes at least
+enum { TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
-// A number of the config and what it is set to, from its value at the base.
+// A number of the config, and the values to try, computed from its value at the base.
 static const struct sweep {
     const char *parameter;
     size_t offset;
     enum how how;
-    double settings[SETTINGS_MAX]; // up to the first 0
+    double values[VALUES_MAX]; // up to the first 0
 } sweeps[] = {
     {"rays", offsetof(struct vw_config, rays), TIMES, {0.125, 0.25, 0.5, 2}},
     {"samples", offsetof(struct vw_config, samples), TIMES, {0.25, 0.5, 2}},
@@ -27,48 +29,46 @@ static const struct sweep {
     {"epochs", offsetof(struct vw_config, epochs), TIMES, {0.25, 0.5, 2}},
 };
 static const double downscales[] = {2, 4}; // times the base's
-static const char *const other_parameters[] = {"table-precision", "downscale", "effects", "accuracy"};
-static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the most that `rays` tries
+static const char *const other_parameters[OTHER_PARAMETERS] = {"table-precision", "downscale", "effects", "accuracy"};
+static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest factor of `rays`
 
-// ---- Which parameters
-// --------------------------------------------------------------------------------------------------------
+// ---- Parameters ----
 
-static bool is_parameter(const char *word, size_t length) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
-        if (strlen(sweeps[i].parameter) == length && !strncmp(sweeps[i].parameter, word, length)) return true;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(other_parameters); i++)
-        if (strlen(other_parameters[i]) == length && !strncmp(other_parameters[i], word, length)) return true;
-    return false;
+// The bit of a parameter: first those of `sweeps`, then the others. 0 for a word that is none.
+static uint32_t bit_of(struct vw_word word) {
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
+        if (vw_word_is(word, sweeps[i].parameter)) return UINT32_C(1) << i;
+    for (uint32_t i = 0; i < OTHER_PARAMETERS; i++)
+        if (vw_word_is(word, other_parameters[i])) return UINT32_C(1) << (VW_ARRAY_COUNT(sweeps) + i);
+    return 0;
 }
 
-static const char *next_word(const char *word) {
-    const char *comma = strchr(word, ',');
-    return comma ? comma + 1 : NULL;
-}
-
-enum vw_status vw_sweep_check_parameters(const char *parameters) {
-    for (const char *word = parameters; word; word = next_word(word))
-        if (!is_parameter(word, strcspn(word, ",")))
-            return vw_fail(VW_ERROR_USAGE, "--parameters: \"%.*s\" is none of " VW_SWEEP_PARAMETERS,
-                           (int)strcspn(word, ","), word);
+enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters) {
+    struct vw_word word;
+    *parameters = 0;
+    while (vw_word_list_next(&list, &word)) {
+        uint32_t bit = bit_of(word);
+        if (!bit)
+            return vw_fail(VW_ERROR_USAGE, "--parameters: \"%.*s\" is none of " VW_SWEEP_PARAMETERS, (int)word.length,
+                           word.text);
+        *parameters |= bit;
+    }
     return VW_OK;
 }
 
-static bool is_wanted(const struct vw_options *options, const char *parameter) {
-    if (!options->parameters) return true;
-    for (const char *word = options->parameters; word; word = next_word(word))
-        if (strlen(parameter) == strcspn(word, ",") && !strncmp(word, parameter, strlen(parameter))) return true;
-    return false;
+static bool is_wanted(uint32_t parameters, uint32_t place) { return !parameters || (parameters >> place & 1); }
+
+static bool is_other_wanted(uint32_t parameters, uint32_t other) {
+    return is_wanted(parameters, VW_ARRAY_COUNT(sweeps) + other);
 }
 
-// ---- Points
-// -------------------------------------------------------------------------------------------------------------
+// ---- Configurations ----
 
-// Adds a configuration of that config, at the base's downscale.
+// Adds a configuration with that config and the downscale of the base.
 static enum vw_status add(struct vw_sweep_configurations *configurations, const char *parameter, const char *value,
                           const struct vw_config *config) {
     if (configurations->count == VW_CONFIGURATIONS_MAX)
-        return vw_fail(VW_ERROR_USAGE, "more than %d configurations to try; choose fewer by --parameters",
+        return vw_fail(VW_ERROR_USAGE, "more than %d configurations to try; name fewer by --parameters",
                        VW_CONFIGURATIONS_MAX);
     struct vw_sweep_configuration *configuration = &configurations->configurations[configurations->count++];
     *configuration = (struct vw_sweep_configuration){
@@ -86,7 +86,7 @@ static bool is_listed(const struct vw_sweep_configurations *configurations, cons
     return false;
 }
 
-// All that a sweep turns, as it is at the base.
+// The value of every parameter at the base.
 static void describe_base(struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
@@ -110,7 +110,7 @@ static bool spell_effects(const struct vw_session *session, const char *without,
     return used < text_bytes;
 }
 
-// So many rays that every validation view takes all its pixels: as many as the largest has, for each.
+// The validation rays that take all pixels of every validation view: as many for each as the largest view has.
 static uint64_t val_pixels(const struct vw_scene *scene) {
     uint64_t most = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -127,17 +127,17 @@ static enum vw_status check_val_pixels(const struct vw_scene *scene) {
     if (!vw_config_check(&config)) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
                    "%s: %" PRIu64
-                   " validation pixels are more than can be measured in every step; take a higher --downscale",
+                   " validation pixels are too many to measure after every step; take a higher --downscale",
                    scene->path, pixels);
 }
 
-// The number that a sweep sets, 0 where it cannot be one.
+// The number to try, 0 where it would be below 1.
 static uint32_t number_of(const struct sweep *sweep, uint32_t base, double value) {
     double number = sweep->how == TIMES ? base * value : sweep->how == PLUS ? base + value : value;
     return number < 1 ? 0 : (uint32_t)number;
 }
 
-// Whether a value can be trained, and has scores.
+// Whether a config can be trained and gives scores.
 static bool is_admitted(const struct vw_config *config) {
     return config->epochs > config->burn_in_epochs && !vw_config_check(config);
 }
@@ -150,10 +150,10 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
     bool val_rays = sweep->offset == offsetof(struct vw_config, val_rays);
     uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * session->scene->split_count[VW_SPLIT_VAL] : 0;
     uint64_t most = val_pixels(session->scene);
-    for (int i = 0; i < SETTINGS_MAX && sweep->settings[i] != 0 && !status; i++) {
+    for (int i = 0; i < VALUES_MAX && sweep->values[i] != 0 && !status; i++) {
         struct vw_config config = *base;
-        char value[SETTING_BYTES];
-        uint32_t number = number_of(sweep, of_base, sweep->settings[i]);
+        char value[VALUE_BYTES];
+        uint32_t number = number_of(sweep, of_base, sweep->values[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
         snprintf(value, sizeof value, "%" PRIu32, number);
@@ -175,9 +175,9 @@ static enum vw_status add_all_pixels(const struct vw_session *session, struct vw
 static enum vw_status add_downscales(struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
-        char value[SETTING_BYTES];
+        char value[VALUE_BYTES];
         uint32_t downscale = (uint32_t)(configurations->configurations[0].downscale * downscales[i]);
-        if (downscale > 64) continue; // what --downscale admits
+        if (downscale > 64) continue; // the limit of --downscale
         snprintf(value, sizeof value, "%" PRIu32, downscale);
         status = add(configurations, "downscale", value, &configurations->configurations[0].config);
         if (!status) configurations->configurations[configurations->count - 1].downscale = downscale;
@@ -188,7 +188,7 @@ static enum vw_status add_downscales(struct vw_sweep_configurations *configurati
 static enum vw_status add_effects(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < session->effect_count && !status; i++) {
-        char value[SETTING_BYTES];
+        char value[VALUE_BYTES];
         struct vw_config config = configurations->configurations[0].config;
         if (!session->effects[i].on) continue;
         snprintf(value, sizeof value, "without-%s", session->effects[i].name);
@@ -210,19 +210,19 @@ static enum vw_status add_table_precisions(struct vw_sweep_configurations *confi
     return status;
 }
 
-// The settings of --accuracy, with epochs of their own: but for one that is the base.
+// The presets of --accuracy, which set epochs, too; one that equals the base is left out.
 static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
     uint32_t count = 0;
-    const struct vw_preset *settings = vw_presets(&count);
+    const struct vw_preset *presets = vw_presets(&count);
     char of_base[VW_PRESET_TEXT_BYTES], ours[VW_PRESET_TEXT_BYTES];
     vw_preset_options(&configurations->configurations[0].config, of_base);
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         struct vw_config config = configurations->configurations[0].config;
-        vw_preset_apply(&settings[i], &config);
+        vw_preset_apply(&presets[i], &config);
         vw_preset_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
-        status = add(configurations, "accuracy", settings[i].name, &config);
+        status = add(configurations, "accuracy", presets[i].name, &config);
     }
     return status;
 }
@@ -238,27 +238,34 @@ static enum vw_status add_full_resolution(const struct vw_session *session,
     return add(configurations, "full_resolution", "", &config);
 }
 
-enum vw_status vw_sweep_configurations_list(const struct vw_options *options, const struct vw_session *session,
+static enum vw_status add_others(const struct vw_session *session, uint32_t parameters,
+                                 struct vw_sweep_configurations *configurations) {
+    enum vw_status status = VW_OK;
+    if (is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
+    if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(configurations);
+    if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
+    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(configurations);
+    return status;
+}
+
+enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32_t downscale, uint32_t parameters,
+                                            const struct vw_session *session,
                                             struct vw_sweep_configurations *configurations) {
     configurations->count = 0;
     configurations->all_pixels = UINT32_MAX;
-    configurations->configurations[0].downscale = options->downscale;
-    struct vw_config base = options->config;
-    if (!spell_effects(session, NULL, base.effects))
+    configurations->configurations[0].downscale = downscale;
+    struct vw_config config = *base;
+    if (!spell_effects(session, NULL, config.effects))
         return vw_fail(VW_ERROR_USAGE, "--effects: the list is too long; name fewer");
     enum vw_status status = check_val_pixels(session->scene);
-    if (!status) status = add(configurations, "base", "", &base);
+    if (!status) status = add(configurations, "base", "", &config);
     if (!status) describe_base(&configurations->configurations[0]);
     if (!status) status = add_full_resolution(session, configurations);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
-        if (!is_wanted(options, sweeps[i].parameter)) continue;
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
+        if (!is_wanted(parameters, i)) continue;
         status = add_sweep(session, &sweeps[i], configurations);
         if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays))
             status = add_all_pixels(session, configurations);
     }
-    if (!status && is_wanted(options, "table-precision")) status = add_table_precisions(configurations);
-    if (!status && is_wanted(options, "downscale")) status = add_downscales(configurations);
-    if (!status && is_wanted(options, "effects")) status = add_effects(session, configurations);
-    if (!status && is_wanted(options, "accuracy")) status = add_accuracies(configurations);
-    return status;
+    return status ? status : add_others(session, parameters, configurations);
 }

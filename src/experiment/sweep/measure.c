@@ -2,9 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/interrupt.h"
 #include "experiment/seed_runs.h"
-#include "experiment/sweep/sweep.h"
+#include "experiment/sweep/state.h"
 #include "experiment/sweep/paired_timing.h"
 #include "base/file.h"
 #include "viewworth/log.h"
@@ -15,42 +14,43 @@
 
 enum { ROUNDS = 8, STEPS_PER_BATCH = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
 
-// ---- What is kept
-// -------------------------------------------------------------------------------------------------------
+// ---- Recorded measurements ----
 
-static const struct measure {
+static const struct quantity {
     const char *name;
     size_t offset;
-} measures[] = {
-#define MEASURE(name, field)                                                                                           \
+} quantities[] = {
+#define QUANTITY(name, field)                                                                                          \
     { name, offsetof(struct vw_measured_configuration, field) }
-    MEASURE("train_ms", train.wall_ms),    MEASURE("train_cpu_ms", train.cpu_ms), MEASURE("value_ms", value.wall_ms),
-    MEASURE("value_cpu_ms", value.cpu_ms), MEASURE("base_ms", base.wall_ms),      MEASURE("base_cpu_ms", base.cpu_ms),
-    MEASURE("device_bytes", device_bytes),
+    QUANTITY("train_ms", train.wall_ms),    QUANTITY("train_cpu_ms", train.cpu_ms),
+    QUANTITY("value_ms", value.wall_ms),    QUANTITY("value_cpu_ms", value.cpu_ms),
+    QUANTITY("base_ms", base.wall_ms),      QUANTITY("base_cpu_ms", base.cpu_ms),
+    QUANTITY("device_bytes", device_bytes),
 };
 
-static double *field_of(struct vw_measured_configuration *measured, const struct measure *measure) {
-    return (double *)((char *)measured + measure->offset);
+static double *field_of(struct vw_measured_configuration *measured, const struct quantity *quantity) {
+    return (double *)((char *)measured + quantity->offset);
 }
 
-static enum vw_status recall(struct vw_sweep *sweep, uint32_t configuration, bool *found) {
+static enum vw_status find(struct vw_sweep_state *state, uint32_t configuration, bool *found) {
     enum vw_status status = VW_OK;
     *found = true;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(measures) && *found && !status; i++)
-        status = vw_sweeps_find(sweep->tradeoffs, sweep->configuration_ids[configuration], measures[i].name, found,
-                                field_of(&sweep->measured[configuration], &measures[i]));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(quantities) && *found && !status; i++)
+        status = vw_sweeps_find(state->store, state->configuration_ids[configuration], quantities[i].name, found,
+                                field_of(&state->measured[configuration], &quantities[i]));
     return status;
 }
 
-static enum vw_status keep(struct vw_sweep *sweep, uint32_t configuration) {
-    struct vw_sweep_measure kept[VW_ARRAY_COUNT(measures)];
-    for (size_t i = 0; i < VW_ARRAY_COUNT(measures); i++)
-        kept[i] = (struct vw_sweep_measure){measures[i].name, *field_of(&sweep->measured[configuration], &measures[i])};
-    return vw_sweeps_keep(sweep->tradeoffs, sweep->configuration_ids[configuration], kept, VW_ARRAY_COUNT(measures));
+static enum vw_status record(struct vw_sweep_state *state, uint32_t configuration) {
+    struct vw_measurement measurements[VW_ARRAY_COUNT(quantities)];
+    for (size_t i = 0; i < VW_ARRAY_COUNT(quantities); i++)
+        measurements[i] =
+            (struct vw_measurement){quantities[i].name, *field_of(&state->measured[configuration], &quantities[i])};
+    return vw_sweeps_keep(state->store, state->configuration_ids[configuration], measurements,
+                          VW_ARRAY_COUNT(quantities));
 }
 
-// ---- Time
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Time ----
 
 static struct vw_trainer_params params_of(const struct vw_session *session, const struct vw_config *config,
                                           const struct vw_effect_verdict *effects, bool validate) {
@@ -63,12 +63,12 @@ static struct vw_trainer_params params_of(const struct vw_session *session, cons
                                       .steps_per_batch = STEPS_PER_BATCH};
 }
 
-// What is on at a configuration, among the verdicts of the base.
-static enum vw_status choose_effects(const struct vw_sweep *sweep, uint32_t configuration,
+// The verdicts of the base, switched on and off as the configuration says.
+static enum vw_status choose_effects(const struct vw_sweep_state *state, uint32_t configuration,
                                      struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]) {
-    const struct vw_session *session = &sweep->retrainer.session;
+    const struct vw_session *session = &state->session;
     memcpy(effects, session->effects, sizeof session->effects);
-    return vw_effects_choose(sweep->configurations.configurations[configuration].config.effects, effects,
+    return vw_effects_choose(state->configurations->configurations[configuration].config.effects, effects,
                              session->effect_count);
 }
 
@@ -77,21 +77,21 @@ static struct vw_step_times times_of(const struct vw_timed_trainer *timed) {
     return (struct vw_step_times){result.ms_per_step, result.cpu_ms_per_step};
 }
 
-// The base, the configuration without scoring, and the configuration with it, in turn.
-static enum vw_status time_configuration(struct vw_sweep *sweep, uint32_t configuration) {
+// Paired timing of the base, the configuration without scoring, and the configuration with scoring.
+static enum vw_status time_configuration(struct vw_sweep_state *state, uint32_t configuration) {
     enum { BASE, TRAIN, VALUE, TRAINERS };
-    const struct vw_session *session = &sweep->retrainer.session;
-    const struct vw_config *base = &sweep->configurations.configurations[0].config,
-                           *ours = &sweep->configurations.configurations[configuration].config;
-    struct vw_measured_configuration *measured = &sweep->measured[configuration];
+    const struct vw_session *session = &state->session;
+    const struct vw_config *base = &state->configurations->configurations[0].config,
+                           *ours = &state->configurations->configurations[configuration].config;
+    struct vw_measured_configuration *measured = &state->measured[configuration];
     struct vw_timed_trainer trainers[TRAINERS] = {0};
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
-    enum vw_status status = choose_effects(sweep, configuration, effects);
+    enum vw_status status = choose_effects(state, configuration, effects);
     const struct vw_trainer_params params[] = {params_of(session, base, session->effects, true),
                                                params_of(session, ours, effects, false),
                                                params_of(session, ours, effects, true)};
     for (int i = 0; i < TRAINERS && !status; i++) status = vw_timed_trainer_open(&params[i], ROUNDS, &trainers[i]);
-    if (!status) status = vw_paired_timing_run(trainers, TRAINERS, ROUNDS);
+    if (!status) status = vw_paired_timing_run(trainers, TRAINERS, ROUNDS, &state->params->common.interrupt);
     if (!status)
         *measured = (struct vw_measured_configuration){.train = times_of(&trainers[TRAIN]),
                                                        .value = times_of(&trainers[VALUE]),
@@ -101,53 +101,52 @@ static enum vw_status time_configuration(struct vw_sweep *sweep, uint32_t config
     return status;
 }
 
-enum vw_status vw_sweep_time_steps(struct vw_sweep *sweep) {
-    const struct vw_session *session = &sweep->retrainer.session;
+enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state) {
+    const struct vw_session *session = &state->session;
     enum vw_status status = VW_OK;
-    vw_log_info("timing   the steps of %u configurations%s", sweep->configurations.count,
+    vw_log_info("timing   the steps of %u configurations%s", state->configurations->count,
                 vw_effects_is_on(session->effects, session->effect_count, "occupancy")
-                    ? ", as they are before occupancy skips empty space"
+                    ? ", before occupancy skips empty space"
                     : "");
-    for (uint32_t configuration = 0; configuration < sweep->configurations.count && !status; configuration++) {
+    for (uint32_t configuration = 0; configuration < state->configurations->count && !status; configuration++) {
         bool found = false;
-        status = recall(sweep, configuration, &found);
-        if (!status && !found) status = time_configuration(sweep, configuration);
-        if (!status && !found) status = keep(sweep, configuration);
+        status = find(state, configuration, &found);
+        if (!status && !found) status = time_configuration(state, configuration);
+        if (!status && !found) status = record(state, configuration);
         if (!status && !found)
             vw_log_info("timed    %s: %.3g ms a step, %.3g with scoring (%u of %u)",
-                        sweep->configurations.configurations[configuration].name,
-                        sweep->measured[configuration].train.wall_ms, sweep->measured[configuration].value.wall_ms,
-                        configuration + 1, sweep->configurations.count);
+                        state->configurations->configurations[configuration].name,
+                        state->measured[configuration].train.wall_ms, state->measured[configuration].value.wall_ms,
+                        configuration + 1, state->configurations->count);
     }
     return status;
 }
 
-uint64_t vw_sweep_steps(const struct vw_sweep *sweep, uint32_t configuration) {
-    return (uint64_t)sweep->configurations.configurations[configuration].config.epochs * sweep->retrainer.train_count;
+uint64_t vw_sweep_steps(const struct vw_sweep_state *state, uint32_t configuration) {
+    return (uint64_t)state->configurations->configurations[configuration].config.epochs * state->retrainer.train_count;
 }
 
-void vw_sweep_step_ms(const struct vw_sweep *sweep, uint32_t configuration, double *train_ms, double *value_ms) {
+void vw_sweep_step_ms(const struct vw_sweep_state *state, uint32_t configuration, double *train_ms, double *value_ms) {
     double base_ms[VW_CONFIGURATIONS_MAX];
-    bool cpu = vw_gpu_get_info(sweep->retrainer.session.gpu)->kind == VW_GPU_CPU;
-    const struct vw_measured_configuration *measured = &sweep->measured[configuration];
-    for (uint32_t i = 0; i < sweep->configurations.count; i++) base_ms[i] = sweep->measured[i].base.wall_ms;
-    double median_ms = vw_median(base_ms, sweep->configurations.count);
+    bool cpu = vw_gpu_get_info(state->session.gpu)->kind == VW_GPU_CPU;
+    const struct vw_measured_configuration *measured = &state->measured[configuration];
+    for (uint32_t i = 0; i < state->configurations->count; i++) base_ms[i] = state->measured[i].base.wall_ms;
+    double median_ms = vw_median(base_ms, state->configurations->count);
     double of_base_ms = cpu ? measured->base.cpu_ms : measured->base.wall_ms;
     *train_ms = (cpu ? measured->train.cpu_ms : measured->train.wall_ms) / of_base_ms * median_ms;
     *value_ms = (cpu ? measured->value.cpu_ms : measured->value.wall_ms) / of_base_ms * median_ms;
 }
 
-// ---- PSNR
-// ---------------------------------------------------------------------------------------------------------------
+// ---- PSNR ----
 
-char *vw_sweep_folder(const struct vw_sweep *sweep, uint32_t configuration) {
-    return vw_format_text("%s/configurations/%s", sweep->options->out,
-                          sweep->configurations.configurations[configuration].name);
+char *vw_sweep_folder(const struct vw_sweep_state *state, uint32_t configuration) {
+    return vw_format_text("%s/configurations/%s", state->params->common.out,
+                          state->configurations->configurations[configuration].name);
 }
 
-static enum vw_status measure_field(struct vw_sweep *sweep, const char *path, const struct vw_config *config,
+static enum vw_status measure_field(struct vw_sweep_state *state, const char *path, const struct vw_config *config,
                                     const struct vw_effect_verdict *effects, double *psnr_db) {
-    const struct vw_session *session = &sweep->retrainer.session;
+    const struct vw_session *session = &state->session;
     const struct vw_trainer_params params = params_of(session, config, effects, false);
     uint32_t *views = NULL, count = 0;
     struct vw_view_error *errors = NULL;
@@ -166,29 +165,30 @@ static enum vw_status measure_field(struct vw_sweep *sweep, const char *path, co
     return status;
 }
 
-static enum vw_status measure_seed(struct vw_sweep *sweep, uint32_t configuration, uint32_t seed, double *psnr_db) {
+static enum vw_status measure_seed(struct vw_sweep_state *state, uint32_t configuration, uint32_t seed,
+                                   double *psnr_db) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
-    struct vw_config config = sweep->configurations.configurations[configuration].config;
+    struct vw_config config = state->configurations->configurations[configuration].config;
     config.seed += seed;
-    char *folder = vw_sweep_folder(sweep, configuration);
+    char *folder = vw_sweep_folder(state, configuration);
     char *path = folder ? vw_seed_run_path(folder, config.seed, "field.vwf") : NULL;
-    enum vw_status status = path ? choose_effects(sweep, configuration, effects) : VW_ERROR_MEMORY;
-    if (!status) status = measure_field(sweep, path, &config, effects, psnr_db);
+    enum vw_status status = path ? choose_effects(state, configuration, effects) : VW_ERROR_MEMORY;
+    if (!status) status = measure_field(state, path, &config, effects, psnr_db);
     free(path);
     free(folder);
     return status;
 }
 
-enum vw_status vw_sweep_recall_psnr(struct vw_sweep *sweep, uint32_t configuration, bool *found) {
-    return vw_sweeps_find(sweep->tradeoffs, sweep->configuration_ids[configuration], "val_psnr", found,
-                          &sweep->measured[configuration].val_psnr);
+enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration, bool *found) {
+    return vw_sweeps_find(state->store, state->configuration_ids[configuration], "val_psnr", found,
+                          &state->measured[configuration].val_psnr);
 }
 
-// Without masks, or the gain and bias that appearance fits by halves of photos, other pixels count than at the base.
-static enum vw_status sees_base_pixels(const struct vw_sweep *sweep, uint32_t configuration, bool *same) {
-    const struct vw_session *session = &sweep->retrainer.session;
+// Other pixels than at the base are measured where masks are off, or where appearance fits left halves of photos.
+static enum vw_status sees_base_pixels(const struct vw_sweep_state *state, uint32_t configuration, bool *same) {
+    const struct vw_session *session = &state->session;
     struct vw_effect_verdict ours[VW_EFFECT_COUNT_MAX];
-    enum vw_status status = choose_effects(sweep, configuration, ours);
+    enum vw_status status = choose_effects(state, configuration, ours);
     *same = vw_effects_fit_views(ours, session->effect_count) ==
                 vw_effects_fit_views(session->effects, session->effect_count) &&
             vw_effects_is_on(ours, session->effect_count, "masks") ==
@@ -196,16 +196,16 @@ static enum vw_status sees_base_pixels(const struct vw_sweep *sweep, uint32_t co
     return status;
 }
 
-enum vw_status vw_sweep_measure_psnr(struct vw_sweep *sweep, uint32_t configuration) {
+enum vw_status vw_sweep_measure_psnr(struct vw_sweep_state *state, uint32_t configuration) {
     double sum_db = 0;
     bool same = true;
-    enum vw_status status = sees_base_pixels(sweep, configuration, &same);
-    for (uint32_t seed = 0; seed < sweep->options->seeds && !status && same; seed++) {
+    enum vw_status status = sees_base_pixels(state, configuration, &same);
+    for (uint32_t seed = 0; seed < state->params->common.seeds && !status && same; seed++) {
         double psnr_db = NAN;
-        status = measure_seed(sweep, configuration, seed, &psnr_db);
+        status = measure_seed(state, configuration, seed, &psnr_db);
         sum_db += psnr_db;
     }
-    const struct vw_sweep_measure kept = {"val_psnr", same ? sum_db / sweep->options->seeds : NAN};
-    sweep->measured[configuration].val_psnr = kept.value;
-    return status ? status : vw_sweeps_keep(sweep->tradeoffs, sweep->configuration_ids[configuration], &kept, 1);
+    const struct vw_measurement measurement = {"val_psnr", same ? sum_db / state->params->common.seeds : NAN};
+    state->measured[configuration].val_psnr = measurement.value;
+    return status ? status : vw_sweeps_keep(state->store, state->configuration_ids[configuration], &measurement, 1);
 }

@@ -4,7 +4,7 @@
 
 #include "run/scoring.h"
 #include "experiment/seed_runs.h"
-#include "experiment/sweep/sweep.h"
+#include "experiment/sweep/state.h"
 #include "value/evaluation/agreement.h"
 #include "value/evaluation/evaluation.h"
 #include "value/evaluation/pareto_front.h"
@@ -13,17 +13,16 @@
 
 enum { SEEDS_MAX = 50 };
 
-// ---- From ledgers to score tables
-// ---------------------------------------------------------------------------------------
+// ---- From ledgers to score tables ----
 
 // The scores of a configuration's runs, method by method: values[seed * photo_count + photo].
-static enum vw_status read_tables(const struct vw_sweep *sweep, uint32_t configuration,
+static enum vw_status read_tables(const struct vw_sweep_state *state, uint32_t configuration,
                                   struct vw_score_tables *tables) {
-    const struct vw_config *config = &sweep->configurations.configurations[configuration].config;
+    const struct vw_config *config = &state->configurations->configurations[configuration].config;
     struct vw_ledger *ledgers[SEEDS_MAX] = {0};
     struct vw_value_input runs[SEEDS_MAX] = {0};
-    uint32_t count = sweep->options->seeds;
-    char *folder = vw_sweep_folder(sweep, configuration);
+    uint32_t count = state->params->common.seeds;
+    char *folder = vw_sweep_folder(state, configuration);
     enum vw_status status = folder ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count && !status; i++) {
         status = vw_seed_run_open(folder, config->seed + i, &ledgers[i]);
@@ -38,11 +37,10 @@ static enum vw_status read_tables(const struct vw_sweep *sweep, uint32_t configu
     return status;
 }
 
-// ---- Correlations
-// -------------------------------------------------------------------------------------------------------
+// ---- Correlations ----
 
-// Of the same method's scores with the same seeds at two configurations: means over the seeds. NaN where one
-// configuration lacks the method.
+// Correlations of the same method's scores with the same seed at two configurations, means over the seeds. NaN where
+// one configuration lacks the method.
 static enum vw_status compare_configurations(const struct vw_score_tables *ours, const struct vw_score_table *table,
                                              const struct vw_score_tables *theirs, double *pearson, double *spearman) {
     struct vw_agreement pairs[SEEDS_MAX];
@@ -72,10 +70,9 @@ static enum vw_status compare_seeds(const struct vw_score_tables *tables, const 
     return VW_OK;
 }
 
-// ---- Truth
-// --------------------------------------------------------------------------------------------------------------
+// ---- Evaluation ----
 
-// The methods that have a score for every photo: one that is missing cannot be summed over halves. Owned by the caller.
+// The methods that have a score for every photo; others cannot be summed over halves. Owned by the caller.
 static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint32_t *count) {
     struct vw_scorer *scorers = vw_allocate(tables->count, sizeof *scorers);
     *count = 0;
@@ -88,13 +85,13 @@ static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint
     return scorers;
 }
 
-// How well the methods find what is corrupted, and predict what halves reach. `metrics` has one for each table.
-static enum vw_status evaluate(const struct vw_sweep *sweep, const struct vw_score_tables *tables,
+// How well the methods find corrupted photos, and predict trainings on halves. `metrics` has one entry per table.
+static enum vw_status evaluate(const struct vw_sweep_state *state, const struct vw_score_tables *tables,
                                const char *const *ground_truths, struct vw_sweep_metrics *metrics) {
     uint32_t count = 0;
     struct vw_metrics evaluated = {0};
     struct vw_scorer *scorers = list_scorers(tables, &count);
-    const struct vw_evaluation evaluation = {.photos = sweep->retrainer.train_views,
+    const struct vw_evaluation evaluation = {.photos = state->retrainer.train_views,
                                              .ground_truths = ground_truths,
                                              .photo_count = tables->photo_count,
                                              .scorers = scorers,
@@ -102,7 +99,7 @@ static enum vw_status evaluate(const struct vw_sweep *sweep, const struct vw_sco
                                              .seed_count = tables->run_count};
     enum vw_status status = scorers ? VW_OK : VW_ERROR_MEMORY;
     if (!status && tables->clean) status = vw_evaluate_detection(&evaluation, &evaluated);
-    if (!status && sweep->subsets.count) status = vw_evaluate_subsets(&evaluation, &sweep->subsets, &evaluated);
+    if (!status && state->subsets.count) status = vw_evaluate_subsets(&evaluation, &state->subsets, &evaluated);
     for (uint32_t i = 0; i < tables->count && !status; i++) {
         const struct vw_metric *auc = vw_metrics_find(&evaluated, "auc", "corrupted", metrics[i].method);
         const struct vw_metric *lds = vw_metrics_find(&evaluated, "lds", "val_psnr", metrics[i].method);
@@ -115,15 +112,14 @@ static enum vw_status evaluate(const struct vw_sweep *sweep, const struct vw_sco
     return status;
 }
 
-// ---- Figures
-// ------------------------------------------------------------------------------------------------------------
+// ---- Metrics ----
 
-static struct vw_sweep_metrics begin_metric(const struct vw_sweep *sweep, uint32_t configuration) {
-    const struct vw_sweep_configuration *of_configuration = &sweep->configurations.configurations[configuration];
-    const struct vw_measured_configuration *measured = &sweep->measured[configuration];
+static struct vw_sweep_metrics begin_metric(const struct vw_sweep_state *state, uint32_t configuration) {
+    const struct vw_sweep_configuration *of_configuration = &state->configurations->configurations[configuration];
+    const struct vw_measured_configuration *measured = &state->measured[configuration];
     double train_ms, value_ms;
-    vw_sweep_step_ms(sweep, configuration, &train_ms, &value_ms);
-    uint64_t steps = vw_sweep_steps(sweep, configuration);
+    vw_sweep_step_ms(state, configuration, &train_ms, &value_ms);
+    uint64_t steps = vw_sweep_steps(state, configuration);
     return (struct vw_sweep_metrics){.configuration = of_configuration->name,
                                      .parameter = of_configuration->parameter,
                                      .value = of_configuration->value,
@@ -144,10 +140,11 @@ static struct vw_sweep_metrics begin_metric(const struct vw_sweep *sweep, uint32
                                      .lds_ci_high = NAN};
 }
 
-static enum vw_status add_metrics(struct vw_sweep *sweep, const struct vw_score_tables *all, uint32_t configuration,
-                                  size_t *capacity, const char *const *ground_truths) {
+static enum vw_status add_metrics(const struct vw_sweep_state *state, const struct vw_score_tables *all,
+                                  uint32_t configuration, const char *const *ground_truths, size_t *capacity,
+                                  struct vw_sweep *sweep) {
     const struct vw_score_tables *tables = &all[configuration];
-    const struct vw_sweep_configurations *configurations = &sweep->configurations;
+    const struct vw_sweep_configurations *configurations = state->configurations;
     bool same_trainings =
         configuration == 0 || !strcmp(configurations->configurations[configuration].parameter, "val-rays");
     const struct vw_score_tables *all_pixels =
@@ -157,7 +154,7 @@ static enum vw_status add_metrics(struct vw_sweep *sweep, const struct vw_score_
     for (uint32_t i = 0; i < tables->count && !status; i++) {
         const struct vw_score_table *table = &tables->tables[i];
         struct vw_sweep_metrics *metric = &sweep->metrics[sweep->metric_count + i];
-        *metric = begin_metric(sweep, configuration);
+        *metric = begin_metric(state, configuration);
         metric->method = table->method;
         status = compare_seeds(tables, table, metric);
         if (!status)
@@ -167,13 +164,13 @@ static enum vw_status add_metrics(struct vw_sweep *sweep, const struct vw_score_
             status = compare_configurations(tables, table, all_pixels, &metric->all_pixels_pearson,
                                             &metric->all_pixels_spearman);
     }
-    if (!status) status = evaluate(sweep, tables, ground_truths, sweep->metrics + sweep->metric_count);
+    if (!status) status = evaluate(state, tables, ground_truths, sweep->metrics + sweep->metric_count);
     if (!status) sweep->metric_count += tables->count;
     return status;
 }
 
-// Marks the fronts among the metrics of one method, which has one for every configuration at most. The full_resolution
-// configuration agrees with itself, and is no choice.
+// Marks the Pareto fronts among the metrics of one method, which has at most one per configuration. The full_resolution
+// configuration is not on the front of agreement: it agrees with itself.
 static void mark_fronts(struct vw_sweep *sweep, const char *method) {
     struct vw_sweep_metrics *metrics[VW_CONFIGURATIONS_MAX];
     double seconds[VW_CONFIGURATIONS_MAX] = {0}, psnr_db[VW_CONFIGURATIONS_MAX] = {0},
@@ -195,22 +192,23 @@ static void mark_fronts(struct vw_sweep *sweep, const char *method) {
         metrics[i]->psnr_pareto_front = psnr_pareto_front[i], metrics[i]->score_pareto_front = score_pareto_front[i];
 }
 
-enum vw_status vw_sweep_make_metrics(struct vw_sweep *sweep) {
-    uint32_t point_count = sweep->configurations.count;
-    struct vw_score_tables *all = vw_allocate(point_count, sizeof *all);
-    bool known = false; // says score_tables, too
-    const char **ground_truths = vw_retrainer_list_labels(&sweep->retrainer, &known);
+enum vw_status vw_sweep_make_metrics(struct vw_sweep_state *state, struct vw_sweep *sweep) {
+    uint32_t count = state->configurations->count;
+    struct vw_score_tables *all = vw_allocate(count, sizeof *all);
+    bool known = false; // score_tables.clean tells as well
+    const char **ground_truths = vw_retrainer_list_labels(&state->retrainer, &known);
     size_t capacity = 0;
     enum vw_status status = all && ground_truths ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < point_count && !status; i++) status = read_tables(sweep, i, &all[i]);
-    for (uint32_t i = 0; i < point_count && !status; i++) status = add_metrics(sweep, all, i, &capacity, ground_truths);
+    for (uint32_t i = 0; i < count && !status; i++) status = read_tables(state, i, &all[i]);
+    for (uint32_t i = 0; i < count && !status; i++)
+        status = add_metrics(state, all, i, ground_truths, &capacity, sweep);
     for (uint32_t i = 0; i < sweep->metric_count && !status; i++) {
         bool first = true;
         for (uint32_t j = 0; j < i && first; j++)
             first = strcmp(sweep->metrics[j].method, sweep->metrics[i].method) != 0;
         if (first) mark_fronts(sweep, sweep->metrics[i].method);
     }
-    for (uint32_t i = 0; i < point_count && all; i++) vw_score_tables_free(&all[i]);
+    for (uint32_t i = 0; i < count && all; i++) vw_score_tables_free(&all[i]);
     free(ground_truths);
     free(all);
     return status;

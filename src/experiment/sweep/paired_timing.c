@@ -3,11 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli/interrupt.h"
 #include "base/clock.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
 #include "base/statistics.h"
+#include "gpu/compute.h"
 
 enum { LAST_ROUNDS = 3 }; // whose PSNR counts
 
@@ -16,7 +14,7 @@ enum vw_status vw_timed_trainer_open(const struct vw_trainer_params *params, uin
     struct vw_config config = *params->config;
     struct vw_trainer_params ours = *params;
     struct vw_trainer_stats stats;
-    config.epochs = 1 + rounds * 2 * params->steps_per_batch; // of which only so many steps are taken
+    config.epochs = 1 + rounds * 2 * params->steps_per_batch; // an epoch has at least one step
     ours.config = &config;
     uint64_t before = vw_gpu_buffer_bytes(params->gpu);
     enum vw_status status = vw_trainer_create(&ours, &timed->trainer);
@@ -27,7 +25,7 @@ enum vw_status vw_timed_trainer_open(const struct vw_trainer_params *params, uin
     return VW_OK;
 }
 
-static enum vw_status take_turn(struct vw_timed_trainer *timed, uint32_t round, bool last) {
+static enum vw_status take_steps(struct vw_timed_trainer *timed, uint32_t round, bool last) {
     const struct vw_step_record *records;
     uint32_t count = 1, steps = 0;
     double started_s = vw_now_s(), started_cpu_s = vw_cpu_s();
@@ -46,14 +44,14 @@ static enum vw_status take_turn(struct vw_timed_trainer *timed, uint32_t round, 
     return status;
 }
 
-enum vw_status vw_paired_timing_run(struct vw_timed_trainer *trainers, uint32_t count, uint32_t rounds) {
+enum vw_status vw_paired_timing_run(struct vw_timed_trainer *trainers, uint32_t count, uint32_t rounds,
+                                    const struct vw_interrupt *interrupt) {
     enum vw_status status = VW_OK;
     for (uint32_t round = 0; round < rounds; round++)
         for (uint32_t i = 0; i < count && !status; i++) {
-            status = take_turn(&trainers[i], round, round >= rounds - LAST_ROUNDS);
-            const struct vw_interrupt interrupt = vw_interrupt_watch();
-            if (!status && vw_interrupt_requested(&interrupt))
-                status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted while measuring; begin again");
+            status = take_steps(&trainers[i], round, round >= rounds - LAST_ROUNDS);
+            if (!status && vw_interrupt_requested(interrupt))
+                status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted while timing steps; start again");
         }
     return status;
 }

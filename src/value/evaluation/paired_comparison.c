@@ -10,8 +10,8 @@
 static const struct {
     const char *name;
     size_t offset;
-    bool more_is_better;
-} measures[VW_AGGREGATE_MEASURES] = {
+    bool higher_is_better;
+} qualities[VW_QUALITY_COUNT] = {
     {"val_psnr", offsetof(struct vw_retrain_result, val_psnr), true},
     {"val_ssim", offsetof(struct vw_retrain_result, val_ssim), true},
     {"val_l1", offsetof(struct vw_retrain_result, val_l1), false},
@@ -20,35 +20,35 @@ static const struct {
     {"test_l1", offsetof(struct vw_retrain_result, test_l1), false},
 };
 
-const char *vw_outcome_measure_name(enum vw_outcome_measure measure) { return measures[measure].name; }
+const char *vw_quality_name(enum vw_quality quality) { return qualities[quality].name; }
 
-bool vw_outcome_more_is_better(enum vw_outcome_measure measure) { return measures[measure].more_is_better; }
+bool vw_quality_higher_is_better(enum vw_quality quality) { return qualities[quality].higher_is_better; }
 
-double vw_outcome_of(const struct vw_retrain_result *outcome, enum vw_outcome_measure measure) {
+double vw_quality_of(const struct vw_retrain_result *outcome, enum vw_quality quality) {
     double value;
-    memcpy(&value, (const char *)outcome + measures[measure].offset, sizeof value);
+    memcpy(&value, (const char *)outcome + qualities[quality].offset, sizeof value);
     return value;
 }
 
-static struct vw_outcome_mean mean_of(const struct vw_spread *spread) {
-    if (!spread->count) return (struct vw_outcome_mean){NAN, NAN};
-    return (struct vw_outcome_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
+static struct vw_quality_mean mean_of(const struct vw_spread *spread) {
+    if (!spread->count) return (struct vw_quality_mean){NAN, NAN};
+    return (struct vw_quality_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
 }
 
-struct vw_outcome_mean vw_outcomes_mean(const struct vw_retrain_result *outcomes, uint32_t count,
-                                        enum vw_outcome_measure measure) {
+struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *outcomes, uint32_t count,
+                                        enum vw_quality quality) {
     struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_outcome_of(&outcomes[i], measure));
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_quality_of(&outcomes[i], quality));
     return mean_of(&spread);
 }
 
-struct vw_paired_difference vw_outcomes_compare(const struct vw_retrain_result *outcomes,
+struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *outcomes,
                                                 const struct vw_retrain_result *against, uint32_t count,
-                                                enum vw_outcome_measure measure) {
+                                                enum vw_quality quality) {
     struct vw_spread spread = {0};
     for (uint32_t i = 0; i < count; i++)
-        vw_spread_add(&spread, vw_outcome_of(&outcomes[i], measure) - vw_outcome_of(&against[i], measure));
-    struct vw_outcome_mean mean = mean_of(&spread);
+        vw_spread_add(&spread, vw_quality_of(&outcomes[i], quality) - vw_quality_of(&against[i], quality));
+    struct vw_quality_mean mean = mean_of(&spread);
     double half = count > 1 ? vw_student_quantile(count - 1) * mean.standard_error : NAN;
     struct vw_paired_difference paired = {mean.mean, mean.standard_error, mean.mean - half, mean.mean + half, false};
     paired.beyond_noise = paired.ci_low > 0 || paired.ci_high < 0; // never where they are NaN

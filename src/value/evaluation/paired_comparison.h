@@ -9,24 +9,24 @@
 #include "ledger/retraining.h"
 
 // Of an outcome, by the names of its fields.
-enum vw_outcome_measure {
-    VW_AGGREGATE_VAL_PSNR,
-    VW_AGGREGATE_VAL_SSIM,
-    VW_AGGREGATE_VAL_L1,
-    VW_AGGREGATE_TEST_PSNR,
-    VW_AGGREGATE_TEST_SSIM,
-    VW_AGGREGATE_TEST_L1,
-    VW_AGGREGATE_MEASURES,
+enum vw_quality {
+    VW_QUALITY_VAL_PSNR,
+    VW_QUALITY_VAL_SSIM,
+    VW_QUALITY_VAL_L1,
+    VW_QUALITY_TEST_PSNR,
+    VW_QUALITY_TEST_SSIM,
+    VW_QUALITY_TEST_L1,
+    VW_QUALITY_COUNT,
 };
-const char *vw_outcome_measure_name(enum vw_outcome_measure measure); // "val_psnr", ...
-double vw_outcome_of(const struct vw_retrain_result *outcome, enum vw_outcome_measure measure);
-bool vw_outcome_more_is_better(enum vw_outcome_measure measure); // not of L1
+const char *vw_quality_name(enum vw_quality quality); // "val_psnr", ...
+double vw_quality_of(const struct vw_retrain_result *outcome, enum vw_quality quality);
+bool vw_quality_higher_is_better(enum vw_quality quality); // not of L1
 
-struct vw_outcome_mean {
+struct vw_quality_mean {
     double mean, standard_error; // NaN where an outcome has no such value; the standard error also below two
 };
-struct vw_outcome_mean vw_outcomes_mean(const struct vw_retrain_result *outcomes, uint32_t count,
-                                        enum vw_outcome_measure measure);
+struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *outcomes, uint32_t count,
+                                        enum vw_quality quality);
 
 // The mean of the differences outcomes[i] - against[i] of trainings with the same seed; as the measure has it, so that
 // less L1 is better.
@@ -35,8 +35,8 @@ struct vw_paired_difference {
     double ci_low, ci_high; // 95 % interval: Student's t with count - 1 degrees of freedom; NaN below two seeds
     bool beyond_noise;      // the interval leaves 0 out
 };
-struct vw_paired_difference vw_outcomes_compare(const struct vw_retrain_result *outcomes,
+struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *outcomes,
                                                 const struct vw_retrain_result *against, uint32_t count,
-                                                enum vw_outcome_measure measure);
+                                                enum vw_quality quality);
 
 #endif

@@ -1,0 +1,19 @@
+#include "cli/experiment_params.h"
+
+#include "cli/interrupt.h"
+#include "cli/params.h"
+
+struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options, struct vw_progress *progress) {
+    progress->quiet = options->quiet;
+    return (struct vw_experiment_params){
+        .scene = vw_params_of_scene(options),
+        .config = &options->config,
+        .device = options->device,
+        .out = options->out,
+        .seeds = options->seeds,
+        .no_thumbnails = options->no_thumbnails,
+        .interrupt = vw_interrupt_watch(),
+        .progress = vw_progress_show,
+        .context = progress,
+    };
+}

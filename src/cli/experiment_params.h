@@ -1,0 +1,13 @@
+// From the command line to what all experiments are given. Texts are borrowed from the options, the config is theirs.
+#ifndef VIEWWORTH_CLI_EXPERIMENT_PARAMS_H
+#define VIEWWORTH_CLI_EXPERIMENT_PARAMS_H
+
+#include "cli/options.h"
+#include "cli/output/progress.h"
+#include "experiment/experiment.h"
+
+// From here on SIGINT and SIGTERM interrupt the experiment. `progress` shows its runs; it begins all zero, and
+// vw_progress_end() ends it.
+struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options, struct vw_progress *progress);
+
+#endif

@@ -1,0 +1,13 @@
+// The result of `viewworth compare` on stdout, as tables or as one JSON object.
+#ifndef VIEWWORTH_CLI_COMPARE_OUTPUT_H
+#define VIEWWORTH_CLI_COMPARE_OUTPUT_H
+
+#include <stdbool.h>
+
+#include "experiment/comparison.h"
+#include "viewworth/status.h"
+
+// VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.
+enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json);
+
+#endif

@@ -1,0 +1,206 @@
+#include "experiment/comparison.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/memory.h"
+#include "experiment/retrain.h"
+#include "experiment/side_by_side.h"
+#include "run/outputs/report_folder.h"
+
+// A comparison while it is made.
+struct work {
+    const struct vw_comparison_params *params;
+    struct vw_comparison *comparison;
+    struct vw_retrainer retrainer;
+    char *renders_folder,
+        *pictures_folder; // owned: OUT/renders, and in it the folder for pictures of single retrainings
+};
+
+const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison, uint32_t list) {
+    return comparison->results + (size_t)list * comparison->params->common.seeds;
+}
+
+struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
+                                                     const struct vw_set_pair *pair, enum vw_quality quality) {
+    return vw_quality_compare(vw_comparison_results(comparison, pair->list),
+                              vw_comparison_results(comparison, pair->against), comparison->params->common.seeds,
+                              quality);
+}
+
+// ---- Planning ----
+
+static enum vw_status check(const struct vw_comparison_params *params) {
+    const struct vw_experiment_params *common = &params->common;
+    enum vw_status status = vw_photo_sets_check(&params->sets);
+    if (!status && !vw_name_is_clean(common->scene.path))
+        status = vw_fail(VW_ERROR_USAGE, "the scene's path is not UTF-8 or holds control characters; rename it");
+    return status ? status : vw_experiment_check(common, common->seeds, false);
+}
+
+// Spread evenly over the test photos, or over the validation photos when there are no test photos.
+static enum vw_status choose_rendered_views(const struct vw_scene *scene, struct vw_comparison *comparison) {
+    enum vw_split split = scene->split_count[VW_SPLIT_TEST] ? VW_SPLIT_TEST : VW_SPLIT_VAL;
+    uint32_t of_split = scene->split_count[split], wanted = comparison->params->rendered_views, place = 0;
+    if (wanted > of_split) wanted = of_split;
+    comparison->rendered_views = vw_allocate(wanted, sizeof *comparison->rendered_views);
+    if (!comparison->rendered_views) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count && comparison->rendered_count < wanted; v++) {
+        if (scene->views[v].split != split) continue;
+        if (place++ == (uint32_t)((2ull * comparison->rendered_count + 1) * of_split / (2ull * wanted)))
+            comparison->rendered_views[comparison->rendered_count++] = v;
+    }
+    return VW_OK;
+}
+
+// Every list against the first one, then the others against each random one.
+static enum vw_status list_pairs(struct vw_comparison *comparison) {
+    const struct vw_photo_sets *sets = &comparison->sets;
+    comparison->pairs = vw_allocate((size_t)sets->count * sets->count, sizeof *comparison->pairs);
+    if (!comparison->pairs) return VW_ERROR_MEMORY;
+    for (uint32_t against = 0; against < sets->count; against++)
+        for (uint32_t l = 1; l < sets->count; l++)
+            if (!against || (sets->lists[against].random && !sets->lists[l].random))
+                comparison->pairs[comparison->pair_count++] = (struct vw_set_pair){l, against};
+    return VW_OK;
+}
+
+static enum vw_status plan(struct work *work) {
+    const struct vw_experiment_params *common = &work->params->common;
+    struct vw_comparison *comparison = work->comparison;
+    const struct vw_scene *scene = comparison->session.scene;
+    if (!scene->split_count[VW_SPLIT_VAL] && !scene->split_count[VW_SPLIT_TEST])
+        return vw_fail(VW_ERROR_INPUT, "%s: has neither validation nor test photos; name some by --val or --test",
+                       common->scene.path);
+    enum vw_status status = vw_photo_sets_make(&work->params->sets, common, scene, &comparison->sets);
+    if (status) return status;
+    comparison->results = vw_allocate((size_t)comparison->sets.count * common->seeds, sizeof *comparison->results);
+    work->renders_folder = vw_path_join(common->out, "renders");
+    work->pictures_folder = vw_path_join(common->out, "renders/retrainings");
+    if (!comparison->results || !work->renders_folder || !work->pictures_folder) return VW_ERROR_MEMORY;
+    status = choose_rendered_views(scene, comparison);
+    return status ? status : list_pairs(comparison);
+}
+
+// ---- Training ----
+
+static struct vw_retrain_params retraining_of(struct vw_photo_sets *sets, uint32_t list, uint64_t seed) {
+    return (struct vw_retrain_params){.views = vw_photo_sets_draw(sets, list, seed),
+                                      .view_count = sets->lists[list].count,
+                                      .seed = seed,
+                                      .epochs = sets->lists[list].epochs};
+}
+
+static enum vw_status open_retrainer(struct work *work) {
+    const struct vw_experiment_params *common = &work->params->common;
+    struct vw_session *session = &work->comparison->session;
+    const struct vw_retrainer_params params = {.session = session,
+                                               .config = common->config,
+                                               .out = common->out,
+                                               .whole_views = true,
+                                               .interrupt = common->interrupt};
+    enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
+    if (status) return status;
+    work->comparison->half_views = vw_effects_fit_views(session->effects, session->effect_count);
+    memcpy(work->comparison->scene_hash, work->retrainer.scene_hash, sizeof work->comparison->scene_hash);
+    return VW_OK;
+}
+
+// Seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the pictures
+// for the renders.
+static enum vw_status train(struct work *work) {
+    const struct vw_experiment_params *common = &work->params->common;
+    struct vw_comparison *comparison = work->comparison;
+    struct vw_retrainer *retrainer = &work->retrainer;
+    enum vw_status status = VW_OK;
+    retrainer->planned = (uint64_t)comparison->sets.count * common->seeds;
+    retrainer->saved_views =
+        (struct vw_saved_views){.views = comparison->rendered_views, .folder = work->pictures_folder};
+    for (uint32_t s = 0; s < common->seeds; s++)
+        for (uint32_t l = 0; !status && l < comparison->sets.count; l++) {
+            const struct vw_retrain_params retraining = retraining_of(&comparison->sets, l, common->config->seed + s);
+            retrainer->saved_views.count = s ? 0 : comparison->rendered_count;
+            status = vw_retrain(retrainer, &retraining, &comparison->results[(size_t)l * common->seeds + s]);
+        }
+    return status;
+}
+
+// ---- Results ----
+
+static enum vw_status write_render(struct work *work, uint32_t place) {
+    struct vw_comparison *comparison = work->comparison;
+    char *pictures[VW_PHOTO_SETS_MAX] = {0}, *to = vw_format_text("%s/%u.png", work->renders_folder, place);
+    enum vw_status status = to ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t l = 0; !status && l < comparison->sets.count; l++) {
+        char id[VW_HASH_HEX_BYTES];
+        const struct vw_retrain_params retraining =
+            retraining_of(&comparison->sets, l, work->params->common.config->seed);
+        vw_retrainer_name(&work->retrainer, &retraining, id);
+        pictures[l] = vw_saved_view_path(&work->retrainer.saved_views, id, comparison->rendered_views[place]);
+        if (!pictures[l]) status = VW_ERROR_MEMORY;
+    }
+    if (!status) status = vw_side_by_side_write(to, pictures, comparison->sets.count);
+    for (uint32_t l = 0; l < comparison->sets.count; l++) free(pictures[l]);
+    free(to);
+    return status;
+}
+
+static enum vw_status write_json(const struct vw_comparison *comparison) {
+    char *path = vw_path_join(comparison->params->common.out, "compare.json");
+    json_t *root = vw_comparison_to_json(comparison);
+    char *bare = root ? json_dumps(root, JSON_INDENT(2)) : NULL, *text = bare ? vw_format_text("%s\n", bare) : NULL;
+    json_decref(root);
+    free(bare);
+    enum vw_status status = VW_OK;
+    if (!path || !text) status = vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the comparison");
+    if (!status) status = vw_file_write(path, text, strlen(text));
+    free(path);
+    free(text);
+    return status;
+}
+
+static enum vw_status write_results(struct work *work) {
+    const struct vw_experiment_params *common = &work->params->common;
+    struct vw_comparison *comparison = work->comparison;
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < comparison->rendered_count; i++) status = write_render(work, i);
+    if (!status) status = vw_comparison_write_csv(comparison);
+    if (!status) status = write_json(comparison);
+    if (status) return status;
+    const struct vw_report_params report = {comparison->session.scene, common->device, common->no_thumbnails};
+    comparison->report_path = vw_report_folder_finish(common->out, &report, NULL);
+    return VW_OK;
+}
+
+// ---- All of it ----
+
+// Nothing is written before the lists are known to be right.
+static enum vw_status make(struct work *work) {
+    enum vw_status status = check(work->params);
+    if (!status) status = vw_experiment_open_session(&work->params->common, &work->comparison->session);
+    if (!status) status = plan(work);
+    if (!status) status = vw_folder_create(work->pictures_folder);
+    if (!status) status = open_retrainer(work);
+    if (!status) status = train(work);
+    return status ? status : write_results(work);
+}
+
+enum vw_status vw_comparison_make(const struct vw_comparison_params *params, struct vw_comparison *comparison) {
+    *comparison = (struct vw_comparison){.params = params};
+    struct work work = {.params = params, .comparison = comparison};
+    enum vw_status status = make(&work);
+    free(work.renders_folder);
+    free(work.pictures_folder);
+    vw_retrainer_close(&work.retrainer);
+    return status;
+}
+
+void vw_comparison_free(struct vw_comparison *comparison) {
+    free(comparison->results);
+    free(comparison->pairs);
+    free(comparison->rendered_views);
+    free(comparison->report_path);
+    vw_photo_sets_free(&comparison->sets);
+    vw_session_close(&comparison->session);
+}

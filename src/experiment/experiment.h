@@ -1,0 +1,32 @@
+// What all experiments are given: a scene, the config of its trainings, and the folder of the results. An experiment
+// makes several runs or retrainings, resumes those that the folder holds, and writes its tables there.
+#ifndef VIEWWORTH_EXPERIMENT_H
+#define VIEWWORTH_EXPERIMENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/interrupt.h"
+#include "run/session.h"
+#include "viewworth/run.h"
+#include "viewworth/status.h"
+
+struct vw_experiment_params {
+    struct vw_scene_params scene;   // path is needed; gpu is ignored
+    const struct vw_config *config; // needed; its seed is the first one
+    const char *device;             // index or part of the name; NULL: the preferred device
+    const char *out;                // needed
+    uint32_t seeds;                 // as many are compared: config->seed and those after it
+    bool no_thumbnails;             // leave the photos out of the report
+    struct vw_interrupt interrupt;  // asked between batches of steps, and between retrainings
+    vw_run_progress *progress;      // of single runs; NULL: none
+    void *context;                  // passed to progress
+};
+
+// Checks what can be checked before any work: that `seed_count` seeds from the first on exist, that OUT can be a
+// folder, and, with `scores`, that epochs are left after burn-in. VW_ERROR_USAGE names the option.
+enum vw_status vw_experiment_check(const struct vw_experiment_params *params, uint32_t seed_count, bool scores);
+// Opens device and scene, and logs what was found. Does nothing when they are open.
+enum vw_status vw_experiment_open_session(const struct vw_experiment_params *params, struct vw_session *session);
+
+#endif

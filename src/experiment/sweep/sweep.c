@@ -1,0 +1,217 @@
+#include "experiment/sweep/sweep.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "experiment/seed_runs.h"
+#include "experiment/sweep/state.h"
+#include "run/outputs/report_folder.h"
+#include "viewworth/log.h"
+
+// Trainings on halves have other seeds than the valued runs: a shared initialisation would raise their agreement.
+static uint64_t first_evaluation_seed(const struct vw_experiment_params *common) {
+    return common->config->seed + common->seeds;
+}
+
+// ---- Opening ----
+
+// Hashes all that a configuration's measurements depend on: the base's run, which covers scene, device and shaders, and
+// the configuration's own config and length.
+static enum vw_status name_configuration(struct vw_sweep_state *state, uint32_t place) {
+    const struct vw_sweep_configuration *configuration = &state->configurations->configurations[place];
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    char *config = vw_config_to_json(&configuration->config, false);
+    if (!config) return VW_ERROR_MEMORY;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "viewworth configuration 1");
+    vw_hasher_add_text(&hasher, state->retrainer.base_id);
+    vw_hasher_add_text(&hasher, config);
+    vw_hasher_add_integer(&hasher, configuration->downscale);
+    vw_hasher_add_integer(&hasher, state->params->common.seeds);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, state->configuration_ids[place]);
+    free(config);
+    return VW_OK;
+}
+
+static enum vw_status open_files(struct vw_sweep_state *state) {
+    const struct vw_experiment_params *common = &state->params->common;
+    const struct vw_retrainer_params params = {
+        .session = &state->session, .config = common->config, .out = common->out, .interrupt = common->interrupt};
+    char *path = vw_path_join(common->out, "tradeoff.db");
+    enum vw_status status = path ? vw_folder_create(common->out) : VW_ERROR_MEMORY;
+    if (!status) status = vw_retrainer_open(&params, &state->retrainer);
+    if (!status) status = vw_sweeps_open(path, &state->store);
+    free(path);
+    return status;
+}
+
+static enum vw_status open_sweep(struct vw_sweep_state *state) {
+    const struct vw_experiment_params *common = &state->params->common;
+    uint32_t downscale = common->scene.downscale ? common->scene.downscale : 1;
+    enum vw_status status = vw_experiment_open_session(common, &state->session);
+    if (!status && !state->session.scene->split_count[VW_SPLIT_VAL])
+        status = vw_fail(VW_ERROR_INPUT, "%s: has no validation photos; name some by --val", common->scene.path);
+    if (!status) status = open_files(state);
+    if (!status)
+        status = vw_sweep_configurations_list(common->config, downscale, state->params->parameters, &state->session,
+                                              state->configurations);
+    for (uint32_t i = 0; i < state->configurations->count && !status; i++) status = name_configuration(state, i);
+    return status;
+}
+
+// ---- Runs ----
+
+// Estimated from the time of steps; setting up and measuring are not in it. Trainings on halves take half the base's
+// steps.
+static void log_duration(const struct vw_sweep_state *state) {
+    const struct vw_sweep_params *params = state->params;
+    uint32_t count = state->configurations->count, retrainings = params->halves * VW_SUBSET_SEEDS;
+    double seconds = 0, train_ms, value_ms;
+    for (uint32_t i = 0; i < count; i++) {
+        vw_sweep_step_ms(state, i, &train_ms, &value_ms);
+        seconds += 1e-3 * value_ms * (double)vw_sweep_steps(state, i) * params->common.seeds;
+    }
+    vw_sweep_step_ms(state, 0, &train_ms, &value_ms);
+    seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) / 2 * retrainings;
+    vw_log_info(
+        "tradeoff %u configurations with %u seeds each, and %u trainings on halves: about %.0f min in all, less "
+        "what is done already",
+        count, params->common.seeds, retrainings, ceil(seconds / 60));
+}
+
+// Whether the ledgers of all seeds lie in a configuration's folder.
+static bool has_runs(const struct vw_experiment_params *common, const char *folder) {
+    bool there = true;
+    for (uint32_t i = 0; i < common->seeds && there; i++) {
+        char *path = vw_seed_run_path(folder, common->config->seed + i, "ledger.db");
+        there = path && vw_file_exists(path);
+        free(path);
+    }
+    return there;
+}
+
+static enum vw_status make_runs(const struct vw_sweep_state *state, uint32_t place, const char *folder) {
+    const struct vw_sweep_configuration *configuration = &state->configurations->configurations[place];
+    struct vw_experiment_params runs = state->params->common;
+    struct vw_session session = {0}; // of its own: downscale and effects may differ
+    runs.out = folder;
+    runs.config = &configuration->config;
+    runs.scene.downscale = configuration->downscale;
+    vw_log_info("configuration    %s (%u of %u)", configuration->name, place + 1, state->configurations->count);
+    enum vw_status status = vw_seed_runs_make(&runs, &session);
+    vw_session_close(&session);
+    return status;
+}
+
+// When the PSNR of a configuration is recorded, its runs are finished.
+static enum vw_status make_configuration(struct vw_sweep_state *state, uint32_t place, const char *folder) {
+    bool known = false;
+    enum vw_status status = vw_sweep_find_psnr(state, place, &known);
+    if (status || (known && has_runs(&state->params->common, folder))) return status;
+    status = make_runs(state, place, folder);
+    return status || known ? status : vw_sweep_measure_psnr(state, place);
+}
+
+static enum vw_status make_configurations(struct vw_sweep_state *state) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < state->configurations->count && !status; i++) {
+        char *folder = vw_sweep_folder(state, i);
+        status = folder ? make_configuration(state, i, folder) : VW_ERROR_MEMORY;
+        free(folder);
+    }
+    return status;
+}
+
+static enum vw_status retrain_on_halves(struct vw_sweep_state *state) {
+    struct vw_retrainer *retrainer = &state->retrainer;
+    if (!state->params->halves) return VW_OK;
+    enum vw_status status = vw_subsets_draw(retrainer->train_count, state->params->halves, &state->subsets);
+    if (status) return status;
+    retrainer->planned = (uint64_t)state->subsets.count * VW_SUBSET_SEEDS;
+    return vw_subsets_retrain(&state->subsets, retrainer->train_views, first_evaluation_seed(&state->params->common),
+                              vw_retrain, retrainer);
+}
+
+// ---- Results ----
+
+static void print_field(FILE *stream, const struct vw_sweep_column *column, const struct vw_sweep_metrics *metric) {
+    const void *value = (const char *)metric + column->offset;
+    switch (column->kind) {
+    case VW_COLUMN_TEXT: vw_csv_write_text(stream, *(const char *const *)value); break;
+    case VW_COLUMN_WHOLE: fprintf(stream, "%u", *(const uint32_t *)value); break;
+    case VW_COLUMN_REAL: vw_csv_write_real(stream, *(const double *)value); break;
+    }
+}
+
+static void print_csv(FILE *stream, const void *context) {
+    const struct vw_sweep *sweep = context;
+    uint32_t count = 0;
+    const struct vw_sweep_column *columns = vw_sweep_columns(&count);
+    for (uint32_t i = 0; i < count; i++) fprintf(stream, "%s%s", i ? "," : "", columns[i].name);
+    fputc('\n', stream);
+    for (uint32_t row = 0; row < sweep->metric_count; row++) {
+        for (uint32_t i = 0; i < count; i++) {
+            if (i) fputc(',', stream);
+            print_field(stream, &columns[i], &sweep->metrics[row]);
+        }
+        fputc('\n', stream);
+    }
+}
+
+static enum vw_status write_results(struct vw_sweep_state *state, struct vw_sweep *sweep) {
+    const char *out = state->params->common.out;
+    const struct vw_report_params report = {.scene = state->session.scene, .no_thumbnails = true};
+    sweep->csv_path = vw_path_join(out, "tradeoff.csv");
+    if (!sweep->csv_path) return VW_ERROR_MEMORY;
+    enum vw_status status =
+        vw_sweeps_set_metrics(state->store, state->configuration_ids[0], sweep->metrics, sweep->metric_count);
+    if (!status) status = vw_csv_write_file(sweep->csv_path, print_csv, sweep);
+    if (!status) sweep->report_path = vw_report_folder_finish(out, &report, NULL);
+    return status;
+}
+
+// ---- All of it ----
+
+static enum vw_status make(struct vw_sweep_state *state, struct vw_sweep *sweep) {
+    const struct vw_experiment_params *common = &state->params->common;
+    enum vw_status status = vw_experiment_check(common, common->seeds + VW_SUBSET_SEEDS, true);
+    if (!status) status = open_sweep(state);
+    if (!status) status = vw_sweep_time_steps(state);
+    if (status) return status;
+    log_duration(state);
+    status = make_configurations(state);
+    if (!status) status = retrain_on_halves(state);
+    if (!status) status = vw_sweep_make_metrics(state, sweep);
+    return status ? status : write_results(state, sweep);
+}
+
+enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep) {
+    *sweep = (struct vw_sweep){.params = params, .configurations = vw_allocate(1, sizeof *sweep->configurations)};
+    struct vw_sweep_state *state = vw_allocate(1, sizeof *state);
+    if (!sweep->configurations || !state) {
+        free(state);
+        return VW_ERROR_MEMORY;
+    }
+    state->params = params;
+    state->configurations = sweep->configurations;
+    enum vw_status status = make(state, sweep);
+    vw_subsets_free(&state->subsets);
+    vw_sweeps_close(&state->store);
+    vw_retrainer_close(&state->retrainer);
+    vw_session_close(&state->session);
+    free(state);
+    return status;
+}
+
+void vw_sweep_free(struct vw_sweep *sweep) {
+    free(sweep->configurations);
+    free(sweep->metrics);
+    free(sweep->csv_path);
+    free(sweep->report_path);
+}

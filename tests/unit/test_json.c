@@ -1,0 +1,49 @@
+// Building JSON: a failure anywhere leaves NULL at the end.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "base/json.h"
+
+static void assert_json(json_t *value, const char *expected) {
+    char *text = json_dumps(value, JSON_COMPACT | JSON_SORT_KEYS | JSON_ENCODE_ANY);
+    assert_string_equal(text, expected);
+    free(text);
+    json_decref(value);
+}
+
+static void values_are_appended_and_set(void **state) {
+    (void)state;
+    json_t *array = json_array(), *object = json_object();
+    vw_json_append(&array, json_integer(1));
+    vw_json_append(&array, vw_json_real(NAN));
+    vw_json_set(&object, "a", array);
+    vw_json_set(&object, "b", json_true());
+    assert_json(object, "{\"a\":[1,null],\"b\":true}");
+}
+
+static void a_missing_value_drops_the_container(void **state) {
+    (void)state;
+    json_t *array = json_array(), *object = json_object();
+    vw_json_append(&array, NULL);
+    assert_null(array);
+    vw_json_append(&array, json_integer(1)); // dropped, too
+    assert_null(array);
+    vw_json_set(&object, "a", array);
+    assert_null(object);
+    vw_json_set(&object, "b", json_true());
+    assert_null(object);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(values_are_appended_and_set),
+        cmocka_unit_test(a_missing_value_drops_the_container),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
