@@ -138,6 +138,7 @@ static enum vw_status begin(struct vw_run *run) {
 }
 
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
+    if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: run is NULL; open one by vw_run_open");
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
     if (run->complete || run->over || steps == 0) return VW_OK;
     enum vw_status status = begin(run);

@@ -176,6 +176,7 @@ static enum vw_status write_tables(struct vw_run *run) {
 }
 
 enum vw_status vw_run_finish(struct vw_run *run) {
+    if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: run is NULL; open one by vw_run_open");
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
     if (!status && run->validate) status = write_tables(run);

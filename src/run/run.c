@@ -167,7 +167,7 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
 }
 
 static enum vw_status make_run(const struct vw_run_params *params, struct vw_session *session, struct vw_run **run) {
-    enum vw_status status = check_params(params);
+    enum vw_status status = run ? check_params(params) : vw_fail(VW_ERROR_USAGE, "vw_run_open: run is NULL");
     struct vw_run *made = status ? NULL : vw_allocate(1, sizeof *made);
     if (!made) return status ? status : VW_ERROR_MEMORY;
     made->plan.started_s = vw_now_s();
@@ -256,7 +256,8 @@ static bool is_of_method(const struct vw_ledger_score *score, const char *method
 
 enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
                              uint32_t *count) {
-    if (!run->finished) return vw_fail(VW_ERROR_USAGE, "vw_run_scores: the run has no scores yet; call vw_run_finish");
+    if (!run || !run->finished)
+        return vw_fail(VW_ERROR_USAGE, "vw_run_scores: the run has no scores yet; call vw_run_finish first");
     const char *wanted = method ? method : vw_value_default_method;
     uint32_t first = 0, end;
     while (first < run->scoring.score_count && !is_of_method(&run->ranked[first], wanted)) first++;

@@ -148,8 +148,8 @@ rule "only the shim sees OpenImageIO" src/image/planted.c '#include <OpenImageIO
 rule "only the shim is C++" src/image/planted.cpp '' -- one_shim
 rule "only ledger sees SQLite" src/value/planted.c '#include <sqlite3.h>' -- \
     nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
-rule "only the program includes cli" tests/unit/planted.c '#include "cli/options.h"' -- \
-    nowhere_but 'src/cli/\|src/main\.c' '^ *# *include "cli/' "${c_code[@]}" src include tests
+rule "only the program and its tests include cli" tests/unit/planted.c '#include "cli/options.h"' -- \
+    nowhere_but 'src/cli/\|src/main\.c\|tests/cli/' '^ *# *include "cli/' "${c_code[@]}" src include tests
 rule "only cli sees the options" src/run/planted.h 'void planted(const struct vw_options *options);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
 rule "the product includes no tests" src/base/planted.c '#include "support/cmocka_test.h"' -- \

@@ -33,7 +33,7 @@ stop_run() {
     wait "$process" 2>/dev/null || code=$?
     case $1 in
     KILL) [[ $code -eq 137 || $code -eq 0 ]] ;;
-    *) [[ $code -eq 1 ]] && grep -q 'go on by --resume' "$folder/stderr" && [[ $(query "$2" 'SELECT status FROM run') == interrupted ]] ;;
+    *) [[ $code -eq 1 ]] && grep -q 'continue by --resume' "$folder/stderr" && [[ $(query "$2" 'SELECT status FROM run') == interrupted ]] ;;
     esac
 }
 
@@ -53,7 +53,7 @@ check "and is the run without interruption" same_run whole killed
 check "--resume starts where there is nothing" run value short 3 --resume --effects auto
 check "a finished run is left alone" unchanged short run value short 3 --resume
 check "also when fewer epochs are asked for" unchanged short run value short 2 --resume
-check "without --resume it is refused" fails 2 'holds a run already; go on with it by --resume' value short 3
+check "without --resume it is refused" fails 2 'holds a run already; continue it by --resume' value short 3
 check "a finished run is extended, its effects decided again" run value short 5 --resume --effects auto
 check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short

@@ -13,15 +13,20 @@ static struct test_recording *train(double noise_db, uint32_t epochs) {
     return test_record(&trainer);
 }
 
+// `watch` is zero before; the caller ends it.
+static void watch_records(const struct test_recording *training, uint32_t record_count, uint32_t burn_in_epochs,
+                          struct vw_stability_watch *watch) {
+    ASSERT_OK(vw_stability_watch_begin(test_train_views, TEST_TRAIN_COUNT, burn_in_epochs, watch));
+    for (uint32_t i = 0; i < record_count; i++) ASSERT_OK(vw_stability_watch_add(watch, &training->records[i]));
+}
+
 static struct vw_stability measure(const struct test_recording *training, uint32_t record_count,
                                    uint32_t burn_in_epochs) {
-    struct vw_value_input input = {.records = training->records,
-                                   .record_count = record_count,
-                                   .burn_in_epochs = burn_in_epochs,
-                                   .images = test_images,
-                                   .image_count = TEST_IMAGE_COUNT};
+    struct vw_stability_watch watch = {0};
     struct vw_stability stability;
-    ASSERT_OK(vw_value_stability(&input, "dv_psnr", &stability));
+    watch_records(training, record_count, burn_in_epochs, &watch);
+    ASSERT_OK(vw_stability_watch_measure(&watch, &stability));
+    vw_stability_watch_end(&watch);
     return stability;
 }
 
@@ -108,12 +113,52 @@ static void nothing_is_never_stable(void **state) {
     free(training);
 }
 
+// After every epoch the sums are the default method's scores of a run that ended there, to the bit.
+static void sums_are_the_scores_of_the_epochs_so_far(void **state) {
+    (void)state;
+    struct test_recording *training = train(0.4, 12);
+    training->records[7].val_psnr = NAN; // a step without a value, and a photo without a visit in its epoch
+    training->records[7].nonfinite = true;
+    struct vw_stability_watch watch = {0};
+    watch_records(training, training->count, 1, &watch);
+    assert_int_equal(watch.epoch_count, 11);
+    for (uint32_t epoch = 0; epoch < watch.epoch_count; epoch++) {
+        const struct vw_value_input input = {.records = training->records,
+                                             .record_count = 1 + (epoch + 2) * TEST_TRAIN_COUNT,
+                                             .burn_in_epochs = 1,
+                                             .images = test_images,
+                                             .image_count = TEST_IMAGE_COUNT};
+        double values[TEST_IMAGE_COUNT];
+        ASSERT_OK(vw_value_of_method(&input, vw_value_default_method, values));
+        for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++)
+            for (uint32_t i = 0; i < TEST_IMAGE_COUNT; i++) {
+                double sum = watch.sums[epoch * TEST_TRAIN_COUNT + photo];
+                if (test_images[i].image_id != test_train_views[photo]) continue;
+                assert_true(sum == values[i] || (isnan(sum) && isnan(values[i])));
+            }
+    }
+    vw_stability_watch_end(&watch);
+    free(training);
+}
+
+static void a_step_on_another_photo_is_refused(void **state) {
+    (void)state;
+    struct vw_stability_watch watch = {0};
+    ASSERT_OK(vw_stability_watch_begin(test_train_views, TEST_TRAIN_COUNT, 0, &watch));
+    const struct vw_step_record record = {.step = 1, .view = 1000, .val_psnr = 10};
+    assert_int_equal(vw_stability_watch_add(&watch, &record), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "image 1000"));
+    vw_stability_watch_end(&watch);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(photos_that_differ_are_stable_once_enough_epochs_count),
         cmocka_unit_test(ranks_that_turn_are_not),
         cmocka_unit_test(an_incomplete_epoch_is_left_out),
         cmocka_unit_test(nothing_is_never_stable),
+        cmocka_unit_test(sums_are_the_scores_of_the_epochs_so_far),
+        cmocka_unit_test(a_step_on_another_photo_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

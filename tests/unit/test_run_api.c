@@ -1,0 +1,291 @@
+// The run of viewworth.h as a program uses it: in pieces, stopped, resumed and finished.
+#include "support/cmocka_test.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "support/temporary_folder.h"
+#include "viewworth/viewworth.h"
+
+enum { PHOTOS = 6, EPOCHS = 4, STEPS = PHOTOS * EPOCHS };
+
+// Counts what progress reports, and asks to stop at a step.
+struct observer {
+    uint64_t stop_at; // 0: never
+    uint32_t calls, finished_calls;
+    struct vw_run_state last;
+};
+
+static bool observe(void *context, const struct vw_run_state *state) {
+    struct observer *observer = context;
+    assert_true(state->step >= observer->last.step && state->step <= state->total_steps);
+    assert_int_equal(state->total_steps, STEPS);
+    assert_int_equal(state->epochs, EPOCHS);
+    observer->calls++;
+    observer->finished_calls += state->finished;
+    observer->last = *state;
+    return !observer->stop_at || state->step < observer->stop_at;
+}
+
+static struct vw_config small_config(uint64_t seed) {
+    struct vw_config config = vw_config_default;
+    config.seed = seed;
+    config.epochs = EPOCHS;
+    config.rays = 32;
+    config.samples = 8;
+    config.val_rays = 64;
+    config.levels = 4;
+    config.log2_table = 8;
+    config.width = 16;
+    strcpy(config.effects, "none");
+    return config;
+}
+
+static struct vw_run_params small_params(const struct vw_config *config, const char *out, struct observer *observer) {
+    return (struct vw_run_params){.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"},
+                                  .config = config,
+                                  .out = out,
+                                  .progress = observer ? observe : NULL,
+                                  .context = observer};
+}
+
+static int set_up(void **state) {
+    *state = temporary_folder_create();
+    return 0;
+}
+
+static int tear_down(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static void assert_chain_head(const char *out, char head[VW_HASH_HEX_BYTES], const char *status) {
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_run row;
+    ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
+    ASSERT_OK(vw_ledger_verify(ledger));
+    ASSERT_OK(vw_ledger_get_run(ledger, &row));
+    assert_string_equal(row.status, status);
+    if (head) vw_ledger_chain_head(ledger, head);
+    vw_ledger_close(&ledger);
+}
+
+// The sums of the step deltas, which do not depend on how the steps were taken.
+static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
+    const struct vw_config config = small_config(seed);
+    const struct vw_run_params params = small_params(&config, out, NULL);
+    const struct vw_ledger_score *scores = NULL;
+    struct vw_run *run = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
+    assert_int_equal(count, PHOTOS);
+    for (uint32_t i = 0; i < PHOTOS; i++) values[scores[i].image_id] = scores[i].value;
+    vw_run_close(&run);
+    assert_null(run);
+}
+
+static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
+    const char *whole = temporary_path(*state, "whole"), *pieces = temporary_path(*state, "pieces");
+    double expected[PHOTOS];
+    struct observer observer = {0};
+    const struct vw_config config = small_config(1);
+    struct vw_run_params params = small_params(&config, pieces, &observer);
+    struct vw_run *run = NULL;
+    run_whole(whole, 1, expected);
+
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, 5));
+    assert_int_equal(observer.last.step, 5);
+    assert_false(observer.last.finished);
+    ASSERT_OK(vw_run_advance(run, 0));
+    ASSERT_OK(vw_run_advance(run, 4));
+    assert_int_equal(observer.last.step, 9);
+    observer.stop_at = 10;
+    assert_int_equal(vw_run_advance(run, UINT64_MAX), VW_ERROR_INTERRUPTED);
+    assert_non_null(strstr(vw_error_message(), "interrupted"));
+    uint64_t stopped_at = observer.last.step;
+    vw_run_close(&run);
+    assert_chain_head(pieces, NULL, "interrupted");
+    assert_true(stopped_at >= 10 && stopped_at <= STEPS);
+
+    observer = (struct observer){0};
+    params.resume = true;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    assert_int_equal(observer.last.step, STEPS);
+    assert_int_equal(observer.finished_calls, 1);
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX)); // none is left
+    ASSERT_OK(vw_run_finish(run));
+    const struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_run_scores(run, "dv_psnr", &scores, &count));
+    assert_int_equal(count, PHOTOS);
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        assert_true(scores[i].value == expected[scores[i].image_id]);
+        if (i > 0) assert_true(scores[i - 1].value >= scores[i].value);
+    }
+    ASSERT_OK(vw_run_scores(run, "no_such_method", &scores, &count));
+    assert_int_equal(count, 0);
+    vw_run_close(&run);
+
+    assert_chain_head(pieces, NULL, "finished");
+    const char *const outputs[] = {"scores.csv", "matrix.csv", "field.vwf", "report.html"};
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++)
+        assert_int_equal(access(temporary_path(pieces, outputs[i]), R_OK), 0);
+}
+
+static void a_stopped_run_may_go_on_at_once(void **state) {
+    const char *out = temporary_path(*state, "out");
+    struct observer observer = {.stop_at = 8};
+    const struct vw_config config = small_config(2);
+    const struct vw_run_params params = small_params(&config, out, &observer);
+    struct vw_run *run = NULL;
+    ASSERT_OK(vw_run_open(&params, &run));
+    assert_int_equal(vw_run_advance(run, UINT64_MAX), VW_ERROR_INTERRUPTED);
+    observer.stop_at = 0;
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    vw_run_close(&run);
+    assert_chain_head(out, NULL, "finished");
+}
+
+// Closing is enough: the checkpoint and the ledger are where the run was left.
+static void a_run_that_is_only_closed_can_be_resumed(void **state) {
+    const char *out = temporary_path(*state, "out");
+    struct observer observer = {0};
+    const struct vw_config config = small_config(3);
+    struct vw_run_params params = small_params(&config, out, &observer);
+    struct vw_run *run = NULL;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, 7));
+    vw_run_close(&run);
+    assert_chain_head(out, NULL, "interrupted");
+    assert_int_equal(vw_run_open(&params, &run), VW_ERROR_USAGE); // not without `resume`
+    assert_non_null(strstr(vw_error_message(), "holds a run already"));
+    assert_null(run);
+    params.resume = true;
+    observer = (struct observer){0};
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, 1));
+    assert_int_equal(observer.last.step, 8);
+    vw_run_close(&run);
+}
+
+static void several_runs_live_in_one_process(void **state) {
+    const char *outs[] = {temporary_path(*state, "a"), temporary_path(*state, "b")};
+    struct vw_run *runs[2] = {NULL, NULL};
+    char heads[2][VW_HASH_HEX_BYTES];
+    for (int i = 0; i < 2; i++) {
+        const struct vw_config config = small_config(4);
+        const struct vw_run_params params = small_params(&config, outs[i], NULL);
+        ASSERT_OK(vw_run_open(&params, &runs[i]));
+        ASSERT_OK(vw_run_advance(runs[i], 3));
+    }
+    for (int i = 0; i < 2; i++) ASSERT_OK(vw_run_advance(runs[i], UINT64_MAX));
+    double psnr[2];
+    for (int i = 0; i < 2; i++) {
+        const struct vw_ledger_score *scores = NULL;
+        uint32_t count = 0;
+        ASSERT_OK(vw_run_finish(runs[i]));
+        ASSERT_OK(vw_run_scores(runs[i], NULL, &scores, &count));
+        psnr[i] = scores[0].value;
+        vw_run_close(&runs[i]);
+        assert_chain_head(outs[i], heads[i], "finished");
+    }
+    assert_true(psnr[0] == psnr[1]);
+    ASSERT_OK(vw_report_write((const char *const *)outs, 2, temporary_path(*state, "both.html"), NULL));
+}
+
+static void a_run_may_train_only(void **state) {
+    const char *out = temporary_path(*state, "out");
+    const struct vw_config config = small_config(5);
+    struct vw_run_params params = small_params(&config, out, NULL);
+    const struct vw_ledger_score *scores = NULL;
+    struct vw_run *run = NULL;
+    uint32_t count = 1;
+    params.train_only = true;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
+    assert_int_equal(count, 0);
+    vw_run_close(&run);
+    assert_int_equal(access(temporary_path(out, "field.vwf"), R_OK), 0);
+    assert_int_not_equal(access(temporary_path(out, "scores.csv"), R_OK), 0);
+}
+
+static void assert_refused(const struct vw_run_params *params, const char *text) {
+    struct vw_run *run = NULL;
+    assert_int_equal(vw_run_open(params, &run), VW_ERROR_USAGE);
+    assert_null(run);
+    if (!strstr(vw_error_message(), text)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), text);
+}
+
+static void wrong_params_are_refused_by_name(void **state) {
+    const char *out = temporary_path(*state, "out");
+    struct vw_config config = small_config(6);
+    const struct vw_run_params good = small_params(&config, out, NULL);
+    struct vw_run_params params = {0};
+    assert_refused(NULL, "vw_run_params");
+    assert_refused(&params, "scene.path");
+    params = good;
+    params.out = NULL;
+    assert_refused(&params, "vw_run_params.out");
+    params = good;
+    params.preset = "best";
+    assert_refused(&params, "\"best\" is not one of draft");
+    params = good;
+    params.budget_s = 1;
+    assert_refused(&params, "10s to 1000h");
+    params = good;
+    params.until_stable = 1;
+    assert_refused(&params, "--until-stable");
+    params = good;
+    params.payout = "much";
+    assert_refused(&params, "--payout");
+    params = good;
+    params.train_only = true;
+    params.until_stable = 0.5;
+    assert_refused(&params, "train_only");
+    params = good;
+    config.rays = 0;
+    assert_refused(&params, "rays");
+    assert_int_not_equal(access(out, F_OK), 0); // nothing is left behind
+}
+
+static void calls_out_of_order_are_refused(void **state) {
+    const struct vw_config config = small_config(7);
+    const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
+    const struct vw_ledger_score *scores = NULL;
+    struct vw_run *run = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_run_open(&params, &run));
+    assert_int_equal(vw_run_finish(run), VW_ERROR_USAGE);
+    assert_int_equal(vw_run_scores(run, NULL, &scores, &count), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "vw_run_finish"));
+    vw_run_close(&run);
+    vw_run_close(&run); // of nothing
+    assert_int_equal(vw_run_advance(NULL, 1), VW_ERROR_USAGE);
+    assert_int_equal(vw_run_finish(NULL), VW_ERROR_USAGE);
+    assert_int_equal(vw_run_scores(NULL, NULL, &scores, &count), VW_ERROR_USAGE);
+    assert_int_equal(vw_run_open(&params, NULL), VW_ERROR_USAGE);
+    assert_int_equal(vw_report_write(NULL, 0, NULL, NULL), VW_ERROR_USAGE);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_stopped_run_may_go_on_at_once, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(several_runs_live_in_one_process, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_run_may_train_only, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(wrong_params_are_refused_by_name, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(calls_out_of_order_are_refused, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
