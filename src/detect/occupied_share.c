@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "train/field.h"
+#include "train/evaluator.h"
 
 static const double OPACITY_MIN = 0.01; // of a stratum; density * length, as 1 - exp(-x) is x here
 

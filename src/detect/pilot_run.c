@@ -7,7 +7,7 @@
 #include "base/statistics.h"
 #include "detect/occupied_share.h"
 #include "train/effects/registry.h"
-#include "train/field.h"
+#include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/trainer.h"
 

@@ -1,28 +1,28 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "gpu/internal.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/barrier.h"
+#include "gpu/buffer.h"
+#include "gpu/debug.h"
+#include "gpu/pass.h"
+#include "gpu/timer.h"
+
+struct vw_batch {
+    struct vw_gpu *gpu;
+    VkCommandPool pool;
+    VkCommandBuffer commands;
+    VkFence fence;
+    struct vw_batch_timer timer;
+    bool in_flight;
+    uint64_t epoch;
+    uint32_t barrier_count;
+    enum vw_status status; // the first failure of this recording
+    char message[512];
+};
 
 // ---- Barriers
 // ----------------------------------------------------------------------------------------------------------
-
-// All earlier commands, and what they wrote, before all later ones, and where asked before the host.
-static void full_barrier(VkCommandBuffer commands, bool host_reads) {
-    const VkPipelineStageFlags device =
-        VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    const VkAccessFlags writes = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    const VkAccessFlags reads =
-        VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
-    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                     .srcAccessMask = writes,
-                                     .dstAccessMask = reads | writes | (host_reads ? VK_ACCESS_HOST_READ_BIT : 0)};
-    vkCmdPipelineBarrier(commands, device, device | (host_reads ? VK_PIPELINE_STAGE_HOST_BIT : 0), 0, 1, &barrier, 0,
-                         NULL, 0, NULL);
-}
-
-void vw_end_barrier(VkCommandBuffer commands) { full_barrier(commands, true); }
 
 static bool must_wait(const struct vw_batch *batch, const struct vw_buffer *buffer, bool writes) {
     return vw_hazard(buffer->last, batch->epoch, writes);
@@ -34,7 +34,7 @@ static void note_access(const struct vw_batch *batch, struct vw_buffer *buffer, 
 }
 
 static void record_barrier(struct vw_batch *batch) {
-    full_barrier(batch->commands, false);
+    vw_barrier_record(batch->commands, false);
     batch->epoch = ++batch->gpu->epoch;
     batch->barrier_count++;
 }
@@ -201,7 +201,7 @@ enum vw_status vw_batch_submit(struct vw_batch *batch) {
     bool recorded = can_record(batch);
     if (batch->gpu->recording == batch) batch->gpu->recording = NULL;
     if (!recorded) return vw_fail(batch->status, "%s", batch->message);
-    vw_end_barrier(batch->commands);
+    vw_barrier_record(batch->commands, true);
     return submit(batch);
 }
 

@@ -1,9 +1,11 @@
+#include "gpu/buffer.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu/internal.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/debug.h"
+#include "gpu/transfer.h"
 
 enum { STAGING_BYTES = 16 << 20 };
 
@@ -48,45 +50,24 @@ static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_m
 // ---- Transfers that the host waits for
 // -----------------------------------------------------------------------------------
 
-static enum vw_status begin_transfer(struct vw_gpu *gpu, const char *object) {
-    VkResult result = vkResetCommandPool(gpu->device, gpu->transfer_pool, 0);
-    if (result) return vw_gpu_fail(result, "vkResetCommandPool", object);
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
-    result = vkBeginCommandBuffer(gpu->transfer, &info);
-    return result ? vw_gpu_fail(result, "vkBeginCommandBuffer", object) : VW_OK;
-}
-
-static enum vw_status finish_transfer(struct vw_gpu *gpu, const char *object) {
-    vw_end_barrier(gpu->transfer);
-    VkResult result = vkEndCommandBuffer(gpu->transfer);
-    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", object);
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &gpu->transfer};
-    result = vkQueueSubmit(gpu->queue, 1, &info, VK_NULL_HANDLE);
-    if (result) return vw_gpu_fail(result, "vkQueueSubmit", object);
-    result = vkQueueWaitIdle(gpu->queue);
-    return result ? vw_gpu_fail(result, "vkQueueWaitIdle", object) : VW_OK;
-}
-
 static enum vw_status clear_buffer(struct vw_buffer *buffer) {
     if (buffer->mapped) {
         memset(buffer->mapped, 0, buffer->size_bytes);
         return VW_OK;
     }
-    enum vw_status status = begin_transfer(buffer->gpu, buffer->name);
+    enum vw_status status = vw_transfer_begin(buffer->gpu, buffer->name);
     if (status) return status;
     vkCmdFillBuffer(buffer->gpu->transfer, buffer->handle, 0, VK_WHOLE_SIZE, 0);
-    return finish_transfer(buffer->gpu, buffer->name);
+    return vw_transfer_finish(buffer->gpu, buffer->name);
 }
 
 static enum vw_status copy_and_wait(struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
                                     uint64_t to_offset_bytes, uint64_t size_bytes, const char *object) {
-    enum vw_status status = begin_transfer(from->gpu, object);
+    enum vw_status status = vw_transfer_begin(from->gpu, object);
     if (status) return status;
     const VkBufferCopy region = {.srcOffset = from_offset_bytes, .dstOffset = to_offset_bytes, .size = size_bytes};
     vkCmdCopyBuffer(from->gpu->transfer, from->handle, to->handle, 1, &region);
-    return finish_transfer(from->gpu, object);
+    return vw_transfer_finish(from->gpu, object);
 }
 
 // Host-cached, since it serves both directions.

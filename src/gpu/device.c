@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu/internal.h"
-#include "gpu/shader_cache.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/debug.h"
+#include "gpu/shader_cache.h"
+#include "gpu/transfer.h"
 
 // ---- Listing and choosing
 // ----------------------------------------------------------------------------------------------
@@ -133,19 +133,6 @@ static enum vw_status create_device(struct vw_gpu *gpu) {
     return VW_OK;
 }
 
-static enum vw_status create_transfer(struct vw_gpu *gpu) {
-    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                          .queueFamilyIndex = gpu->chosen.queue_family};
-    VkResult result = vkCreateCommandPool(gpu->device, &pool, NULL, &gpu->transfer_pool);
-    if (result) return vw_gpu_fail(result, "vkCreateCommandPool", gpu->chosen.info.name);
-    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                                  .commandPool = gpu->transfer_pool,
-                                                  .commandBufferCount = 1};
-    result = vkAllocateCommandBuffers(gpu->device, &commands, &gpu->transfer);
-    return result ? vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name) : VW_OK;
-}
-
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu) {
     struct vw_gpu *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
@@ -154,7 +141,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     if (!status) status = choose(made, params->device);
     if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
     if (!status) status = create_device(made);
-    if (!status) status = create_transfer(made);
+    if (!status) status = vw_transfer_open(made);
     if (!status) status = vw_shader_cache_open(made);
     if (status) {
         vw_gpu_close(&made);
@@ -172,7 +159,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
         vkDeviceWaitIdle(closing->device); // a lost device is closed all the same
         vw_buffer_destroy(&closing->staging);
         vw_shader_cache_close(closing);
-        vkDestroyCommandPool(closing->device, closing->transfer_pool, NULL);
+        vw_transfer_close(closing);
         vkDestroyDevice(closing->device, NULL);
     }
     enum vw_status status = vw_gpu_check_validation(closing);

@@ -1,7 +1,7 @@
+#include "gpu/limits.h"
+
 #include <stdio.h>
 #include <string.h>
-
-#include "gpu/internal.h"
 
 // Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves
 // a limit alone, the Vulkan 1.2 minimum stands.
@@ -28,8 +28,8 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(texel_elements)                                                                                                 \
     DO(shared_memory_bytes)                                                                                            \
     DO(push_constant_bytes)                                                                                            \
-    DO(workgroup_invocations) DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers)     \
-        DO(texel_buffers)
+    DO(workgroup_invocations)                                                                                          \
+    DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
 #define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan)
 

@@ -1,10 +1,12 @@
+#include "gpu/pass.h"
+
 #include <stdlib.h>
 
-#include "gpu/float_controls.h"
-#include "gpu/internal.h"
-#include "gpu/spirv.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/buffer.h"
+#include "gpu/debug.h"
+#include "gpu/float_controls.h"
+#include "gpu/spirv.h"
 
 // ---- Checks
 // --------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 #include "gpu/result.h"
 
-#include "gpu/internal.h"
+#include <volk.h>
 
 enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {
     switch (result) {

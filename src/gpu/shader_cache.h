@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_GPU_SHADER_CACHE_H
 #define VIEWWORTH_GPU_SHADER_CACHE_H
 
-#include "gpu/internal.h"
+#include "gpu/state.h"
 
 // Before the loader is asked for anything. Mesa keeps what it compiles for CPUs by shader and processor, but not by
 // LP_NATIVE_VECTOR_WIDTH, which changes the code: where that is set, and MESA_SHADER_CACHE_DIR is not, each width gets

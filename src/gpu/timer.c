@@ -1,8 +1,8 @@
+#include "gpu/timer.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu/internal.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
 
 enum { TIMED_DISPATCHES = 2048 }; // of one batch; later ones are dropped

@@ -3,16 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "train/effects/appearance.h"
 #include "train/effects/contraction.h"
 #include "gpu/shaders.h"
 #include "train/pixels.h"
 #include "gpu/compute.h"
 #include "base/memory.h"
-
-enum { EVALUATOR_CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
-
-const char evaluator_role[] = "validation";
 
 struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box) {
     struct vw_gpu_camera camera = pixels_camera(view, box);
@@ -117,116 +112,4 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
     };
     memcpy(bindings + *count, shared, sizeof shared);
     *count += VW_ARRAY_COUNT(shared);
-}
-
-static enum vw_status create_evaluator_buffers(uint32_t rays, struct evaluator *evaluator) {
-    struct vw_gpu *gpu = evaluator->field->gpu;
-    uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->specialization.samples;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
-        {&evaluator->pixels,
-         {.name = "evaluated_pixels", .size_bytes = sizeof(struct vw_pixel) * rays, .memory = VW_BUFFER_UPLOAD}},
-        {&evaluator->rays, {.name = "evaluated_rays", .size_bytes = sizeof(struct vw_ray) * evaluator->ray_count}},
-        {&evaluator->samples, {.name = "evaluated_samples", .size_bytes = 16 * samples}},
-        {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
-    };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
-        status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
-    return status;
-}
-
-static enum vw_status create_evaluator_passes(struct evaluator *evaluator) {
-    struct vw_specialization specialization = evaluator->field->model->specialization;
-    specialization.training = 0;
-    specialization.effect_occupancy = 0; // decision 1: nothing is skipped
-    struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
-        {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
-        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
-        {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->field->cameras}, // declared, not read
-    };
-    uint32_t count = 5;
-    field_bind(evaluator->field, bindings, &count);
-    appearance_bind(evaluator->field, NULL, bindings, &count);
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
-        {&vw_shader_generate_rays, &evaluator->generate},
-        {field_forward_shader(evaluator->field->model), &evaluator->forward},
-        {&vw_shader_composite_rays, &evaluator->composite},
-    };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++) {
-        struct vw_pass_params params = {.shader = passes[i].shader,
-                                        .specialization = (const uint32_t *)&specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT,
-                                        .bindings = bindings,
-                                        .binding_count = count,
-                                        .role = evaluator_role};
-        status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
-    }
-    return status;
-}
-
-enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator) {
-    const struct model *model = field->model;
-    *evaluator = (struct evaluator){.field = field, .ray_count = model_pad_rays(model, rays)};
-    uint32_t chunk_rays = EVALUATOR_CHUNK_SAMPLES / model->specialization.samples / model->ray_group * model->ray_group;
-    if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
-    evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
-    enum vw_status status = create_evaluator_buffers(rays, evaluator);
-    if (status == VW_OK) status = create_evaluator_passes(evaluator);
-    if (status == VW_OK) status = vw_batch_create(field->gpu, &evaluator->batch);
-    if (status != VW_OK) evaluator_destroy(evaluator);
-    return status;
-}
-
-void evaluator_destroy(struct evaluator *evaluator) {
-    vw_batch_destroy(&evaluator->batch);
-    vw_pass_destroy(&evaluator->generate);
-    vw_pass_destroy(&evaluator->forward);
-    vw_pass_destroy(&evaluator->composite);
-    vw_buffer_destroy(&evaluator->pixels);
-    vw_buffer_destroy(&evaluator->rays);
-    vw_buffer_destroy(&evaluator->samples);
-    vw_buffer_destroy(&evaluator->colours);
-}
-
-enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
-    memcpy(vw_buffer_map(evaluator->pixels), pixels, count * sizeof *pixels);
-    struct vw_push_rays push = {.first_pixel = 0, .ray_count = count};
-    vw_batch_begin(evaluator->batch);
-    vw_batch_dispatch(evaluator->batch, evaluator->generate, &push, sizeof push, evaluator->ray_count);
-    enum vw_status status = vw_batch_submit(evaluator->batch);
-    return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
-}
-
-void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
-    uint32_t samples = evaluator->field->model->specialization.samples;
-    for (uint32_t first = 0; first < evaluator->ray_count; first += evaluator->chunk_rays) {
-        uint32_t left = evaluator->ray_count - first;
-        struct vw_push_samples push = {.first_ray = first,
-                                       .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
-        vw_batch_dispatch(batch, evaluator->forward, &push, sizeof push, (uint64_t)push.ray_count * samples);
-        vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
-    }
-}
-
-enum vw_status evaluator_run(struct evaluator *evaluator) {
-    vw_batch_begin(evaluator->batch);
-    evaluator_record(evaluator, evaluator->batch);
-    enum vw_status status = vw_batch_submit(evaluator->batch);
-    return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
-}
-
-enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
-                                vw_float4 *colours) {
-    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
-    if (status == VW_OK) status = evaluator_run(evaluator);
-    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
 }

@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "train/effects/appearance.h"
+#include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/view_fit.h"
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "train/evaluator.h"
 #include "train/pixels.h"
 
 enum { TILE_RAYS = 8192 };

@@ -7,7 +7,7 @@
 #define VIEWWORTH_TRAIN_VALIDATION_H
 
 #include "gpu/compute.h"
-#include "train/field.h"
+#include "train/evaluator.h"
 #include "train/view_fit.h"
 #include "viewworth/types.h"
 

@@ -5,7 +5,7 @@
 #ifndef VIEWWORTH_TRAIN_VIEW_FIT_H
 #define VIEWWORTH_TRAIN_VIEW_FIT_H
 
-#include "train/field.h"
+#include "train/evaluator.h"
 #include "gpu/compute.h"
 #include "train/pixels.h"
 

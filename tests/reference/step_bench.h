@@ -6,6 +6,7 @@
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
 #include "gpu/compute.h"
+#include "train/evaluator.h"
 #include "train/step.h"
 
 // Zero means the default in brackets.

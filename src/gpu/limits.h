@@ -1,0 +1,26 @@
+// What a physical device can do, and whether that meets the floor.
+#ifndef VIEWWORTH_GPU_LIMITS_H
+#define VIEWWORTH_GPU_LIMITS_H
+
+#include <volk.h>
+
+#include "viewworth/gpu.h"
+
+// A physical device as listed.
+struct vw_candidate {
+    VkPhysicalDevice physical;
+    uint32_t queue_family;
+    struct vw_gpu_info info;
+    struct vw_gpu_limits limits; // as queried
+    uint32_t timestamp_bits;
+    double timestamp_ns; // per tick
+};
+
+// Fills in everything but info.index.
+void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate);
+
+void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp);
+// The name of the first limit that is below the floor, NULL when none is.
+const char *vw_limits_missed(const struct vw_gpu_limits *limits);
+
+#endif

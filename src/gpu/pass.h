@@ -1,0 +1,27 @@
+// The inside of a pass.
+#ifndef VIEWWORTH_GPU_PASS_H
+#define VIEWWORTH_GPU_PASS_H
+
+#include "gpu/state.h"
+
+struct vw_pass_slot {
+    struct vw_buffer *buffer;
+    bool writes;       // else it only reads
+    VkBufferView view; // of a texel buffer
+};
+
+struct vw_pass {
+    struct vw_gpu *gpu;
+    const char *name, *role;
+    VkDescriptorSetLayout set_layout;
+    VkDescriptorPool pool;
+    VkDescriptorSet set;
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+    uint32_t push_bytes;
+    uint32_t workgroup_invocations;
+    struct vw_pass_slot *slots;
+    uint32_t slot_count;
+};
+
+#endif

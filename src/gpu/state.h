@@ -1,0 +1,31 @@
+// The state of an open device, shared by the files of src/gpu. Each of them changes its own part.
+#ifndef VIEWWORTH_GPU_STATE_H
+#define VIEWWORTH_GPU_STATE_H
+
+#include "gpu/compute.h"
+#include "gpu/instance.h"
+#include "gpu/limits.h"
+#include "gpu/result.h"
+
+struct vw_gpu {
+    struct vw_instance instance;
+    VkDevice device;
+    VkQueue queue;
+    struct vw_candidate chosen; // with the limits clamped
+    VkPhysicalDeviceMemoryProperties memory;
+    bool timers_wanted;
+    VkPipelineCache pipeline_cache;
+    char *pipeline_cache_path;       // owned; NULL: not kept
+    uint8_t pipeline_cache_hash[32]; // of the file as it was read
+    VkCommandPool transfer_pool;
+    VkCommandBuffer transfer;   // for copies that the host waits for
+    struct vw_buffer *staging;  // made at the first such copy
+    uint64_t buffer_bytes;      // of all live buffers
+    uint64_t epoch;             // the newest one given out
+    struct vw_batch *recording; // one batch records at a time, so that recording order is submission order
+    struct vw_gpu_timer *timers;
+    size_t timer_count;
+    size_t timer_capacity;
+};
+
+#endif

@@ -1,0 +1,28 @@
+// The times of a batch's passes, by timestamps.
+#ifndef VIEWWORTH_GPU_TIMER_H
+#define VIEWWORTH_GPU_TIMER_H
+
+#include "gpu/pass.h"
+
+// By its static texts, since the pass may be gone when its times are collected.
+struct vw_timed_pass {
+    const char *name, *role;
+};
+
+// Timestamps of one batch: two queries around each dispatch, as many as fit.
+struct vw_batch_timer {
+    VkQueryPool queries;              // VK_NULL_HANDLE: not timed
+    struct vw_timed_pass *dispatches; // those that are timed
+    uint32_t count;
+};
+
+enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+void vw_batch_timer_destroy(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+// Returns whether the dispatch is timed, that is, whether _stop must follow.
+bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass);
+void vw_batch_timer_stop(struct vw_batch_timer *timer, VkCommandBuffer commands);
+// Adds the times of a finished batch to the device's timers.
+enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+
+#endif

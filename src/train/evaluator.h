@@ -1,0 +1,32 @@
+// The passes that render rays from a field without changing anything. Validation and `render` are two evaluators over
+// the same field (decision 1: a pure function of the params).
+#ifndef VIEWWORTH_TRAIN_EVALUATOR_H
+#define VIEWWORTH_TRAIN_EVALUATOR_H
+
+#include "train/field.h"
+
+extern const char evaluator_role[]; // of its passes, in the timers
+
+struct evaluator {
+    struct field *field; // borrowed
+    uint32_t ray_count;  // with padding
+    uint32_t chunk_rays; // rays whose samples are held at a time
+    struct vw_buffer *pixels, *rays, *samples, *colours;
+    struct vw_pass *generate, *forward, *composite;
+    struct vw_batch *batch; // for evaluator_set_pixels
+};
+
+// An evaluator for up to `rays` rays.
+enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator);
+void evaluator_destroy(struct evaluator *evaluator);
+// Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
+enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
+// Renders the rays that there are, and waits.
+enum vw_status evaluator_run(struct evaluator *evaluator);
+// Renders `count` pixels: their colours over the backdrop, and the transmittance that remains.
+enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
+                                vw_float4 *colours);
+// Records the rendering of all rays into `colours`.
+void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
+
+#endif
