@@ -1,6 +1,6 @@
-// The public library: everything it declares.
-#ifndef VIEWWORTH_H
-#define VIEWWORTH_H
+// All of libviewworth. A program that needs less includes single headers.
+#ifndef VIEWWORTH_VIEWWORTH_H
+#define VIEWWORTH_VIEWWORTH_H
 
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"

@@ -24,6 +24,15 @@ declared() {
     } | sort -u
 }
 
+has_all() { # the umbrella header
+    local header name
+    for header in "${headers[@]}"; do
+        name=viewworth/$(basename "$header")
+        [[ $name == viewworth/viewworth.h ]] || grep -qxF "#include \"$name\"" "$root/include/viewworth/viewworth.h" ||
+            { echo "viewworth.h does not include $name"; return 1; }
+    done
+}
+
 exported() {
     nm -D --defined-only "$library" | awk '{print $3}' | sort
 }
@@ -47,6 +56,7 @@ END
 for header in "${headers[@]}"; do
     check "$(basename "$header") compiles alone" compiles_alone "$header"
 done
+check "viewworth.h includes every public header" has_all
 check "exported is what is declared" same_names
 check "a C++ program links with the library" from_cpp
 conclude "$@"
