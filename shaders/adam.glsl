@@ -1,5 +1,5 @@
 // Adam (Kingma and Ba, 2015) on four parameters at a time, or plain gradient descent. With beta1 = 0 there is no first moment: the step is
-// this photo's own gradient (see README, "Why no momentum").
+// this photo's own gradient (see src/experiment/README.md, "Why no momentum").
 #ifndef ADAM_GLSL
 #define ADAM_GLSL
 

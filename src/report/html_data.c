@@ -273,7 +273,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
         status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
     if (!status)
         status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
-    if (!status) status = put_parsed(run->row->plan_json, run->label, "run.plan_json of the ledger", object, "choice");
+    if (!status) status = put_parsed(run->row->plan_json, run->label, "run.plan_json of the ledger", object, "plan");
     if (!status)
         status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object,
                             "scene_options");

@@ -37,12 +37,12 @@ function photoCell(one, image, more = []) {
 
 // Every photo of the run with its score by the chosen method, most valuable first. Rank 1 is the most valuable; ties go by name.
 function photoRows(one) {
-  const {name, split, provider, truth} = one.images, scores = scoresOf(one);
-  const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image], truth: truth[image],
-    value: NaN, low: NaN, high: NaN, rank: NaN}));
+  const {name, split, provider, ground_truth} = one.images, scores = scoresOf(one);
+  const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image],
+    ground_truth: ground_truth[image], value: NaN, ci_low: NaN, ci_high: NaN, rank: NaN}));
   if (!scores) return rows;
-  scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], low: scores.ci_low[i], high: scores.ci_high[i],
-    visits: scores.visits[i], rankLow: scores.rank_ci_low[i], rankHigh: scores.rank_ci_high[i]}));
+  scores.image.forEach((image, i) => Object.assign(rows[image], {value: scores.value[i], ci_low: scores.ci_low[i],
+    ci_high: scores.ci_high[i], visits: scores.visits[i], rankLow: scores.rank_ci_low[i], rankHigh: scores.rank_ci_high[i]}));
   const ranked = rows.filter(row => known(row.value)).sort((a, b) => b.value - a.value || (a.name < b.name ? -1 : 1));
   ranked.forEach((row, i) => { row.rank = i + 1; });
   return ranked.concat(rows.filter(row => !known(row.value)));
@@ -237,7 +237,7 @@ function hatched(name) {
   pen.lineWidth = 1.6;
   for (const shift of [-8, 0, 8]) { pen.moveTo(shift, 8); pen.lineTo(shift + 8, 0); }
   pen.stroke();
-  return pen.createPattern(tile, 'repeated');
+  return pen.createPattern(tile, 'repeat');
 }
 
 function fillDistribution() {
@@ -297,9 +297,10 @@ function pairsOf(list) { return list.flatMap((a, i) => list.slice(i + 1).map(b =
 
 // The photos that both runs have scored by the chosen method.
 function pointsOf([a, b]) {
-  const inB = valuesByName(b), ground_truths = new Map(a.images.name.map((name, i) => [name, a.images.ground_truth[i]]));
+  const inB = valuesByName(b), groundTruths = new Map(a.images.name.map((name, i) => [name, a.images.ground_truth[i]]));
   return [...valuesByName(a)].filter(([name]) => inB.has(name))
-    .map(([name, value]) => ({x: value, y: inB.get(name), name, corrupted: Boolean(ground_truths.get(name)) && ground_truths.get(name) !== 'clean'}));
+    .map(([name, value]) => ({x: value, y: inB.get(name), name,
+      corrupted: Boolean(groundTruths.get(name)) && groundTruths.get(name) !== 'clean'}));
 }
 
 function agreementOf(points) {
@@ -319,8 +320,9 @@ function drawScatter([a, b]) {
     behind: tableBehind('Table of the points', ['photo', nameOfRun(a), nameOfRun(b)],
       () => points.map(point => [point.name, signed(point.x, decimals), signed(point.y, decimals)]), [1, 2]),
     config: () => ({type: 'scatter', data: {datasets: [
-      ...kinds.map(([label, corrupted, pointStyle, name]) => ({label, data: points.filter(point => point.corrupted === corrupted), pointStyle,
-        radius: 4.5, borderWidth: corrupted ? 2 : 1, borderColor: colour(name), backgroundColor: colour(name) + '99'}))
+      ...kinds.map(([label, corrupted, pointStyle, name]) => ({label, pointStyle,
+        data: points.filter(point => point.corrupted === corrupted), radius: 4.5, borderWidth: corrupted ? 2 : 1,
+        borderColor: colour(name), backgroundColor: colour(name) + '99'}))
         .filter(set => set.data.length),
       {label: 'equal scores', type: 'line', data: line, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1, pointRadius: 0,
         pointStyle: 'line'}]},

@@ -23,7 +23,7 @@ function fillProviders() {
   if (!table) return;
   const rows = recordsOf(table).filter(row => row.method === chosen.method).map(row => ({...row, value: number(row.value),
     error: number(row.stderr), photos: number(row.photos), rank: number(row.rank)}));
-  for (const row of rows) Object.assign(row, {low: row.value - 1.96 * row.error, high: row.value + 1.96 * row.error});
+  for (const row of rows) Object.assign(row, {ci_low: row.value - 1.96 * row.error, ci_high: row.value + 1.96 * row.error});
   const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
   const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
   byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
@@ -163,9 +163,9 @@ function fillRuns() {
     ['hash of the scene', one => one.run.scene_hash], ['hash of the photos trained on', one => one.run.subset_hash],
     ['hash of the shaders', one => one.run.shader_hash], ['head of the ledger', one => one.run.head],
   ];
-  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', setting: 'setting chosen', trade_off: 'which gives up'};
+  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', preset: 'preset chosen', trade_off: 'trade-off'};
   for (const [key, title] of Object.entries(chosen))
-    if (runs.some(one => (one.choice || {})[key] !== undefined)) facts.push([title, one => textOf((one.choice || {})[key])]);
+    if (runs.some(one => (one.plan || {})[key] !== undefined)) facts.push([title, one => textOf((one.plan || {})[key])]);
   const row = ([title, value]) => [element('th', {scope: 'row'}, title), ...runs.map(one =>
     element('td', {class: /hash|run_id|head/.test(title) ? 'hash' : 'long'}, value(one)))];
   byId('runs-table').replaceChildren(plainTable(['', ...runs.map(nameOfRun)], facts.map(row)));
@@ -228,7 +228,7 @@ function verdictOf(pair) {
 
 function pairsTable(compare) {
   const digits = pair => measureDigits(pair.measure);
-  const bar = pair => intervalBar({value: pair.difference, low: pair.ci_low, high: pair.ci_high, harms: isWorse(pair)},
+  const bar = pair => intervalBar({value: pair.difference, ci_low: pair.ci_low, ci_high: pair.ci_high, harms: isWorse(pair)},
     intervalScale(compare.pairs.filter(one => one.measure === pair.measure).map(one => ({...one, value: one.difference}))),
     signed(pair.difference, digits(pair)) + ', ' + verdictOf(pair));
   const place = element('div');

@@ -219,15 +219,15 @@ function intervalScale(rows) {
 }
 
 // A dot (helps) or a square (harms) with its error bar around it, and zero dashed. `harms` is given where less is better.
-function intervalBar({value, ci_low, ci_high, harms = value < 0}, scale, title) {
-  const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.ci_low) / (scale.ci_high - scale.ci_low)));
+function intervalBar({value, ci_low: low, ci_high: high, harms = value < 0}, scale, title) {
+  const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.low) / (scale.high - scale.low)));
   const kind = harms ? 'harms' : 'helps', ends = known(low) && known(high) ? [low, high] : [value, value];
   const bar = svgElement('svg', {class: 'interval', viewBox: '0 0 160 18', role: 'img', 'aria-label': title},
     svgElement('title', {}, title), svgElement('line', {class: 'zero', x1: at(0), x2: at(0), y1: 0, y2: 18}));
   if (!known(value)) return bar;
   bar.append(svgElement('line', {class: kind + ' whisker', x1: at(ends[0]), x2: at(ends[1]), y1: 9, y2: 9}));
-  if (ends[0] < scale.ci_low) bar.append(svgElement('path', {class: kind, d: 'M7 5 L1 9 L7 13 Z'}));
-  if (ends[1] > scale.ci_high) bar.append(svgElement('path', {class: kind, d: 'M153 5 L159 9 L153 13 Z'}));
+  if (ends[0] < scale.low) bar.append(svgElement('path', {class: kind, d: 'M7 5 L1 9 L7 13 Z'}));
+  if (ends[1] > scale.high) bar.append(svgElement('path', {class: kind, d: 'M153 5 L159 9 L153 13 Z'}));
   bar.append(harms ? svgElement('rect', {class: kind, x: at(value) - 3.5, y: 5.5, width: 7, height: 7})
     : svgElement('circle', {class: kind, cx: at(value), cy: 9, r: 4}));
   return bar;

@@ -32,6 +32,7 @@ broken_links() {
 # What looks like a path: in backticks, or behind the name of a top folder. Patterns such as <name> and * are no paths.
 named_paths() { # named_paths FILE
     grep -oE '`[A-Za-z0-9_./-]*/[A-Za-z0-9_./-]*`' "$1" | tr -d '`'
+    grep -oE '`[A-Za-z0-9_-]+\.(c|h|cpp|glsl|comp|cmake|sh|sql|js|css)`' "$1" | tr -d '`'
     grep -oE '(^|[ `(])(src|include|shaders|scenes|scripts|tests)/[][A-Za-z0-9_./*<>{}-]*' "$1" | tr -d ' `(' |
         grep -v '[][*<>{}]'
 }
