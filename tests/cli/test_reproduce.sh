@@ -94,7 +94,7 @@ stop_reproduction() {
     [[ ! -e $folder/$2/reproduce.csv ]] || { echo "it was over before it was stopped"; return 1; }
     case $1 in
     KILL) [[ $code -eq 137 ]] ;;
-    *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*go on by --resume' "$folder/stderr" ;;
+    *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*continue by --resume' "$folder/stderr" ;;
     esac
 }
 check "the long way without interruption" reproduce long --seeds 3 --epochs 30
