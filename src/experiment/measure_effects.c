@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "experiment/sweep/paired_timing.h"
+#include "experiment/paired_timing.h"
 #include "train/trainer.h"
 
 enum { ROUNDS = 12, STEPS_PER_BATCH = 8, TRAININGS_MAX = VW_EFFECT_COUNT_MAX + 2 };

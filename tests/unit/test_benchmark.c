@@ -238,7 +238,7 @@ static void intervals_cover(void **state) {
         struct vw_metrics metrics = {0};
         part.count = 100;
         part.places += (size_t)i * 100 * part.size;
-        part.outcomes += (size_t)i * 100 * VW_SUBSET_SEEDS;
+        part.results += (size_t)i * 100 * VW_SUBSET_SEEDS;
         ASSERT_OK(vw_evaluate_subsets(&evaluation, &part, &metrics));
         const struct vw_metric *row = find(&metrics, "lds", "val_psnr", "dv_psnr");
         covered += row->ci_low <= expected && expected <= row->ci_high;
@@ -258,7 +258,7 @@ static void trainings_without_value_are_left_out(void **state) {
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
     play_subsets(&game, 40, &subsets);
-    subsets.outcomes[VW_SUBSET_SEEDS * 7 + 1].val_psnr = NAN;
+    subsets.results[VW_SUBSET_SEEDS * 7 + 1].val_psnr = NAN;
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, &metrics));
     assert_int_equal(find(&metrics, "lds", "val_psnr", "worths")->count, 39);
     assert_null(vw_metrics_find(&metrics, "lds", "test_psnr", "worths"));

@@ -4,7 +4,7 @@
 
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
-#include "experiment/sweep/paired_timing.h"
+#include "experiment/paired_timing.h"
 #include "base/file.h"
 #include "viewworth/log.h"
 #include "base/memory.h"

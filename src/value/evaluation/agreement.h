@@ -1,5 +1,4 @@
-// How far the scores of one method agree between runs that differ by their seed alone. From scores, so without anything
-// of training.
+// How far the scores of one method agree between runs that differ only by their seed. Needs scores alone.
 #ifndef VIEWWORTH_VALUE_AGREEMENT_H
 #define VIEWWORTH_VALUE_AGREEMENT_H
 
@@ -9,11 +8,11 @@
 #include "value/evaluation/score_tables.h"
 #include "viewworth/status.h"
 
-// "Clean" are photos that a recipe says are clean: agreement on who is corrupted is easy, and lifts the correlation of
-// all. Positive are those whose score is above 0: the set that the paper keeps.
+// Clean: photos whose ground-truth label is "clean". Agreement on which photos are corrupted is easy and raises the
+// correlation over all. Positive: photos with a score above 0, the set that the paper keeps.
 enum vw_agreement_measure {
     VW_AGREEMENT_PEARSON,          // r, [-1,1]
-    VW_AGREEMENT_SPEARMAN,         // rho: r of the ranks, ties attribution their mean
+    VW_AGREEMENT_SPEARMAN,         // rho: r of the ranks, ties share their mean
     VW_AGREEMENT_CLEAN_PEARSON,    // r within the clean photos
     VW_AGREEMENT_CLEAN_SPEARMAN,   // rho likewise
     VW_AGREEMENT_POSITIVE_JACCARD, // photos positive in both runs / photos positive in either, [0,1]
@@ -24,21 +23,21 @@ enum vw_agreement_measure {
 };
 const char *vw_agreement_name(enum vw_agreement_measure measure); // "pearson", "clean_spearman", ...
 
-// Two runs. A measure is NaN where it says nothing: a correlation of fewer than two photos or of equal scores, within
-// the clean where truth is unknown, the sets where neither has a positive photo, kappa where both runs call all photos
-// alike.
+// Two runs. A measure is NaN where it is undefined: a correlation of fewer than two photos or of equal scores, within
+// clean photos without ground-truth labels, the Jaccard index where neither run has a positive photo, kappa where both
+// runs give all photos the same sign.
 struct vw_agreement {
     double values[VW_AGREEMENT_COUNT];
     uint32_t photos, clean; // compared
 };
 
 // Compares the scores a[i] and b[i] of photo i. Photos that one of both has no finite score for are left out. `clean`
-// is NULL where truth is unknown. VW_ERROR_MEMORY.
+// is NULL without ground-truth labels. VW_ERROR_MEMORY.
 enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool *clean, uint32_t count,
                                     struct vw_agreement *agreement);
 
-// A measure over all pairs of runs; pairs that it says nothing of are left out, NaN without any. The pairs share runs,
-// so that their range is narrower than that of as many independent ones.
+// A measure over all pairs of runs; pairs where it is undefined are left out; NaN when none is left. Pairs share runs,
+// so their range is narrower than that of as many independent ones.
 struct vw_agreement_summary {
     double mean, lowest, highest;
     uint32_t pairs;

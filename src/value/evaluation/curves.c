@@ -1,4 +1,5 @@
-// What becomes of a training when photos are taken away, or added, in the order that scores give.
+// Removal and addition curves: retrainings after photos are removed, or added, in the order of their scores. And
+// leave-one-out.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,9 +11,9 @@
 #include "base/statistics.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};
-static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // of no training
+static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // no training has it
 
-// Which end of the order goes, and whether it is taken away or all that is left.
+// Which end of the order is moved, and whether it is removed or is all that is trained on.
 struct end {
     const char *group;
     bool removes, highest;
@@ -30,8 +31,8 @@ struct curve {
     uint32_t *views; // scratch
 };
 
-static double evaluated(const struct vw_retrain_result *outcome) {
-    return isnan(outcome->test_psnr) ? outcome->val_psnr : outcome->test_psnr;
+static double quality_of(const struct vw_retrain_result *result) {
+    return isnan(result->test_psnr) ? result->val_psnr : result->test_psnr;
 }
 
 static bool all_finite(const double *values, uint32_t count) {
@@ -40,8 +41,8 @@ static bool all_finite(const double *values, uint32_t count) {
     return true;
 }
 
-// The mean over two seeds of what training on these photos reaches.
-static enum vw_status reach(struct curve *curve, const uint32_t *photos, uint32_t count, double *psnr_db) {
+// The PSNR of training on these photos, mean over two seeds.
+static enum vw_status train_on(struct curve *curve, const uint32_t *photos, uint32_t count, double *psnr_db) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count; i++) curve->views[i] = curve->evaluation->photos[photos[i]];
     vw_sort_places(curve->views, count);
@@ -49,21 +50,21 @@ static enum vw_status reach(struct curve *curve, const uint32_t *photos, uint32_
     for (uint32_t seed = 0; !status && seed < VW_SUBSET_SEEDS; seed++) {
         const struct vw_retrain_params retraining = {
             .views = curve->views, .view_count = count, .seed = curve->first_seed + seed};
-        struct vw_retrain_result outcome;
-        status = curve->retrain(curve->context, &retraining, &outcome);
-        if (!status) *psnr_db += evaluated(&outcome) / VW_SUBSET_SEEDS;
+        struct vw_retrain_result result;
+        status = curve->retrain(curve->context, &retraining, &result);
+        if (!status) *psnr_db += quality_of(&result) / VW_SUBSET_SEEDS;
     }
     return status;
 }
 
 // `order`: the photos, lowest score first. Adds a share of the gain to *gain_db.
-static enum vw_status reach_end(struct curve *curve, const struct end *end, uint32_t percent, const uint32_t *order,
-                                double whole_db, uint32_t shares, double *gain_db) {
+static enum vw_status train_on_end(struct curve *curve, const struct end *end, uint32_t percent, const uint32_t *order,
+                                   double whole_db, uint32_t shares, double *gain_db) {
     uint32_t count = curve->evaluation->photo_count, moved = (count * percent + 50) / 100;
     uint32_t kept = end->removes ? count - moved : moved;
     bool from_start = end->removes == end->highest; // what is kept lies at the low end
     double psnr_db = NAN;
-    enum vw_status status = reach(curve, order + (from_start ? 0 : count - kept), kept, &psnr_db);
+    enum vw_status status = train_on(curve, order + (from_start ? 0 : count - kept), kept, &psnr_db);
     *gain_db += (psnr_db - whole_db) / shares;
     return status;
 }
@@ -82,15 +83,15 @@ static enum vw_status evaluate_orders(struct curve *curve, const char *method, c
                                       uint32_t order_count, struct vw_metrics *metrics) {
     double whole_db = NAN;
     uint32_t photo_count = curve->evaluation->photo_count;
-    size_t stride = order_count > 1 ? 2 : 1; // the two ends of random orders are alike: one of each pair will do
-    enum vw_status status = reach(curve, orders, photo_count, &whole_db);
+    size_t stride = order_count > 1 ? 2 : 1; // both ends of a random order are equivalent: one of each pair is enough
+    enum vw_status status = train_on(curve, orders, photo_count, &whole_db);
     for (size_t e = 0; !status && e < VW_ARRAY_COUNT(ends); e += stride)
         for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++) {
             double gain_db = 0;
-            if (!((photo_count * percents[p] + 50) / 100)) continue; // too few photos to take any away
+            if (!((photo_count * percents[p] + 50) / 100)) continue; // too few photos to remove any
             for (uint32_t i = 0; !status && i < order_count; i++)
-                status = reach_end(curve, &ends[e], percents[p], orders + (size_t)i * photo_count, whole_db,
-                                   order_count, &gain_db);
+                status = train_on_end(curve, &ends[e], percents[p], orders + (size_t)i * photo_count, whole_db,
+                                      order_count, &gain_db);
             if (!status)
                 status = add_row(&ends[e], percents[p], method, gain_db, VW_SUBSET_SEEDS * order_count, metrics);
         }
@@ -135,17 +136,16 @@ enum vw_status vw_evaluate_random_curve(const struct vw_evaluation *evaluation, 
     return status;
 }
 
-// ---- Leave one out
-// --------------------------------------------------------------------------------------------------------
+// ---- Leave one out ----
 
-static enum vw_status try_without(const struct vw_evaluation *evaluation, uint32_t left_out, uint64_t seed,
-                                  vw_retrain_function *retrain, void *context, uint32_t *views, double *psnr_db) {
+static enum vw_status retrain_without(const struct vw_evaluation *evaluation, uint32_t left_out, uint64_t seed,
+                                      vw_retrain_function *retrain, void *context, uint32_t *views, double *psnr_db) {
     struct vw_retrain_params retraining = {.views = views, .seed = seed};
-    struct vw_retrain_result outcome;
+    struct vw_retrain_result result;
     for (uint32_t i = 0; i < evaluation->photo_count; i++)
         if (i != left_out) views[retraining.view_count++] = evaluation->photos[i];
-    enum vw_status status = retrain(context, &retraining, &outcome);
-    if (!status) *psnr_db = outcome.val_psnr;
+    enum vw_status status = retrain(context, &retraining, &result);
+    if (!status) *psnr_db = result.val_psnr;
     return status;
 }
 
@@ -155,9 +155,9 @@ enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint64_t
     enum vw_status status = views ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t seed = 0; !status && seed < evaluation->seed_count; seed++) {
         double whole_db = NAN, without_db = NAN;
-        status = try_without(evaluation, UINT32_MAX, first_seed + seed, retrain, context, views, &whole_db);
+        status = retrain_without(evaluation, UINT32_MAX, first_seed + seed, retrain, context, views, &whole_db);
         for (uint32_t i = 0; !status && i < evaluation->photo_count; i++) {
-            status = try_without(evaluation, i, first_seed + seed, retrain, context, views, &without_db);
+            status = retrain_without(evaluation, i, first_seed + seed, retrain, context, views, &without_db);
             scores[(size_t)seed * evaluation->photo_count + i] = whole_db - without_db;
         }
     }

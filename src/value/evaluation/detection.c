@@ -1,4 +1,4 @@
-// How well scores find the photos that are corrupted, and how well they come back with another seed.
+// How well scores find corrupted photos, and how well they agree with those of another seed.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,7 +48,7 @@ static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_fi
 
 static bool is_kind(const void *context, const char *kind) { return !strcmp(kind, context); }
 
-// Whether no photo before this one has its truth.
+// Whether no photo before this one has its label.
 static bool is_first_of_kind(const struct vw_evaluation *evaluation, uint32_t photo) {
     for (uint32_t i = 0; i < photo; i++)
         if (!strcmp(evaluation->ground_truths[i], evaluation->ground_truths[photo])) return false;

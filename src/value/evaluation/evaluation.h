@@ -1,5 +1,5 @@
-// What evaluates methods where truth is known: the photos, what they are, and what each method says of them. Every
-// evaluate appends rows to a list; none knows what the methods are, and training only as a vw_retrain_function.
+// Evaluation of scorers where ground truth is known. Every vw_evaluate_ function appends rows to a list of metrics.
+// None knows how scores are made, and training is known only as a vw_retrain_function.
 #ifndef VIEWWORTH_VALUE_EVALUATION_H
 #define VIEWWORTH_VALUE_EVALUATION_H
 
@@ -10,7 +10,7 @@
 #include "viewworth/status.h"
 #include "ledger/retrainings.h"
 
-extern const char vw_reference_scorer[]; // the method that others are compared with: "dv_psnr"
+extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
 
 struct vw_scorer {
     const char *name;     // borrowed, as the scores
@@ -19,7 +19,7 @@ struct vw_scorer {
 
 struct vw_evaluation {
     const uint32_t *photos;           // image_ids of those that are valued, ascending
-    const char *const *ground_truths; // per photo: "clean", or what corrupts it
+    const char *const *ground_truths; // labels, per photo: "clean", or what corrupts it
     uint32_t photo_count;
     const struct vw_scorer *scorers;
     uint32_t scorer_count;
@@ -53,45 +53,50 @@ enum vw_status vw_evaluate_harmful(const struct vw_evaluation *evaluation, struc
 // the clean ones, as far as both have a finite score for them.
 enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
 
-// ---- predicting.c ----
+// ---- lds.c ----
 
-// lds/<outcome>: Spearman's correlation over the subsets between the sum of their photos' scores and what training on
-// them reaches, mean of its seeds; the mean over the valued seeds. lds_gain/<outcome>: that of the method less that of
-// the reference. Intervals are the middle 95 % over resampled subsets, the same for all methods. Rows of the method
-// "noise ceiling": the most that noise permits, the square root of how well the mean of two trainings would agree with
-// that of two others (Spearman and Brown's formula from how the two agree); and agreement/<outcome>: Spearman's
-// correlation of the two. Those of the method "chance": the mean of what random scores reach, and its middle 95 %.
-// Subsets whose training has no value are left out. The intervals hold for these photos: what another scene of the kind
-// would give lies wider apart.
+// Rows for val_psnr and test_psnr. Subsets whose trainings have no value are left out.
+// - lds/<quality>: Spearman's correlation over the subsets between the sum of their photos' scores and the quality of
+//   training on them (mean of its seeds); the mean over the valued seeds.
+// - lds_gain/<quality>: the LDS of a method less that of the reference scorer.
+// - lds/<quality> of "noise ceiling": the largest LDS that noise permits: the square root of the correlation between
+// the
+//   mean of two trainings and that of two others (Spearman-Brown formula).
+// - agreement/<quality>: Spearman's correlation between the two trainings on the same subset.
+// - lds/<quality> of "chance": the mean LDS of random scores, and its middle 95 %.
+// Intervals are the middle 95 % over resampled subsets, the same resamples for all methods. They hold for these photos;
+// other scenes vary more.
 enum vw_status vw_evaluate_subsets(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
                                    struct vw_metrics *metrics);
-// harm/<kind>, method "retrainings", in dB of val_psnr: by how much less a photo of that kind adds to a training than a
-// clean one. What a photo adds is the mean over the subsets with it less that over those without it; intervals as
+// harm/<kind>, method "retrainings", in dB of val_psnr: how much less a photo of that kind adds to a training than a
+// clean one. What a photo adds: the mean over the subsets with it less that over the subsets without it. Intervals as
 // above.
 enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
                                 struct vw_metrics *metrics);
 
 // ---- curves.c ----
 
-// Trains on what is left when the lowest, or highest, 10, 20, 30 and 50 % are taken away, and on these shares alone:
-// rows removal_low/<%>, removal_high/<%>, addition_high/<%>, addition_low/<%> are the test PSNR (val, where nothing is
-// for tests), mean of two seeds, less that of the training on all photos with the same seeds; photos in order of the
-// scores of the first valued seed; no rows, and no training, where one of these is not finite. Of the baseline "random"
-// the mean over VW_CURVE_ORDERS random orders, the rows named removal_low and addition_high.
+// Trains without the 10, 20, 30 and 50 % of photos with the lowest scores, without those with the highest, and on these
+// shares alone. Rows removal_low/<%>, removal_high/<%>, addition_low/<%>, addition_high/<%>: test PSNR (validation PSNR
+// without test photos), mean of two seeds, less that of the training on all photos with the same seeds. The order is by
+// the scores of the first valued seed; when one is not finite there are no rows and no training.
+// vw_evaluate_random_curve: the mean over VW_CURVE_ORDERS random orders, rows removal_low and addition_high of the
+// baseline "random".
 enum { VW_CURVE_ORDERS = 3 };
 enum vw_status vw_evaluate_curve(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
                                  uint64_t first_seed, vw_retrain_function *retrain, void *context,
                                  struct vw_metrics *metrics);
 enum vw_status vw_evaluate_random_curve(const struct vw_evaluation *evaluation, uint64_t first_seed,
                                         vw_retrain_function *retrain, void *context, struct vw_metrics *metrics);
-// How many trainings the curve of one order takes at most, those on all photos included.
+// The most trainings that the curve of one order takes, those on all photos included.
 uint32_t vw_curve_trainings(void);
 
-// Trains without each photo in turn, with as many seeds as are valued: scores[seed][photo] is what val_psnr loses.
-// Deltas are of equal seeds, so that what a seed does to all trainings is not in them.
+// Trains without each photo in turn, with as many seeds as are valued. scores[seed][photo]: the val_psnr of training on
+// all photos less that without the photo, with the same seed.
 enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint64_t first_seed,
                                 vw_retrain_function *retrain, void *context, double *scores);
-// leave_one_out/spearman: how every method's scores agree with those, both as means over the seeds, over the photos.
+// leave_one_out/spearman: Spearman's correlation over the photos between a method's scores and those, both as means
+// over the seeds.
 enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const double *scores,
                                          struct vw_metrics *metrics);
 

@@ -1,5 +1,5 @@
-// How well scores predict what training on a subset of the photos reaches, and by how much each kind of defect does
-// harm.
+// The linear datamodeling score (LDS): how well scores predict trainings on subsets of the photos (Park et al. 2023).
+// And the harm that each kind of corruption does in these trainings.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,10 +13,10 @@ static const uint64_t RESAMPLING_SEED = 0x626f6f74; // of no training
 enum { RESAMPLES = 1000 };
 static const double TAIL = 0.025;
 
-static const char peak_name[] = "noise ceiling", chance_name[] = "chance", agreement_name[] = "outcomes",
+static const char noise_ceiling_name[] = "noise ceiling", chance_name[] = "chance", agreement_name[] = "outcomes",
                   retrainings_name[] = "retrainings";
 
-// One of the outcomes that are foretold.
+// A quality of retrainings that scores should predict.
 struct target {
     const char *name;
     size_t offset;
@@ -26,29 +26,29 @@ static const struct target targets[] = {
     {"test_psnr", offsetof(struct vw_retrain_result, test_psnr)},
 };
 
-// The subsets whose trainings have a value, and what is foretold of them.
+// The subsets whose trainings have a value, and these values.
 struct study {
     const struct vw_evaluation *evaluation;
     const struct vw_subsets *subsets;
-    uint32_t *kept, count;       // which of the subsets
-    double *outcomes;            // [seed][kept]
-    double *means;               // [kept]
-    uint16_t *times;             // [resample][kept]: how often it was drawn; resample 0 is the study itself
-    struct vw_ordered *foretold; // the means
-    double *ranks;               // scratch: [2][kept]
+    uint32_t *kept, count; // which of the subsets
+    double *outcomes;      // [seed][kept]
+    double *means;         // [kept]
+    uint16_t *times;       // [resample][kept]: how often it was drawn; resample 0 is the study itself
+    struct vw_ordered *ordered_means;
+    double *ranks; // scratch: [2][kept]
 };
 
 static double outcome_of(const struct vw_subsets *subsets, const struct target *target, uint32_t subset,
                          uint32_t seed) {
-    const struct vw_retrain_result *outcome = &subsets->outcomes[(size_t)subset * VW_SUBSET_SEEDS + seed];
-    return *(const double *)((const char *)outcome + target->offset);
+    const struct vw_retrain_result *result = &subsets->results[(size_t)subset * VW_SUBSET_SEEDS + seed];
+    return *(const double *)((const char *)result + target->offset);
 }
 
-static void study_close(struct study *study) {
+static void close_study(struct study *study) {
     free(study->kept);
     free(study->outcomes);
     free(study->times);
-    free(study->foretold);
+    free(study->ordered_means);
 }
 
 static void keep_subsets(const struct target *target, struct study *study) {
@@ -74,20 +74,20 @@ static void draw_resamples(struct study *study) {
         }
 }
 
-static enum vw_status study_open(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
+static enum vw_status open_study(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
                                  const struct target *target, struct study *study) {
     size_t most = subsets->count;
     *study = (struct study){.evaluation = evaluation, .subsets = subsets};
     study->kept = vw_allocate(most, sizeof *study->kept);
     study->times = vw_allocate((1 + RESAMPLES) * most, sizeof *study->times);
-    study->foretold = vw_allocate(most, sizeof *study->foretold);
+    study->ordered_means = vw_allocate(most, sizeof *study->ordered_means);
     study->outcomes = vw_allocate(most, (VW_SUBSET_SEEDS + 3) * sizeof *study->outcomes);
-    if (!study->kept || !study->times || !study->foretold || !study->outcomes) return VW_ERROR_MEMORY;
+    if (!study->kept || !study->times || !study->ordered_means || !study->outcomes) return VW_ERROR_MEMORY;
     study->means = study->outcomes + VW_SUBSET_SEEDS * most;
     study->ranks = study->means + most;
     keep_subsets(target, study);
     draw_resamples(study);
-    vw_order(study->means, study->count, study->foretold);
+    vw_order(study->means, study->count, study->ordered_means);
     return VW_OK;
 }
 
@@ -110,10 +110,9 @@ static void set_interval(double *resampled, struct vw_metric *row) {
     row->ci_high = vw_quantile_of_sorted(resampled, count, 1 - TAIL);
 }
 
-// ---- Scores
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Scores ----
 
-// The rank of each value among all that were drawn; equal ones share the mean of their ranks.
+// The rank of each value among those drawn; equal ones share the mean of their ranks.
 static void rank_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
     double below = 0;
     for (uint32_t begin = 0, end; begin < count; begin = end) {
@@ -142,14 +141,14 @@ static enum vw_status resample_method(const struct study *study, const struct vw
                                       double values[1 + RESAMPLES]) {
     double *sums = vw_allocate(study->count, sizeof *sums);
     struct vw_ordered *ordered = vw_allocate(study->count, sizeof *ordered);
-    double *ranks = study->ranks, *foretold = ranks + study->subsets->count;
+    double *ranks = study->ranks, *mean_ranks = ranks + study->subsets->count;
     enum vw_status status = sums && ordered ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = 0;
     for (uint32_t seed = 0; !status && seed < study->evaluation->seed_count; seed++) {
         const double *scores = scorer->scores + (size_t)seed * study->evaluation->photo_count;
         double sum = 0;
         for (uint32_t i = 0; i < study->count; i++) sum += sums[i] = sum_over_subset(study, scores, i);
-        if (!isfinite(sum)) { // a photo lacks a score: sums without order
+        if (!isfinite(sum)) { // a photo lacks a score
             for (uint32_t r = 0; r <= RESAMPLES; r++) values[r] = NAN;
             break;
         }
@@ -157,8 +156,8 @@ static enum vw_status resample_method(const struct study *study, const struct vw
         for (uint32_t r = 0; r <= RESAMPLES; r++) {
             const uint16_t *times = study->times + (size_t)r * study->count;
             rank_drawn(ordered, times, study->count, ranks);
-            rank_drawn(study->foretold, times, study->count, foretold);
-            values[r] += correlate_drawn(ranks, foretold, times, study->count) / study->evaluation->seed_count;
+            rank_drawn(study->ordered_means, times, study->count, mean_ranks);
+            values[r] += correlate_drawn(ranks, mean_ranks, times, study->count) / study->evaluation->seed_count;
         }
     }
     free(sums);
@@ -207,19 +206,20 @@ static enum vw_status evaluate_methods(const struct study *study, const struct t
     return status;
 }
 
-static enum vw_status add_ceiling(const struct study *study, const struct target *target, struct vw_metrics *metrics) {
+static enum vw_status add_noise_ceiling(const struct study *study, const struct target *target,
+                                        struct vw_metrics *metrics) {
     const double *first = study->outcomes, *second = first + study->subsets->count;
     double agreement = NAN;
     enum vw_status status = vw_spearman(first, second, study->count, &agreement); // as the LDS that lie below it
     struct vw_metric row = {
         .method = agreement_name, .value = agreement, .ci_low = NAN, .ci_high = NAN, .count = study->count};
     if (!status) status = vw_metrics_add(metrics, "agreement", target->name, row);
-    row.method = peak_name;
+    row.method = noise_ceiling_name;
     row.value = agreement > 0 ? sqrt(2 * agreement / (1 + agreement)) : NAN;
     return status ? status : vw_metrics_add(metrics, "lds", target->name, row);
 }
 
-// What scores that know nothing reach on these photos: few photos leave much to chance.
+// The LDS of random scores. With few photos it varies widely.
 static enum vw_status add_chance(const struct study *study, const struct target *target, struct vw_metrics *metrics) {
     uint32_t photo_count = study->evaluation->photo_count;
     double *scores = vw_allocate(photo_count, sizeof *scores), *sums = vw_allocate(study->count, sizeof *sums);
@@ -249,17 +249,16 @@ enum vw_status vw_evaluate_subsets(const struct vw_evaluation *evaluation, const
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(targets); i++) {
         struct study study;
-        status = study_open(evaluation, subsets, &targets[i], &study);
+        status = open_study(evaluation, subsets, &targets[i], &study);
         if (!status && study.count > 2) status = evaluate_methods(&study, &targets[i], metrics);
-        if (!status && study.count > 2) status = add_ceiling(&study, &targets[i], metrics);
+        if (!status && study.count > 2) status = add_noise_ceiling(&study, &targets[i], metrics);
         if (!status && study.count > 2) status = add_chance(&study, &targets[i], metrics);
-        study_close(&study);
+        close_study(&study);
     }
     return status;
 }
 
-// ---- Harm
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Harm ----
 
 static bool has_photo(const struct study *study, uint32_t kept, uint32_t photo) {
     const uint32_t *places = study->subsets->places + (size_t)study->kept[kept] * study->subsets->size;
@@ -268,9 +267,9 @@ static bool has_photo(const struct study *study, uint32_t kept, uint32_t photo) 
     return false;
 }
 
-// What every photo adds to a training, by the subsets drawn. In an additive game with equal shares the differences are
-// the worths but for a factor and a constant near 1 and 0, the same for all photos, since a subset with one photo has
-// one less of the others.
+// What every photo adds to a training, from the subsets drawn: the mean with it less the mean without it. In an
+// additive game this is the photo's worth, times a factor near 1 plus a constant near 0 that are the same for all
+// photos, since a subset with one photo has one less of the others.
 static void find_worths(const struct study *study, const bool *has, const uint16_t *times, double *worths) {
     for (uint32_t photo = 0; photo < study->evaluation->photo_count; photo++) {
         double sums[2] = {0}, counts[2] = {0};
@@ -327,7 +326,7 @@ static enum vw_status evaluate_harm(struct study *study, bool *has, double *wort
 enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
                                 struct vw_metrics *metrics) {
     struct study study;
-    enum vw_status status = study_open(evaluation, subsets, &targets[0], &study);
+    enum vw_status status = open_study(evaluation, subsets, &targets[0], &study);
     bool *has = vw_allocate((size_t)study.count * evaluation->photo_count, sizeof *has);
     double *worths = vw_allocate((1 + (size_t)RESAMPLES) * evaluation->photo_count, sizeof *worths);
     double *resampled = vw_allocate(RESAMPLES, sizeof *resampled);
@@ -336,6 +335,6 @@ enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const st
     free(has);
     free(worths);
     free(resampled);
-    study_close(&study);
+    close_study(&study);
     return status;
 }

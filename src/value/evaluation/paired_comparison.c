@@ -24,9 +24,9 @@ const char *vw_quality_name(enum vw_quality quality) { return qualities[quality]
 
 bool vw_quality_higher_is_better(enum vw_quality quality) { return qualities[quality].higher_is_better; }
 
-double vw_quality_of(const struct vw_retrain_result *outcome, enum vw_quality quality) {
+double vw_quality_of(const struct vw_retrain_result *result, enum vw_quality quality) {
     double value;
-    memcpy(&value, (const char *)outcome + qualities[quality].offset, sizeof value);
+    memcpy(&value, (const char *)result + qualities[quality].offset, sizeof value);
     return value;
 }
 
@@ -35,19 +35,19 @@ static struct vw_quality_mean mean_of(const struct vw_spread *spread) {
     return (struct vw_quality_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
 }
 
-struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *outcomes, uint32_t count,
-                                        enum vw_quality quality) {
+struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *results, uint32_t count,
+                                          enum vw_quality quality) {
     struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_quality_of(&outcomes[i], quality));
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_quality_of(&results[i], quality));
     return mean_of(&spread);
 }
 
-struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *outcomes,
-                                                const struct vw_retrain_result *against, uint32_t count,
-                                                enum vw_quality quality) {
+struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *results,
+                                               const struct vw_retrain_result *against, uint32_t count,
+                                               enum vw_quality quality) {
     struct vw_spread spread = {0};
     for (uint32_t i = 0; i < count; i++)
-        vw_spread_add(&spread, vw_quality_of(&outcomes[i], quality) - vw_quality_of(&against[i], quality));
+        vw_spread_add(&spread, vw_quality_of(&results[i], quality) - vw_quality_of(&against[i], quality));
     struct vw_quality_mean mean = mean_of(&spread);
     double half = count > 1 ? vw_student_quantile(count - 1) * mean.standard_error : NAN;
     struct vw_paired_difference paired = {mean.mean, mean.standard_error, mean.mean - half, mean.mean + half, false};

@@ -18,7 +18,7 @@ struct vw_score_tables {
     uint32_t run_count, photo_count;
     uint32_t *photos;              // owned: the train photos, as indices in the images of every run, ascending
     uint32_t *photo_of_image;      // owned: the other way round; UINT32_MAX for one that is not trained on
-    bool *clean;                   // owned: by photo; NULL where truth is unknown
+    bool *clean;                   // owned: by photo; NULL without ground-truth labels
     struct vw_score_table *tables; // owned: the methods that any run has, in the order in which they are found
     uint32_t count;
 };

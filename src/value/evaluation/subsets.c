@@ -8,7 +8,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 
-static const uint64_t SUBSET_SEED = 0x73756273657473; // of no training: --seed counts up from small numbers
+static const uint64_t SUBSET_SEED = 0x73756273657473; // no training has it: --seed counts up from small numbers
 enum { DRAWS_PER_SUBSET = 100 };
 
 static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
@@ -20,9 +20,9 @@ static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
 enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets) {
     *subsets = (struct vw_subsets){.size = photo_count / 2};
     subsets->places = vw_allocate((size_t)count * subsets->size, sizeof *subsets->places);
-    subsets->outcomes = vw_allocate((size_t)count * VW_SUBSET_SEEDS, sizeof *subsets->outcomes);
+    subsets->results = vw_allocate((size_t)count * VW_SUBSET_SEEDS, sizeof *subsets->results);
     uint32_t *order = vw_allocate(photo_count, sizeof *order);
-    if (!subsets->places || !subsets->outcomes || !order) {
+    if (!subsets->places || !subsets->results || !order) {
         free(order);
         return VW_ERROR_MEMORY;
     }
@@ -45,7 +45,7 @@ enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *ph
         const struct vw_retrain_params retraining = {
             .views = views, .view_count = subsets->size, .seed = first_seed + i % VW_SUBSET_SEEDS};
         for (uint32_t member = 0; member < subsets->size; member++) views[member] = photos[places[member]];
-        status = retrain(context, &retraining, &subsets->outcomes[i]);
+        status = retrain(context, &retraining, &subsets->results[i]);
     }
     free(views);
     return status;
@@ -53,5 +53,5 @@ enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *ph
 
 void vw_subsets_free(struct vw_subsets *subsets) {
     free(subsets->places);
-    free(subsets->outcomes);
+    free(subsets->results);
 }

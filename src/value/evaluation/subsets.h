@@ -1,4 +1,4 @@
-// Trainings on random halves of the photos, each with two seeds: what a score has to predict.
+// Trainings on random halves of the photos, each with two seeds, which scores should predict.
 #ifndef VIEWWORTH_VALUE_SUBSETS_H
 #define VIEWWORTH_VALUE_SUBSETS_H
 
@@ -9,9 +9,9 @@
 enum { VW_SUBSET_SEEDS = 2 };
 
 struct vw_subsets {
-    uint32_t count, size;               // subsets, and photos in each: half of all, rounded down
-    uint32_t *places;                   // owned; [subset][member], ascending: which of the photos
-    struct vw_retrain_result *outcomes; // owned; [subset][seed]
+    uint32_t count, size;              // subsets, and photos in each: half of all, rounded down
+    uint32_t *places;                  // owned; [subset][member], ascending: which of the photos
+    struct vw_retrain_result *results; // owned; [subset][seed]
 };
 
 // Draws up to `count` different halves of `photo_count` photos (at least 2); fewer where there are no more. The same

@@ -1,4 +1,4 @@
-#include "experiment/sweep/paired_timing.h"
+#include "experiment/paired_timing.h"
 
 #include <math.h>
 #include <string.h>
