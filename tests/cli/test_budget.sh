@@ -30,7 +30,7 @@ for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
 done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
 check "states cannot lie by epochs that are not known" refuses '--same-state' --budget 90s --same-state 3
-check "epochs that leave none to score are refused" refuses '--burn-in 1; take more' --budget 90s --epochs 1
+check "epochs that leave none to score are refused" refuses '--burn-in 1 to score; take more' --budget 90s --epochs 1
 check "what a budget cannot buy is refused" refuses 'allow more time' --budget 10s --burn-in 50000 --epochs 60000 "${tiny[@]}"
 check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" \
     --budget 9h
@@ -77,7 +77,7 @@ check "is kept" kept "$took"
 check "at an epoch's end, and finished" is_whole timed
 check "as JSON" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget' AS j)
-    SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'setting') > 0
+    SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'preset') > 0
            AND j ->> 'options' LIKE '%--rays 64 --samples 16 --val-rays 64 % --epochs $(config timed epochs)' FROM answer")" = 1
 read -ra options <<<"$(sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget.options'")"
 check "the report says what was chosen" grep -q '"budget_s": *10' "$folder/timed/report.html"

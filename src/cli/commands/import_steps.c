@@ -1,189 +1,35 @@
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 #include "cli/commands/commands.h"
-#include "run/imported.h"
 #include "cli/output/json_output.h"
-#include "run/out_folder.h"
-#include "run/scoring.h"
-#include "base/utc.h"
-#include "base/file.h"
-#include "base/hash.h"
-#include "viewworth/log.h"
-#include "report/page.h"
-#include "ledger/step_log.h"
-#include "viewworth/version.h"
-#include "value/step_statistics.h"
+#include "run/import.h"
 
-struct import {
-    const struct vw_options *options;
-    struct vw_config config;
-    struct vw_step_log log;
-    char *ledger_path, *scores_path; // owned
-    char log_sha256[VW_HASH_HEX_BYTES];
-    char *config_json, *options_json; // owned; of the run row
-    struct vw_ledger *ledger;
-    struct vw_step_statistics statistics;
-    uint64_t unvalidated; // steps with neither values nor a flag
-};
-
-// ---- Reading
-// ----------------------------------------------------------------------------------------------------------
-
-static void count_steps(struct import *import) {
-    import->statistics = vw_step_statistics_begin();
-    for (uint32_t i = 0; i < import->log.record_count; i++) {
-        const struct vw_step_record *record = &import->log.records[i];
-        vw_step_statistics_add(&import->statistics, record);
-        import->unvalidated += record->view != VW_RECORD_UNTRAINED && !record->validated && !record->nonfinite;
-    }
+static json_t *to_json(const char *log, const struct vw_import_result *result) {
+    const struct vw_step_statistics *statistics = &result->statistics;
+    return json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", result->run_id,
+                     "log", log, "log_sha256", result->log_sha256, "photos", (json_int_t)result->photos, "epochs",
+                     (json_int_t)result->epochs, "steps", (json_int_t)statistics->steps, "nonfinite",
+                     (json_int_t)statistics->nonfinite, "score_count", (json_int_t)result->score_count, "ledger",
+                     result->ledger_path, "scores", result->scores_path, "val_psnr_start_db",
+                     vw_json_real(statistics->first_val_psnr_db), "val_psnr_end_db",
+                     vw_json_real(statistics->last_val_psnr_db), "head", result->head);
 }
 
-static void warn(const struct import *import) {
-    if (import->statistics.nonfinite > 0)
-        vw_log_warning("%" PRIu64 " steps were not finite and carry no value (step.nonfinite in the ledger)",
-                       import->statistics.nonfinite);
-    if (import->unvalidated > 0)
-        vw_log_warning(
-            "%" PRIu64
-            " steps have neither psnr nor l1: what they changed is credited to the next photo that was validated",
-            import->unvalidated);
-    if (import->log.epochs <= import->config.burn_in_epochs)
-        vw_log_warning(
-            "the log's %u epochs leave none after --burn-in %u: steps are recorded, but there will be no scores",
-            import->log.epochs, import->config.burn_in_epochs);
-}
-
-// Everything that can be wrong with the input is known before anything is written.
-static enum vw_status open_import(struct import *import) {
-    const char *out = import->options->out;
-    import->ledger_path = vw_path_join(out, "ledger.db");
-    import->scores_path = vw_path_join(out, "scores.csv");
-    if (!import->ledger_path || !import->scores_path) return VW_ERROR_MEMORY;
-    if (vw_file_exists(out)) return vw_fail(VW_ERROR_USAGE, "--out %s: is a file; name a folder", out);
-    if (vw_file_exists(import->ledger_path))
-        return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
-    enum vw_status status = vw_step_log_read(import->options->operand, &import->log);
-    if (status) return status;
-    import->config = import->options->config;
-    import->config.epochs = import->log.epochs;
-    count_steps(import);
-    status = vw_config_check(&import->config);
-    if (status) return status;
-    vw_hash_to_hex(import->log.sha256, import->log_sha256);
-    import->config_json = vw_imported_config_to_json(&import->config);
-    import->options_json = vw_imported_options_to_json(import->log_sha256);
-    return import->config_json && import->options_json ? vw_out_check(out) : VW_ERROR_MEMORY;
-}
-
-static void close_import(struct import *import) {
-    vw_ledger_close(&import->ledger);
-    vw_step_log_clear(&import->log);
-    free(import->config_json);
-    free(import->options_json);
-    free(import->ledger_path);
-    free(import->scores_path);
-}
-
-// ---- Writing
-// ----------------------------------------------------------------------------------------------------------
-
-// The run is the log and what of the options bears on its scores. The photos have no files here, only names.
-static enum vw_status create_ledger(struct import *import) {
-    uint8_t names_hash[32];
-    char run_id[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "",
-                                                                  started_utc[VW_UTC_BYTES];
-    struct vw_hasher hasher;
-    vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < import->log.image_count; i++) vw_hasher_add_text(&hasher, import->log.images[i].name);
-    vw_hasher_end(&hasher, names_hash);
-    vw_imported_run_id(import->log_sha256, &import->config, run_id);
-    vw_hash_to_hex(names_hash, names_hex);
-    memset(no_shaders, '0', sizeof no_shaders - 1);
-    vw_utc_now(started_utc);
-    const struct vw_ledger_run run = {
-        .run_id = run_id,
-        .scene_hash = names_hex,
-        .scene_path = import->options->operand,
-        .config_json = import->config_json,
-        .subset_hash = names_hex,
-        .device = vw_imported_device,
-        .driver = "none",
-        .shader_hash = no_shaders,
-        .version = vw_version(),
-        .started_utc = started_utc,
-        .scene_options_json = import->options_json,
-        .effects_json = "[]",
-    };
-    bool existed = vw_folder_exists(import->options->out);
-    enum vw_status status = vw_folder_create(import->options->out);
-    if (!status)
-        status =
-            vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
-    if (status && !existed) rmdir(import->options->out); // leaves it when something else came to be in it
-    return status;
-}
-
-static enum vw_status print_result(const struct import *import, uint32_t score_count) {
-    char head[VW_HASH_HEX_BYTES];
-    struct vw_ledger_run run;
-    vw_ledger_chain_head(import->ledger, head);
-    enum vw_status status = vw_ledger_get_run(import->ledger, &run);
-    if (status) return status;
-    if (import->options->json)
-        return vw_json_print(
-            json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:s, s:o, s:o, s:s}", "run_id", run.run_id, "log",
-                      run.scene_path, "log_sha256", import->log_sha256, "photos", (json_int_t)import->log.image_count,
-                      "epochs", (json_int_t)import->log.epochs, "steps", (json_int_t)import->statistics.steps,
-                      "nonfinite", (json_int_t)import->statistics.nonfinite, "score_count", (json_int_t)score_count,
-                      "ledger", import->ledger_path, "scores", import->scores_path, "val_psnr_start_db",
-                      vw_json_real(import->statistics.first_val_psnr_db), "val_psnr_end_db",
-                      vw_json_real(import->statistics.last_val_psnr_db), "head", head));
-    printf("imported  %" PRIu64 " steps on %u photos in %u epochs\n", import->statistics.steps, import->log.image_count,
-           import->log.epochs);
-    printf("validation PSNR  %.2f dB after the last step\n", import->statistics.last_val_psnr_db);
-    printf("ledger   %s\nscores   %s\n", import->ledger_path, import->scores_path);
-    printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", head);
-    return VW_OK;
-}
-
-// The table comes before the end: a run that the ledger calls finished has it.
-static enum vw_status record(struct import *import, uint32_t *score_count) {
-    struct vw_scoring scoring = {0};
-    char finished_utc[VW_UTC_BYTES];
-    enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
-    if (!status) status = vw_scoring_make(import->ledger, &import->config, &scoring);
-    if (!status)
-        status = vw_report_write_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
-                                     scoring.input.image_count);
-    vw_utc_now(finished_utc);
-    if (!status)
-        status = vw_ledger_finish(import->ledger, "finished", finished_utc, scoring.scores, scoring.score_count);
-    *score_count = scoring.score_count;
-    vw_scoring_free(&scoring);
-    return status;
-}
-
-static void mark_failed(struct import *import) {
-    char finished_utc[VW_UTC_BYTES];
-    struct vw_saved_error why = vw_error_save();
-    vw_utc_now(finished_utc);
-    if (vw_ledger_finish(import->ledger, "failed", finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
-    vw_error_restore(&why);
+static void print_text(const struct vw_import_result *result) {
+    printf("imported  %" PRIu64 " steps on %u photos in %u epochs\n", result->statistics.steps, result->photos,
+           result->epochs);
+    printf("validation PSNR  %.2f dB after the last step\n", result->statistics.last_val_psnr_db);
+    printf("ledger   %s\nscores   %s\n", result->ledger_path, result->scores_path);
+    printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", result->head);
 }
 
 enum vw_status vw_command_import_steps(const struct vw_options *options) {
-    struct import import = {.options = options};
-    uint32_t score_count = 0;
-    enum vw_status status = open_import(&import);
-    if (!status) warn(&import);
-    if (!status) status = create_ledger(&import);
-    if (!status) status = record(&import, &score_count);
-    if (status && import.ledger) mark_failed(&import);
-    if (!status) status = print_result(&import, score_count);
-    close_import(&import);
+    const struct vw_import_params params = {.log = options->operand, .out = options->out, .config = &options->config};
+    struct vw_import_result result = {0};
+    enum vw_status status = vw_import_make(&params, &result);
+    if (!status && options->json) status = vw_json_print(to_json(options->operand, &result));
+    else if (!status) print_text(&result);
+    vw_import_result_free(&result);
     return status;
 }

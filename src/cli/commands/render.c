@@ -1,184 +1,27 @@
-#include <ctype.h>
-#include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
-#include "run/recorded_run.h"
-#include "base/file.h"
-#include "image/image.h"
-#include "base/memory.h"
-#include "base/psnr.h"
-#include "train/trainer.h"
-#include "viewworth/train.h"
+#include "run/render_view.h"
 
-struct rendering {
-    const struct vw_options *options;
-    struct vw_recorded_run run;
-    bool on_background; // transparent pixels show the background
-    bool masked;        // mask files are obeyed
-    bool fitted;        // validation fits a gain and a bias to each view; a render has none
-    struct vw_trainer *trainer;
-};
-
-// ---- Opening
-// ----------------------------------------------------------------------------------------------------------
-
-static enum vw_status check_target(const char *to) {
-    const char *extension = to ? strrchr(to, '.') : NULL;
-    if (!to || (extension && (strcasecmp(extension, ".png") == 0 || strcasecmp(extension, ".exr") == 0))) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
+static json_t *to_json(const struct vw_rendered_view *rendered) {
+    return json_pack("{s:s, s:s, s:o, s:s}", "view", rendered->view, "split", vw_split_name(rendered->split), "psnr_db",
+                     vw_json_real(rendered->psnr_db), "image", rendered->image_path);
 }
 
-static enum vw_status load_field(struct rendering *rendering) {
-    const struct vw_recorded_run *run = &rendering->run;
-    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
-    const struct vw_trainer_params params = {.gpu = run->gpu,
-                                             .scene = run->scene,
-                                             .config = &config,
-                                             .effects = run->effects,
-                                             .effect_count = run->effect_count};
-    char *path = vw_path_join(rendering->options->operand, "field.vwf");
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_create(&params, &rendering->trainer);
-    if (!status) status = vw_trainer_load_field(rendering->trainer, path);
-    free(path);
-    return status;
-}
-
-static enum vw_status open_rendering(const struct vw_options *options, struct rendering *rendering) {
-    *rendering = (struct rendering){.options = options};
-    enum vw_status status = check_target(options->to);
-    if (!status) status = vw_recorded_open(options->operand, &rendering->run);
-    if (!status) status = vw_recorded_open_scene(&rendering->run, options->device);
-    if (!status) status = load_field(rendering);
-    rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
-    rendering->masked = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "masks");
-    rendering->fitted = vw_effects_fit_views(rendering->run.effects, rendering->run.effect_count);
-    return status;
-}
-
-static void close_rendering(struct rendering *rendering) {
-    vw_trainer_destroy(&rendering->trainer);
-    vw_recorded_close(&rendering->run);
-}
-
-// ---- Choosing the view and naming the image
-// ---------------------------------------------------------------------------
-
-static bool find_by_name(const struct vw_scene *scene, const char *name, uint32_t *view) {
-    for (*view = 0; *view < scene->view_count; ++*view)
-        if (strcmp(scene->views[*view].name, name) == 0) return true;
-    return false;
-}
-
-static bool find_by_place(const struct vw_scene *scene, unsigned long long place, uint32_t *view) {
-    for (*view = 0; *view < scene->view_count; ++*view)
-        if (scene->views[*view].split == VW_SPLIT_VAL && place-- == 0) return true;
-    return false;
-}
-
-static enum vw_status choose_view(const struct rendering *rendering, uint32_t *view) {
-    const struct vw_scene *scene = rendering->run.scene;
-    const char *wanted = rendering->options->view ? rendering->options->view : "0";
-    if (find_by_name(scene, wanted, view)) return VW_OK;
-    char *end = NULL;
-    unsigned long long place = isdigit((unsigned char)wanted[0]) ? strtoull(wanted, &end, 10) : 0;
-    if (end && !*end && find_by_place(scene, place, view)) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE,
-                   "--view %s: no photo of this name, nor a place among the %u validation photos (from 0)", wanted,
-                   scene->split_count[VW_SPLIT_VAL]);
-}
-
-// --to, or OUT/render_<view>.png with the slashes of the view's name made not-harmful; owned by the caller.
-static char *name_target(const struct rendering *rendering, uint32_t view) {
-    if (rendering->options->to) return vw_copy_text(rendering->options->to);
-    char *name = vw_format_text("render_%s.png", rendering->run.scene->views[view].name);
-    for (char *next = name; next && *next; next++)
-        if (*next == '/') *next = '_';
-    char *path = name ? vw_path_join(rendering->options->operand, name) : NULL;
-    free(name);
-    return path;
-}
-
-// ---- Photo and render side by side
-// ------------------------------------------------------------------------------------
-
-// The photo's colour as training sees it.
-static void photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px,
-                         float rgb[3]) {
-    float rgba[4];
-    vw_image_pixel(photo, x_px, y_px, rgba);
-    float alpha = rendering->on_background ? rgba[3] : 1.0f;
-    for (int c = 0; c < 3; c++) rgb[c] = alpha * rgba[c] + (1.0f - alpha) * rendering->run.scene->background[c];
-}
-
-// Fills `pair`, twice as wide as the view, and takes the PSNR over the whole view.
-static double compare(const struct rendering *rendering, const struct vw_view *view, const float *render, float *pair) {
-    const struct vw_image *photo = &view->image;
-    double squared_error = 0;
-    uint64_t value_count = 0;
-    for (uint32_t y = 0; y < photo->height_px; y++)
-        for (uint32_t x = 0; x < photo->width_px; x++) {
-            const float *rendered = render + 3 * ((size_t)y * photo->width_px + x);
-            float *left = pair + 3 * ((size_t)y * 2 * photo->width_px + x), *right = left + 3 * (size_t)photo->width_px;
-            bool counts = rendering->masked ? vw_view_keeps(view, x, y) : vw_view_can_use(view, x, y);
-            photo_colour(rendering, photo, x, y, left);
-            for (int c = 0; c < 3; c++) {
-                right[c] = rendered[c];
-                double error = (double)rendered[c] - left[c];
-                if (counts) squared_error += error * error;
-            }
-            if (counts) value_count += 3;
-        }
-    double mse = squared_error / (double)value_count;
-    return vw_psnr_db(mse); // NaN when no pixel counts
-}
-
-static enum vw_status print_result(const struct rendering *rendering, uint32_t view, const char *target,
-                                   double psnr_db) {
-    const char *name = rendering->run.scene->views[view].name;
-    if (rendering->options->json)
-        return vw_json_print(json_pack("{s:s, s:s, s:o, s:s}", "view", name, "split",
-                                       vw_split_name(rendering->run.scene->views[view].split), "psnr_db",
-                                       vw_json_real(psnr_db), "image", target));
-    printf("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", name, psnr_db,
-           rendering->fitted ? ", without the gain and bias that validation fits: not to be compared with val_psnr"
-                             : "",
-           target);
-    return VW_OK;
-}
-
-static enum vw_status render_view(const struct rendering *rendering, uint32_t view, const char *target) {
-    const struct vw_image *photo = &rendering->run.scene->views[view].image;
-    float *render = NULL;
-    float *pair = vw_allocate(2 * (size_t)photo->width_px * photo->height_px, 3 * sizeof *pair);
-    if (!pair) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_render(rendering->trainer, view, &render);
-    if (!status) {
-        double psnr_db = compare(rendering, &rendering->run.scene->views[view], render, pair);
-        status = vw_image_save(target, 2 * photo->width_px, photo->height_px, 3, pair);
-        if (!status) status = print_result(rendering, view, target, psnr_db);
-    }
-    free(render);
-    free(pair);
-    return status;
+static void print_text(const struct vw_rendered_view *rendered) {
+    printf("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", rendered->view, rendered->psnr_db,
+           rendered->fitted ? ", without the gain and bias that validation fits: not comparable with val_psnr" : "",
+           rendered->image_path);
 }
 
 enum vw_status vw_command_render(const struct vw_options *options) {
-    struct rendering rendering;
-    uint32_t view = 0;
-    char *target = NULL;
-    enum vw_status status = open_rendering(options, &rendering);
-    if (!status) status = choose_view(&rendering, &view);
-    if (!status) {
-        target = name_target(&rendering, view);
-        status = target ? render_view(&rendering, view, target) : VW_ERROR_MEMORY;
-    }
-    free(target);
-    close_rendering(&rendering);
+    const struct vw_render_params params = {
+        .out = options->operand, .view = options->view, .to = options->to, .device = options->device};
+    struct vw_rendered_view rendered = {0};
+    enum vw_status status = vw_render_view(&params, &rendered);
+    if (!status && options->json) status = vw_json_print(to_json(&rendered));
+    else if (!status) print_text(&rendered);
+    vw_rendered_view_free(&rendered);
     return status;
 }

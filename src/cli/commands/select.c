@@ -7,19 +7,17 @@
 #include "run/imported.h"
 #include "cli/output/json_output.h"
 #include "run/scored_run.h"
+#include "run/selection_list.h"
 #include "ledger/find_image.h"
 #include "base/memory.h"
-#include "scene/formats/photo_list.h"
 #include "viewworth/value.h"
 
 struct selection_job {
     const struct vw_options *options;
     struct vw_selection_params params;
     struct vw_scored_run run;
-    uint32_t train_count;
     struct vw_selection selection;
-    const char *format;
-    bool opens; // the list is a scene
+    struct vw_selection_list list;
 };
 
 // ---- What is asked for
@@ -51,39 +49,6 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
     return options->drop ? read_amount("drop", options->drop, params) : VW_OK;
 }
 
-// ---- The job
-// ---------------------------------------------------------------------------------------------------------
-
-static enum vw_split split_of(const char *name) {
-    enum vw_split split = VW_SPLIT_TRAIN;
-    while (split < VW_SPLIT_EXCLUDED && strcmp(name, vw_split_name(split)) != 0) split++;
-    return split;
-}
-
-static enum vw_status write_list(struct selection_job *job) {
-    struct vw_listed_photo *photos = vw_allocate(job->run.image_count, sizeof *photos);
-    if (!photos) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < job->run.image_count; i++) {
-        photos[i] = (struct vw_listed_photo){job->run.images[i].name, split_of(job->run.images[i].split), false};
-        job->train_count += photos[i].split == VW_SPLIT_TRAIN;
-    }
-    for (uint32_t i = 0; i < job->selection.count; i++) {
-        const struct vw_ledger_image *image =
-            vw_ledger_find_image(job->run.images, job->run.image_count, job->selection.image_ids[i]);
-        photos[image - job->run.images].chosen = true; // the selection is of these images
-    }
-    const struct vw_photo_list list = {
-        .scene_path = vw_is_imported(&job->run.recorded.row) ? NULL : job->run.recorded.row.scene_path,
-        .scene_format = json_string_value(json_object_get(job->run.scene_options, "format")),
-        .photos = photos,
-        .photo_count = job->run.image_count,
-        .to = job->options->to,
-    };
-    enum vw_status status = vw_photo_list_write(&list, &job->format, &job->opens);
-    free(photos);
-    return status;
-}
-
 // ---- What is said
 // -------------------------------------------------------------------------------------------------------
 
@@ -98,7 +63,7 @@ static json_t *to_json(const struct selection_job *job) {
         failed = json_array_append_new(names, json_string(name_of(job, i)));
     if (failed) json_decref(names);
     return failed ? NULL
-                  : json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->format, "method",
+                  : json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->list.format, "method",
                               job->params.method, "selected", names);
 }
 
@@ -120,7 +85,7 @@ static void print_word(const char *word) {
 static void print_scene_options(const struct selection_job *job) {
     static const char *const known[] = {"downscale", "providers", "format",
                                         "pool",      "val",       "test"}; // a scene says all but the first two
-    for (size_t i = 0; i < (job->opens ? 2 : VW_ARRAY_COUNT(known)); i++) {
+    for (size_t i = 0; i < (job->list.opens ? 2 : VW_ARRAY_COUNT(known)); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
         if (value) printf(" --%s", known[i]);
         if (json_is_integer(value)) printf(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
@@ -130,13 +95,13 @@ static void print_scene_options(const struct selection_job *job) {
 
 static void print_next(const struct selection_job *job) {
     if (vw_is_imported(&job->run.recorded.row)) return;
-    if (!job->opens && strcmp(job->format, "transforms") == 0) {
+    if (!job->list.opens && strcmp(job->list.format, "transforms") == 0) {
         printf("train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
         return;
     }
     printf("train    viewworth value");
-    print_word(job->opens ? job->options->to : job->run.recorded.row.scene_path);
-    if (!job->opens) {
+    print_word(job->list.opens ? job->options->to : job->run.recorded.row.scene_path);
+    if (!job->list.opens) {
         printf(" --train");
         print_word(job->options->to);
     }
@@ -157,13 +122,15 @@ static void print_rule(const struct vw_selection_params *params) {
 
 static void print_text(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
-    printf("kept     %u of %u photos to train on, by %s: ", selection->count, job->train_count, job->params.method);
+    printf("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count,
+           job->params.method);
     print_rule(&job->params);
-    if (selection->scored_count < job->train_count)
-        printf("         %u photos have no such score and were left out\n", job->train_count - selection->scored_count);
+    if (selection->scored_count < job->list.train_count)
+        printf("         %u photos have no such score and were left out\n",
+               job->list.train_count - selection->scored_count);
     printf("list    ");
     print_word(job->options->to);
-    printf(" (%s)\n", job->format);
+    printf(" (%s)\n", job->list.format);
     print_next(job);
 }
 
@@ -174,7 +141,7 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     status = vw_scored_run_open(options->operand, &job.run);
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
     if (!status) status = vw_scored_run_select(&job.run, &job.params, &job.selection);
-    if (!status) status = write_list(&job);
+    if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
     if (!status && options->json) status = vw_json_print(to_json(&job));
     else if (!status) print_text(&job);
     vw_selection_free(&job.selection);

@@ -68,7 +68,7 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
 static enum vw_status make_payout(struct vw_attribution *attribution) {
     if (!attribution->amount_cents) return VW_OK;
     if (attribution->group_count == 0)
-        return vw_fail(VW_ERROR_INPUT, "--payout: the run has no scores to pay by; viewworth report says why");
+        return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
     enum vw_status status =
         vw_payout_divide(attribution->groups, attribution->group_count, attribution->method, attribution->amount_cents,
                          &attribution->payouts, &attribution->payout_count, &attribution->nobody_helped);
