@@ -6,8 +6,7 @@
 #include "base/clock.h"
 #include "viewworth/log.h"
 
-// ---- Recording
-// -----------------------------------------------------------------------------------------------------
+// ---- Recording -----------------------------------------------------------------------------------------------------
 
 static enum vw_status check_nonfinite(const struct vw_run *run) {
     if (!vw_step_statistics_should_abort(&run->statistics)) return VW_OK;
@@ -38,8 +37,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     return status ? status : check_nonfinite(run);
 }
 
-// ---- Progress
-// ------------------------------------------------------------------------------------------------------
+// ---- Progress ------------------------------------------------------------------------------------------------------
 
 static void report_progress(struct vw_run *run, uint64_t step, uint32_t epoch) {
     if (!run->progress) return;
@@ -65,8 +63,7 @@ static enum vw_status take_records(struct vw_run *run, const struct vw_step_reco
     return VW_OK;
 }
 
-// ---- Steps
-// ---------------------------------------------------------------------------------------------------------
+// ---- Steps ---------------------------------------------------------------------------------------------------------
 
 // Saving also sets when the next checkpoint is due.
 static void save_checkpoint(struct vw_run *run) {

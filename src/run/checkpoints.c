@@ -29,7 +29,7 @@ enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw
         if (!vw_file_exists(checkpoints->paths[i])) continue;
         enum vw_status status = vw_trainer_load_checkpoint(trainer, checkpoints->paths[i], last_step, &steps[i]);
         if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) vw_log_warning("%s", vw_error_message());
-        else if (status && status != VW_ERROR_USAGE) return status; // one that is too new is no news
+        else if (status && status != VW_ERROR_USAGE) return status; // a checkpoint that is too new is expected
         else if (!status && (newest < 0 || steps[i] > steps[newest])) newest = i;
     }
     *found = newest >= 0;

@@ -1,5 +1,5 @@
-// The checkpoints of a run: two files in its folder, of which the older is overwritten (decision 11). They trail the
-// ledger: a checkpoint holds a step that is recorded.
+// The checkpoints of a run: two files in its folder; saving overwrites the older one (decision 11 of src/README.md).
+// They trail the ledger: a checkpoint holds a step that is recorded.
 #ifndef VIEWWORTH_CHECKPOINTS_H
 #define VIEWWORTH_CHECKPOINTS_H
 
@@ -20,16 +20,16 @@ struct vw_checkpoints {
 enum vw_status vw_checkpoints_open(const char *out, struct vw_checkpoints *checkpoints);
 void vw_checkpoints_close(struct vw_checkpoints *checkpoints);
 
-// Puts the trainer where the newest usable checkpoint of a step up to `last_step` is; says so when one is not usable.
-// `*step` is 0, and the trainer at its start, when there is none.
+// Loads the newest usable checkpoint of a step up to `last_step` into the trainer, and warns of one that is not usable.
+// Without any, `*found` is false, `*step` is 0 and the trainer stays at its start.
 enum vw_status vw_checkpoints_load(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer, uint64_t last_step,
                                    bool *found, uint64_t *step);
-// Begins the time until the first one is due.
+// Starts the time until the first one is due.
 void vw_checkpoints_begin(struct vw_checkpoints *checkpoints);
-// Whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and seldom enough to cost no more than a
+// Whether the next one is due: after 1 s, then 2, 4, ... up to every 30 s, and rarely enough to cost at most a
 // twentieth of the time.
 bool vw_checkpoints_due(const struct vw_checkpoints *checkpoints);
-// Saves the trainer's state; nothing may be in flight. A failure is a warning: the ledger is what counts.
+// Saves the trainer's state; nothing may be in flight. A failure is a warning: the ledger has all that counts.
 void vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
 
 #endif

@@ -14,8 +14,7 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
-// ---- Ending
-// --------------------------------------------------------------------------------------------------------
+// ---- Ending --------------------------------------------------------------------------------------------------------
 
 void vw_run_end_early(struct vw_run *run, enum vw_status status) {
     struct vw_ledger_run row;
@@ -84,8 +83,7 @@ static enum vw_status end(struct vw_run *run) {
     return status;
 }
 
-// ---- Scores
-// --------------------------------------------------------------------------------------------------------
+// ---- Scores --------------------------------------------------------------------------------------------------------
 
 static int compare_scores(const void *left, const void *right) {
     const struct vw_ledger_score *a = left, *b = right;
@@ -137,8 +135,7 @@ enum vw_status vw_run_score(struct vw_run *run) {
     return status;
 }
 
-// ---- Tables and report
-// ---------------------------------------------------------------------------------------------
+// ---- Tables and report ---------------------------------------------------------------------------------------------
 
 // The report shows what is computed here already.
 static char *write_report(struct vw_run *run) {

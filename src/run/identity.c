@@ -55,8 +55,7 @@ void vw_run_row_free(struct vw_run_row *row) {
     free(row->effects_json);
 }
 
-// ---- Comparison
-// -------------------------------------------------------------------------------------------------------
+// ---- Comparison ----------------------------------------------------------------------------------------------------
 
 static json_t *identity_of(const char *config_json) {
     struct vw_config config;
@@ -66,12 +65,12 @@ static json_t *identity_of(const char *config_json) {
     return identity;
 }
 
-static char *setting_to_text(const json_t *value) {
+static char *value_to_text(const json_t *value) {
     return value ? json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15)) : NULL;
 }
 
-static enum vw_status refuse_setting(const char *key, const json_t *ours, const json_t *recorded, const char *out) {
-    char *here = setting_to_text(ours), *there = setting_to_text(recorded);
+static enum vw_status refuse_value(const char *key, const json_t *ours, const json_t *recorded, const char *out) {
+    char *here = value_to_text(ours), *there = value_to_text(recorded);
     enum vw_status status =
         vw_fail(VW_ERROR_USAGE, "the run in %s has %s = %s, not %s; give the same options, or another --out", out, key,
                 there ? there : "nothing", here ? here : "nothing");
@@ -80,14 +79,13 @@ static enum vw_status refuse_setting(const char *key, const json_t *ours, const 
     return status;
 }
 
-// These are part of what a run is only beside same_state and vary: where one run lacks them it lacks those, too, which
-// the user knows.
+// These are part of the identity only with same_state and vary, which the user gives: a run that lacks them lacks
+// those, too, and the message names those.
 static bool follows_from_another(const char *key) {
     return strcmp(key, "epochs") == 0 || strcmp(key, "base_seed") == 0;
 }
 
-// The first setting that differs, if any. Some are there in one of both only: what they say is then left at its
-// default.
+// The first field that differs, if any. A field that one of both lacks is at its default there.
 static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
     json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *all = json_object(), *value;
     enum vw_status status = VW_OK;
@@ -96,7 +94,7 @@ static enum vw_status check_config(const char *ours_json, const char *recorded_j
         json_object_foreach(all, key, value) {
             const json_t *here = json_object_get(ours, key), *there = json_object_get(recorded, key);
             if (status || json_equal(here, there) || (follows_from_another(key) && !(here && there))) continue;
-            status = refuse_setting(key, here, there, out);
+            status = refuse_value(key, here, there, out);
         }
     }
     json_decref(ours);
@@ -122,11 +120,13 @@ enum vw_status vw_run_row_check_same(const struct vw_run_row *ours, const struct
         if (strcmp(columns[i].ours, columns[i].recorded) != 0)
             return vw_fail(
                 VW_ERROR_USAGE,
-                "the run in %s has %s (%.64s, here %.64s): its bits cannot come out again; use what it was made with",
+                "the run in %s has %s (%.64s, here %.64s) and cannot be continued bit for bit; use what it was made with",
                 out, columns[i].what, columns[i].recorded, columns[i].ours);
     enum vw_status status = check_config(ours->row.config_json, recorded->config_json, out);
     if (status) return status;
     return vw_fail(
         VW_ERROR_USAGE,
-        "the run in %s was made with other --effects, or by the other of value and train; repeat its command", out);
+        "the run in %s was made with other --effects, or by train instead of value, or the reverse; repeat its "
+        "command",
+        out);
 }

@@ -1,4 +1,4 @@
-// What a run is, as the row that its ledger begins with.
+// The identity of a run: the row that its ledger begins with.
 #ifndef VIEWWORTH_RUN_ROW_H
 #define VIEWWORTH_RUN_ROW_H
 
@@ -11,13 +11,13 @@
 #include "viewworth/train.h"
 
 struct vw_run_row {
-    struct vw_ledger_run row; // its texts are those below, or borrowed from scene and device
+    struct vw_ledger_run row; // its texts are the fields below, or borrowed from scene and device
     char run_id[VW_HASH_HEX_BYTES], scene_hash[VW_HASH_HEX_BYTES], subset_hash[VW_HASH_HEX_BYTES],
         shader_hash[VW_HASH_HEX_BYTES];
     char *config_json, *effects_json; // owned
 };
 
-// All of the row but scene_options_json and started_utc. Free it also after a failure.
+// Fills all of the row except scene_options_json, plan_json and started_utc. Free it also after a failure.
 enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw_gpu *gpu, const struct vw_scene *scene,
                                const struct vw_config *config, struct vw_run_row *row);
 void vw_run_row_free(struct vw_run_row *row);

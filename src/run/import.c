@@ -31,8 +31,7 @@ struct import {
     uint32_t score_count;
 };
 
-// ---- Reading
-// ----------------------------------------------------------------------------------------------------------
+// ---- Reading -------------------------------------------------------------------------------------------------------
 
 static void count_steps(struct import *import) {
     import->statistics = vw_step_statistics_begin();
@@ -88,8 +87,7 @@ static void close_import(struct import *import) {
     free(import->scores_path);
 }
 
-// ---- Writing
-// ----------------------------------------------------------------------------------------------------------
+// ---- Writing -------------------------------------------------------------------------------------------------------
 
 // The run is identified by the log and by what bears on its scores. The photos have no files here, only names.
 static enum vw_status create_ledger(struct import *import) {

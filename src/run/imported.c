@@ -28,7 +28,7 @@ char *vw_imported_config_to_json(const struct vw_config *config) {
                                (json_int_t)config->burn_in_epochs, "epochs", (json_int_t)config->epochs);
     char *text = object ? json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT) : NULL;
     json_decref(object);
-    if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the configuration's JSON");
+    if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the config's JSON");
     return text;
 }
 
@@ -73,5 +73,5 @@ enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct v
     if (status) return status;
     vw_imported_run_id(log_sha256, config, run_id);
     if (strcmp(run_id, run->run_id) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "its run_id is not that of its log and configuration: the run row was edited");
+    return vw_fail(VW_ERROR_MISMATCH, "its run_id is not that of its log and config: the run row was edited");
 }

@@ -1,4 +1,4 @@
-// A run that a folder holds, opened again from its ledger.
+// The run that a folder holds, opened from its ledger.
 #ifndef VIEWWORTH_RECORDED_RUN_H
 #define VIEWWORTH_RECORDED_RUN_H
 
@@ -14,7 +14,7 @@ struct vw_recorded_run {
     struct vw_ledger *ledger;
     struct vw_ledger_run row; // lent by the ledger
     struct vw_config config;
-    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]; // as decided then
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]; // as recorded
     uint32_t effect_count;
     struct vw_gpu *gpu;
     struct vw_scene *scene;
@@ -22,8 +22,8 @@ struct vw_recorded_run {
 
 // Opens OUT's ledger and reads what the run is. Close it also after a failure.
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
-// Then the device (part of its name, or its number; NULL: the preferred one) and the scene, which must be the one that
-// was trained on.
+// Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the
+// run was trained on.
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device);
 void vw_recorded_close(struct vw_recorded_run *run);
 

@@ -22,8 +22,7 @@ struct rendering {
     struct vw_trainer *trainer;
 };
 
-// ---- Opening
-// ----------------------------------------------------------------------------------------------------------
+// ---- Opening -------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_target(const char *to) {
     const char *extension = to ? strrchr(to, '.') : NULL;
@@ -64,8 +63,7 @@ static void close_rendering(struct rendering *rendering) {
     vw_recorded_close(&rendering->run);
 }
 
-// ---- Choosing the view and naming the image
-// ---------------------------------------------------------------------------
+// ---- Choosing the view and naming the image ------------------------------------------------------------------------
 
 static bool find_by_name(const struct vw_scene *scene, const char *name, uint32_t *view) {
     for (*view = 0; *view < scene->view_count; ++*view)
@@ -102,8 +100,7 @@ static char *name_target(const struct rendering *rendering, uint32_t view) {
     return path;
 }
 
-// ---- Photo and render side by side
-// ------------------------------------------------------------------------------------
+// ---- Photo and render side by side ---------------------------------------------------------------------------------
 
 // The photo's colour as training sees it.
 static void photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px,

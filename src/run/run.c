@@ -20,8 +20,7 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
-// ---- What is asked for
-// ---------------------------------------------------------------------------------------------
+// ---- What is asked for ---------------------------------------------------------------------------------------------
 
 static enum vw_status check_params(const struct vw_run_params *params) {
     if (!params || !params->scene.path || !*params->scene.path)
@@ -67,8 +66,7 @@ static enum vw_status name_outputs(struct vw_run *run) {
     return status ? status : vw_out_check(run->out);
 }
 
-// ---- Effects
-// -------------------------------------------------------------------------------------------------------
+// ---- Effects -------------------------------------------------------------------------------------------------------
 
 static void log_effects(const struct vw_run *run) {
     vw_log_info("%s", vw_effects_heading);
@@ -101,8 +99,7 @@ static enum vw_status decide_effects(struct vw_run *run) {
     return VW_OK;
 }
 
-// ---- Opening
-// -------------------------------------------------------------------------------------------------------
+// ---- Opening -------------------------------------------------------------------------------------------------------
 
 static void log_field(const struct vw_run *run) {
     struct vw_trainer_stats stats;
@@ -219,8 +216,7 @@ void vw_run_close(struct vw_run **run) {
     vw_error_restore(&why);
 }
 
-// ---- What a run tells
-// ----------------------------------------------------------------------------------------------
+// ---- What a run tells ----------------------------------------------------------------------------------------------
 
 void vw_run_get_results(const struct vw_run *run, struct vw_run_results *results) {
     *results = (struct vw_run_results){

@@ -25,7 +25,7 @@ void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt) {
         vw_log_warning("%s: the run is not finished but %s: scores may change with the steps that it lacks",
                        recorded->ledger_path, recorded->row.status);
     if (corrupted != corrupt)
-        vw_log_warning("%s: the run corrupted %" JSON_INTEGER_FORMAT " photos on purpose (--corrupt), and %" PRIu32
+        vw_log_warning("%s: the run corrupted %" JSON_INTEGER_FORMAT " photos (--corrupt), and %" PRIu32
                        " are to be corrupted now: its scores are of other photos",
                        recorded->ledger_path, corrupted, corrupt);
 }

@@ -1,4 +1,4 @@
-// A valued run by whose scores photos are chosen, for select and compare alike.
+// A valued run whose scores choose photos, for select and compare.
 #ifndef VIEWWORTH_SCORED_RUN_H
 #define VIEWWORTH_SCORED_RUN_H
 
@@ -16,8 +16,8 @@ struct vw_scored_run {
 
 // Opens OUT's ledger. Close it also after a failure.
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run);
-// Warns where the run is not finished, and where it corrupted another number of photos on purpose (--corrupt) than are
-// corrupted where its scores are used.
+// Warns if the run is not finished, and if it injected corruption into another number of photos than `corrupt`, the
+// number where its scores are used.
 void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt);
 // Chooses by its scores, as vw_selection_make() does.
 enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struct vw_selection_params *params,

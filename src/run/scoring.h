@@ -1,4 +1,4 @@
-// A ledger's rows on their way to scores.
+// From the rows of a ledger to scores.
 #ifndef VIEWWORTH_SCORING_H
 #define VIEWWORTH_SCORING_H
 
@@ -7,8 +7,8 @@
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
-// What scores are computed from: the ledger's steps and probes, owned here, and its images; `config` is the run's. To
-// be unloaded also after a failure.
+// Reads what scores are computed from: the ledger's steps and probes, owned here, and its images, lent by the ledger.
+// `config` is the run's. Unload it also after a failure.
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input);
 void vw_scoring_unload(struct vw_value_input *input);
 
@@ -19,7 +19,7 @@ struct vw_scoring {
     struct vw_noise_floor noise_floor;
 };
 
-// Computes all scores anew from the ledger's steps and probes; `config` is the run's. Free it also after a failure.
+// Computes all scores from the ledger's steps and probes; `config` is the run's. Free it also after a failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);
 

@@ -12,8 +12,7 @@
 #include "train/trainer.h"
 #include "run/scoring.h"
 
-// ---- Scores
-// -----------------------------------------------------------------------------------------------------------
+// ---- Scores --------------------------------------------------------------------------------------------------------
 
 static int compare_keys(const void *left, const void *right) {
     const struct vw_ledger_score *a = left, *b = right;
@@ -74,7 +73,7 @@ static enum vw_status check_head(const struct vw_recorded_run *run, const char *
     vw_ledger_chain_head(run->ledger, head);
     if (!expected || strcasecmp(head, expected) == 0) return VW_OK;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: its head is %s, not the one that --expect gives: another run, gone on since, or rewritten",
+                   "%s: its head is %s, not the one that --expect gives: another run, continued since, or rewritten",
                    run->ledger_path, head);
 }
 
@@ -84,8 +83,7 @@ static enum vw_status check_import(const struct vw_recorded_run *run, char log_s
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 
-// ---- Replay
-// -----------------------------------------------------------------------------------------------------------
+// ---- Replay --------------------------------------------------------------------------------------------------------
 
 // Takes steps until `wanted` of them were compared, or all.
 static enum vw_status compare_steps(struct vw_recorded_run *run, struct vw_trainer *trainer, uint64_t wanted,
@@ -151,8 +149,7 @@ static enum vw_status check_expected(const char *expected) {
     return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is no head, which has 64 hexadecimal digits", expected);
 }
 
-// ---- All checks
-// ---------------------------------------------------------------------------------------------------
+// ---- All checks ----------------------------------------------------------------------------------------------------
 
 static void tell(struct vw_recorded_run *run, struct vw_verification *verification) {
     uint64_t rows = vw_ledger_next_step(run->ledger);

@@ -74,8 +74,7 @@ static enum vw_status describe(struct vw_gpu *gpu, const struct vw_scene *scene,
     return vw_effects_decide(gpu, scene, "auto", description->effects, &description->effect_count);
 }
 
-// ---- For people
-// -------------------------------------------------------------------------------------------------------
+// ---- For people ----------------------------------------------------------------------------------------------------
 
 static void print_cameras(const struct description *description) {
     enum { SHOWN = 8 };
@@ -121,8 +120,7 @@ static void print_text(const struct description *description) {
     vw_measured_effects_print(&description->measured);
 }
 
-// ---- As JSON: NULL when memory is short
-// ---------------------------------------------------------------------------------
+// ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------
 
 static json_t *camera_to_json(const struct shared_camera *shared) {
     const struct vw_camera *c = &shared->camera;

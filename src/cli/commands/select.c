@@ -20,8 +20,7 @@ struct selection_job {
     struct vw_selection_list list;
 };
 
-// ---- What is asked for
-// --------------------------------------------------------------------------------------------------
+// ---- What is asked for ---------------------------------------------------------------------------------------------
 
 static enum vw_status read_amount(const char *option, const char *text, struct vw_selection_params *params) {
     if (vw_selection_read_amount(text, params)) return VW_OK;
@@ -49,8 +48,7 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
     return options->drop ? read_amount("drop", options->drop, params) : VW_OK;
 }
 
-// ---- What is said
-// -------------------------------------------------------------------------------------------------------
+// ---- What is said --------------------------------------------------------------------------------------------------
 
 static const char *name_of(const struct selection_job *job, uint32_t place) {
     return vw_ledger_find_image(job->run.images, job->run.image_count, job->selection.image_ids[place])->name;

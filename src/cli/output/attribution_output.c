@@ -9,8 +9,7 @@
 
 enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10 }; // the tables have all
 
-// ---- Text
-// ----------------------------------------------------------------------------------------------------------
+// ---- Text ----------------------------------------------------------------------------------------------------------
 
 static bool is_shown(const struct vw_attribution *attribution, const struct vw_provider_score *group) {
     return strcmp(group->method, attribution->method) == 0;
@@ -89,8 +88,7 @@ void vw_attribution_print(const struct vw_attribution *attribution) {
     print_duplicates(attribution);
 }
 
-// ---- JSON
-// -------------------------------------------------------------------------------------------------------------
+// ---- JSON ----------------------------------------------------------------------------------------------------------
 
 static json_t *provider_to_json(const struct vw_provider_score *group) {
     return json_pack("{s:s, s:s, s:o, s:s, s:o, s:I}", "provider", group->provider, "method", group->method, "value",

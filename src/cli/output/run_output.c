@@ -22,8 +22,7 @@ struct ranking {
     uint32_t count;
 };
 
-// ---- Text
-// ----------------------------------------------------------------------------------------------------------
+// ---- Text ----------------------------------------------------------------------------------------------------------
 
 // How many photos to show at each end, so that none is shown at both unless it is the only one.
 static uint32_t count_shown(const struct ranking *ranking) {
@@ -83,8 +82,7 @@ static void print_trained(const struct vw_run_results *results) {
            results->field_path);
 }
 
-// ---- JSON
-// ----------------------------------------------------------------------------------------------------------
+// ---- JSON ----------------------------------------------------------------------------------------------------------
 
 static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score) {
     const struct vw_view *view = &scene->views[score->image_id];
@@ -149,8 +147,7 @@ static bool add_values(const struct vw_run_results *results, const struct rankin
     return added;
 }
 
-// ---- Both
-// ----------------------------------------------------------------------------------------------------------
+// ---- Both ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json) {
     struct vw_run_results results;

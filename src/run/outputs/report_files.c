@@ -21,8 +21,7 @@ static struct vw_report_document *add_document(struct vw_report_files *files, co
     return document->label ? document : NULL;
 }
 
-// ---- CSV
-// ------------------------------------------------------------------------------------------------------------------
+// ---- CSV -----------------------------------------------------------------------------------------------------------
 
 static json_t *record_to_json(const struct vw_csv *csv) {
     json_t *array = json_array();
@@ -63,8 +62,7 @@ static enum vw_status add_table(struct vw_report_files *files, const char *out, 
     return status;
 }
 
-// ---- Pictures
-// -------------------------------------------------------------------------------------------------------------
+// ---- Pictures ------------------------------------------------------------------------------------------------------
 
 // Whether a render's name stays within the folder: "renders/" and a plain name.
 static bool is_render(const char *file) {
@@ -111,8 +109,7 @@ static enum vw_status add_pictures(const char *out, const json_t *compare, struc
     return status;
 }
 
-// ---- A comparison
-// ---------------------------------------------------------------------------------------------------------
+// ---- A comparison --------------------------------------------------------------------------------------------------
 
 static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path) {
     void *text = NULL;
@@ -131,8 +128,7 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
     return status;
 }
 
-// ---- All of them
-// ----------------------------------------------------------------------------------------------------------
+// ---- All of them ---------------------------------------------------------------------------------------------------
 
 enum vw_status vw_report_files_check(const char *out, const char *path) {
     if (vw_path_lies_inside(out, path)) return VW_OK;

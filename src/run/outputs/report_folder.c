@@ -41,8 +41,7 @@ struct gathering {
     struct vw_report_sets sets;
 };
 
-// ---- Runs
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Runs ----------------------------------------------------------------------------------------------------------
 
 static enum vw_status read_matrix(struct held_run *run) {
     enum vw_status status = vw_value_matrix(run->recorded.ledger, &run->input, &run->matrix);
@@ -190,8 +189,7 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     return status;
 }
 
-// ---- Thumbnails
-// -----------------------------------------------------------------------------------------------------------
+// ---- Thumbnails ----------------------------------------------------------------------------------------------------
 
 static void lend_to_run(struct gathering *gathering, struct held_run *run) {
     const struct vw_report_run page = run_of_page(run);
@@ -212,8 +210,7 @@ static enum vw_status lend_to_comparisons(struct gathering *gathering, const str
     return status;
 }
 
-// ---- The page
-// -------------------------------------------------------------------------------------------------------------
+// ---- The page ------------------------------------------------------------------------------------------------------
 
 static char *methods_to_json(void) {
     uint32_t count;

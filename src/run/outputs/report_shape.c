@@ -5,8 +5,7 @@
 
 #include "base/memory.h"
 
-// ---- Tables
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Tables --------------------------------------------------------------------------------------------------------
 
 static bool has_text(const json_t *array, const char *text) {
     for (size_t i = 0; i < json_array_size(array); i++)
@@ -51,8 +50,7 @@ enum vw_status vw_report_shape_of_table(const char *path, const char *file, cons
     return VW_OK;
 }
 
-// ---- A comparison
-// ---------------------------------------------------------------------------------------------------------
+// ---- A comparison --------------------------------------------------------------------------------------------------
 
 // Like jansson's own, these give 0 for what fits, and say in `error` what does not.
 static int check_each(json_t *array, int (*check)(json_t *, json_error_t *), json_error_t *error) {

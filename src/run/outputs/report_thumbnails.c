@@ -8,8 +8,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-// ---- Once per scene
-// -------------------------------------------------------------------------------------------------------
+// ---- Once per scene ------------------------------------------------------------------------------------------------
 
 static enum vw_status make(const struct vw_report_params *params, const struct vw_recorded_scene *recorded,
                            struct vw_thumbnails *thumbnails) {
@@ -39,8 +38,7 @@ void vw_report_sets_free(struct vw_report_sets *sets) {
     *sets = (struct vw_report_sets){0};
 }
 
-// ---- Of a run
-// -------------------------------------------------------------------------------------------------------------
+// ---- Of a run ------------------------------------------------------------------------------------------------------
 
 // A ledger may have come from anywhere: its hash of the scene says nothing of its images.
 static bool shows_images(const struct vw_thumbnails *thumbnails, const struct vw_ledger_image *images,
@@ -64,8 +62,7 @@ const struct vw_report_picture *vw_report_sets_of_run(struct vw_report_sets *set
     return NULL;
 }
 
-// ---- Of a comparison
-// ------------------------------------------------------------------------------------------------------
+// ---- Of a comparison -----------------------------------------------------------------------------------------------
 
 static bool is_shown(const struct vw_report_run *runs, size_t run_count, const char *hash) {
     for (size_t i = 0; i < run_count; i++)

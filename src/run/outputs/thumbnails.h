@@ -15,17 +15,17 @@ struct vw_thumbnails {
     uint32_t count;
 };
 
-// A scene as a folder recorded it. Borrowed.
+// A scene as a folder recorded it. All is borrowed.
 struct vw_recorded_scene {
     const char *out;                        // the folder
     const char *path, *options_json, *hash; // as vw_reopen_scene() takes them, and its hash in hex
 };
 
-// Seconds that those of all photos would take, by timing one.
+// Estimates the seconds that the thumbnails of all photos take, by timing one.
 double vw_thumbnails_estimate_s(const struct vw_scene *scene);
 enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbnails *thumbnails);
-// The same of a scene that is opened again for it, on `device` where it takes one. An error says why there are none:
-// nothing else is lost by it.
+// The same of a recorded scene, which is opened for it; recipes need `device`. An error says why there are none and
+// loses nothing else.
 enum vw_status vw_thumbnails_make_again(const struct vw_recorded_scene *recorded, const char *device,
                                         struct vw_thumbnails *thumbnails);
 void vw_thumbnails_free(struct vw_thumbnails *thumbnails);

@@ -1,5 +1,5 @@
-// A time that a run is to keep (`value --budget TIME`): pure functions of the times that were measured. What they
-// decide is which preset a run has and how long it is, never a bit of its steps.
+// The time budget of a run: pure functions of measured times. They choose the preset and the number of epochs, never a
+// bit of a step.
 #ifndef VIEWWORTH_BUDGET_H
 #define VIEWWORTH_BUDGET_H
 
@@ -30,14 +30,14 @@ struct vw_budget_plan {
     uint32_t epochs; // that fit with it, up to epochs_most
 };
 
-// The dearest of the candidates (cheapest first, at least one) that fits; the cheapest where none does. VW_ERROR_USAGE,
-// saying what would do, where not even burn-in and one more epoch fit with that.
+// Chooses the most expensive candidate (cheapest first, at least one) that fits; the cheapest if none does.
+// VW_ERROR_USAGE, with a remedy, if not even burn-in and one more epoch fit with that.
 enum vw_status vw_budget_plan(const struct vw_budget_candidate *candidates, uint32_t count,
                               const struct vw_budget_task *task, struct vw_budget_plan *plan);
 // How many epochs of `epoch_s` fit into what is left, at most `most`; 0 where a time is not positive or not finite.
 uint32_t vw_budget_epochs_that_fit(double left_s, double epoch_s, uint32_t most);
-// How many epochs to take before the clock is looked at again: half of those that fit, but one at least, so that
-// looking costs nothing while the end is far, and the end is met to the epoch. 0: the next one would end too late.
+// How many epochs to take before the clock is read again: half of those that fit, and at least one, so that the run
+// stops rarely while the end is far and ends within one epoch of it. 0: the next epoch would end too late.
 uint32_t vw_budget_segment(double left_s, double epoch_s, uint32_t most);
 
 #endif

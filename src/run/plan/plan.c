@@ -26,8 +26,7 @@ static const double FINISH_S = 0.3, ROW_S = 4e-6;
 // Of the budget, after which no further preset is measured.
 static const double MEASURING_SHARE = 0.1;
 
-// ---- The record
-// -------------------------------------------------------------------------------------------------------
+// ---- The record ----------------------------------------------------------------------------------------------------
 
 static enum vw_status write_record(struct vw_plan *plan, json_t *record) {
     plan->record = record;
@@ -57,8 +56,7 @@ static enum vw_status read_record(const char *json, struct vw_plan *plan) {
     return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for what was chosen");
 }
 
-// ---- A new run
-// --------------------------------------------------------------------------------------------------------
+// ---- A new run -----------------------------------------------------------------------------------------------------
 
 static void log_plan(const struct vw_plan *plan, const struct vw_config *config) {
     char text[VW_PRESET_TEXT_BYTES], lead[40];
@@ -205,8 +203,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     return VW_OK;
 }
 
-// ---- A resumed run
-// ------------------------------------------------------------------------------------------------
+// ---- A resumed run -------------------------------------------------------------------------------------------------
 
 static enum vw_status check_same_choice(const struct vw_run_params *params, const struct vw_plan *plan) {
     const char *accuracy = text_of(plan->record, "accuracy");
@@ -219,7 +216,7 @@ static enum vw_status check_same_choice(const struct vw_run_params *params, cons
                    params->out);
 }
 
-// The recorded preset, but for what is explicit; vw_run_row_check_same looks whether that differs.
+// Takes the recorded preset, except for explicit fields; vw_run_row_check_same checks those.
 static enum vw_status take_recorded_config(const struct vw_run_params *params, const struct vw_ledger_run *run,
                                            struct vw_config *config) {
     struct vw_config recorded;
@@ -261,8 +258,7 @@ static enum vw_status take_recorded(const struct vw_run_params *params, const ch
     return status;
 }
 
-// ---- Both
-// ----------------------------------------------------------------------------------------------------------
+// ---- Both ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledger_path, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan) {
