@@ -138,6 +138,9 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: run is NULL; open one by vw_run_open");
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
     if (run->complete || run->over || steps == 0) return VW_OK;
+    if (run->finished)
+        return vw_fail(VW_ERROR_USAGE,
+                       "vw_run_advance: the run is finished; open it again with resume to take more steps");
     enum vw_status status = begin(run);
     if (status) return status;
     uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;

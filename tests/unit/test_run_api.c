@@ -176,6 +176,33 @@ static void a_run_that_is_only_closed_can_be_resumed(void **state) {
     vw_run_close(&run);
 }
 
+// Finishing early values the steps so far; a later run takes the others.
+static void a_run_may_be_finished_before_its_end(void **state) {
+    const char *out = temporary_path(*state, "out");
+    const struct vw_config config = small_config(8);
+    struct vw_run_params params = small_params(&config, out, NULL);
+    const struct vw_ledger_score *scores = NULL;
+    struct vw_run *run = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, 2 * PHOTOS));
+    ASSERT_OK(vw_run_finish(run));
+    ASSERT_OK(vw_run_finish(run)); // does nothing
+    ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
+    assert_int_equal(count, PHOTOS);
+    assert_int_equal(scores[0].visits, 1); // burn-in is an epoch
+    assert_int_equal(vw_run_advance(run, 1), VW_ERROR_USAGE);
+    vw_run_close(&run);
+    assert_chain_head(out, NULL, "finished");
+    params.resume = true;
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
+    assert_int_equal(scores[0].visits, EPOCHS - 1);
+    vw_run_close(&run);
+}
+
 static void several_runs_live_in_one_process(void **state) {
     const char *outs[] = {temporary_path(*state, "a"), temporary_path(*state, "b")};
     struct vw_run *runs[2] = {NULL, NULL};
@@ -282,6 +309,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_stopped_run_may_go_on_at_once, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_run_may_be_finished_before_its_end, set_up, tear_down),
         cmocka_unit_test_setup_teardown(several_runs_live_in_one_process, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_run_may_train_only, set_up, tear_down),
         cmocka_unit_test_setup_teardown(wrong_params_are_refused_by_name, set_up, tear_down),

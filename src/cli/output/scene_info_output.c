@@ -1,0 +1,188 @@
+#include "cli/output/scene_info_output.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "cli/output/estimate_output.h"
+#include "cli/output/json_output.h"
+#include "cli/output/measured_effects_output.h"
+#include "run/effects_text.h"
+
+// A camera and how many views share it.
+struct shared_camera {
+    struct vw_camera camera;
+    uint32_t view_count;
+};
+
+struct description {
+    const struct vw_scene_info *info;
+    const struct vw_scene *scene;
+    struct shared_camera *cameras; // owned; the distinct ones, in order of first use
+    uint32_t camera_count;
+    uint32_t ranged_count;        // views with near and far
+    double near_world, far_world; // over all of them
+};
+
+static bool same_camera(const struct vw_camera *a, const struct vw_camera *b) {
+    return a->width_px == b->width_px && a->height_px == b->height_px && a->focal_x_px == b->focal_x_px &&
+           a->focal_y_px == b->focal_y_px && a->centre_x_px == b->centre_x_px && a->centre_y_px == b->centre_y_px &&
+           a->lens == b->lens && a->k1 == b->k1 && a->k2 == b->k2 && a->k3 == b->k3 && a->k4 == b->k4 &&
+           a->k5 == b->k5 && a->k6 == b->k6 && a->p1 == b->p1 && a->p2 == b->p2;
+}
+
+static const char *lens_name(const struct vw_camera *camera) {
+    if (!vw_camera_is_distorted(camera)) return "pinhole";
+    return camera->lens == VW_LENS_FISHEYE ? "fisheye" : "polynomial distortion";
+}
+
+// The smallest near and largest far over the views that have them.
+static void measure_range(struct description *description) {
+    for (uint32_t v = 0; v < description->scene->view_count; v++) {
+        const struct vw_view *view = &description->scene->views[v];
+        if (view->far_world <= 0) continue;
+        bool first = !description->ranged_count++;
+        if (first || view->near_world < description->near_world) description->near_world = view->near_world;
+        if (first || view->far_world > description->far_world) description->far_world = view->far_world;
+    }
+}
+
+static void count_cameras(struct description *description) {
+    for (uint32_t v = 0; v < description->scene->view_count; v++) {
+        const struct vw_camera *camera = &description->scene->views[v].camera;
+        uint32_t i = 0;
+        while (i < description->camera_count && !same_camera(&description->cameras[i].camera, camera)) i++;
+        if (i == description->camera_count) description->cameras[description->camera_count++].camera = *camera;
+        description->cameras[i].view_count++;
+    }
+}
+
+static enum vw_status describe(const struct vw_scene_info *info, struct description *description) {
+    *description = (struct description){.info = info, .scene = info->scene};
+    description->cameras = vw_allocate(info->scene->view_count, sizeof *description->cameras);
+    if (!description->cameras) return VW_ERROR_MEMORY;
+    count_cameras(description);
+    measure_range(description);
+    return VW_OK;
+}
+
+// ---- For people ----------------------------------------------------------------------------------------------------
+
+static void print_cameras(const struct description *description) {
+    enum { SHOWN = 8 };
+    printf("cameras  %u distinct\n", description->camera_count);
+    for (uint32_t i = 0; i < description->camera_count && i < SHOWN; i++) {
+        const struct vw_camera *camera = &description->cameras[i].camera;
+        printf("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px,
+               camera->height_px, camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
+               lens_name(camera), description->cameras[i].view_count);
+    }
+    if (description->camera_count > SHOWN)
+        printf("         and %u more (--json has all)\n", description->camera_count - SHOWN);
+}
+
+static void print_points(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    if (scene->point_count) printf("points   %u, seen %u times\n", scene->point_count, scene->track_count);
+    if (description->ranged_count)
+        printf("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world,
+               description->far_world, description->ranged_count);
+}
+
+static void print_text(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    const struct vw_box *box = &scene->box;
+    printf("scene    %s (%s)\nphotos   %u:", scene->path, scene->format, scene->view_count);
+    for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
+        printf(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
+    printf("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
+    if (scene->masked_view_count) printf("masks    %u photos have one; white keeps\n", scene->masked_view_count);
+    print_cameras(description);
+    printf("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0],
+           box->centre_world[1], box->centre_world[2], box->half_extent_world, scene->box_source);
+    print_points(description);
+    for (uint32_t i = 0; i < scene->note_count; i++) printf("note     %s\n", scene->notes[i]);
+    vw_estimate_print(&description->info->estimate);
+    printf("\n%s\n", vw_effects_heading);
+    for (uint32_t i = 0; i < description->info->effect_count; i++) {
+        char line[VW_EFFECT_LINE_BYTES];
+        vw_effect_to_line(&description->info->effects[i], line);
+        printf("%s\n", line);
+    }
+    vw_measured_effects_print(&description->info->measured);
+}
+
+// ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------
+
+static json_t *camera_to_json(const struct shared_camera *shared) {
+    const struct vw_camera *c = &shared->camera;
+    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:s, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "width_px",
+                     (json_int_t)c->width_px, "height_px", (json_int_t)c->height_px, "focal_x_px", c->focal_x_px,
+                     "focal_y_px", c->focal_y_px, "centre_x_px", c->centre_x_px, "centre_y_px", c->centre_y_px, "lens",
+                     lens_name(c), "k1", c->k1, "k2", c->k2, "k3", c->k3, "k4", c->k4, "k5", c->k5, "k6", c->k6, "p1",
+                     c->p1, "p2", c->p2, "views", (json_int_t)shared->view_count);
+}
+
+static json_t *cameras_to_json(const struct description *description) {
+    json_t *array = json_array();
+    bool failed = !array;
+    for (uint32_t i = 0; !failed && i < description->camera_count; i++)
+        failed = json_array_append_new(array, camera_to_json(&description->cameras[i]));
+    if (!failed) return array;
+    json_decref(array);
+    return NULL;
+}
+
+static json_t *splits_to_json(const struct vw_scene *scene) {
+    const uint32_t *count = scene->split_count;
+    return json_pack("{s:I, s:I, s:I, s:I}", "train", (json_int_t)count[VW_SPLIT_TRAIN], "val",
+                     (json_int_t)count[VW_SPLIT_VAL], "test", (json_int_t)count[VW_SPLIT_TEST], "excluded",
+                     (json_int_t)count[VW_SPLIT_EXCLUDED]);
+}
+
+static json_t *bounds_to_json(const struct vw_scene *scene) {
+    const struct vw_box *box = &scene->box;
+    return json_pack("{s:[f,f,f], s:f, s:s}", "centre_world", box->centre_world[0], box->centre_world[1],
+                     box->centre_world[2], "half_extent_world", box->half_extent_world, "source", scene->box_source);
+}
+
+static json_t *notes_to_json(const struct vw_scene *scene) {
+    json_t *array = json_array();
+    bool failed = !array;
+    for (uint32_t i = 0; !failed && i < scene->note_count; i++)
+        failed = json_array_append_new(array, json_string(scene->notes[i]));
+    if (!failed) return array;
+    json_decref(array);
+    return NULL;
+}
+
+// null where no view sees points.
+static json_t *depths_to_json(const struct description *description) {
+    if (!description->ranged_count) return json_null();
+    return json_pack("{s:f, s:f, s:I}", "near_world", description->near_world, "far_world", description->far_world,
+                     "views", (json_int_t)description->ranged_count);
+}
+
+static json_t *to_json(const struct description *description) {
+    const struct vw_scene *scene = description->scene;
+    return json_pack(
+        "{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o*}", "scene", scene->path, "format",
+        scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras",
+        cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha", scene->has_alpha, "masks",
+        (json_int_t)scene->masked_view_count, "points", (json_int_t)scene->point_count, "tracks",
+        (json_int_t)scene->track_count, "depths", depths_to_json(description), "notes", notes_to_json(scene),
+        "estimate", vw_estimate_to_json(&description->info->estimate), "effects",
+        vw_effects_to_json(description->info->effects, description->info->effect_count), "measured",
+        description->info->measured.count ? vw_measured_effects_to_json(&description->info->measured) : NULL);
+}
+
+// ---- Both ----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json) {
+    struct description description;
+    enum vw_status status = describe(info, &description);
+    if (!status && json) status = vw_json_print(to_json(&description));
+    else if (!status) print_text(&description);
+    free(description.cameras);
+    return status;
+}
