@@ -120,7 +120,8 @@ enum vw_status vw_run_row_check_same(const struct vw_run_row *ours, const struct
         if (strcmp(columns[i].ours, columns[i].recorded) != 0)
             return vw_fail(
                 VW_ERROR_USAGE,
-                "the run in %s has %s (%.64s, here %.64s) and cannot be continued bit for bit; use what it was made with",
+                "the run in %s has %s (%.64s, here %.64s) and cannot be continued bit for bit; use what it was made "
+                "with",
                 out, columns[i].what, columns[i].recorded, columns[i].ours);
     enum vw_status status = check_config(ours->row.config_json, recorded->config_json, out);
     if (status) return status;

@@ -33,7 +33,10 @@ stop_run() {
     wait "$process" 2>/dev/null || code=$?
     case $1 in
     KILL) [[ $code -eq 137 || $code -eq 0 ]] ;;
-    *) [[ $code -eq 1 ]] && grep -q 'continue by --resume' "$folder/stderr" && [[ $(query "$2" 'SELECT status FROM run') == interrupted ]] ;;
+    *)
+        [[ $code -eq 1 ]] && grep -q 'continue by --resume' "$folder/stderr" &&
+            [[ $(query "$2" 'SELECT status FROM run') == interrupted ]]
+        ;;
     esac
 }
 
