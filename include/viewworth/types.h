@@ -16,8 +16,7 @@ enum {
     VW_HASH_HEX_BYTES = 65, // 64 hex digits and the end
 };
 
-// ---- Pixels
-// -----------------------------------------------------------------------------------------------------------
+// ---- Pixels ----
 
 enum vw_pixel_format { VW_PIXEL_UINT8, VW_PIXEL_UINT16, VW_PIXEL_FLOAT32 };
 
@@ -36,8 +35,7 @@ struct vw_image {
     void *pixels; // owned; freed by vw_image_clear
 };
 
-// ---- Step records
-// -----------------------------------------------------------------------------------------------------
+// ---- Step records ----
 //
 // What one training step leaves behind: the only thing that travels from training to the ledger and on to the scores.
 

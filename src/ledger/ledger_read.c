@@ -37,8 +37,7 @@ static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statem
     return text;
 }
 
-// ---- The run and where it stands
-// --------------------------------------------------------------------------------------
+// ---- The run and where it stands ----
 
 // No row, or a second one, means that this is not the ledger of one run.
 static enum vw_status load_run(struct vw_ledger *ledger) {
@@ -139,8 +138,7 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
     return VW_OK;
 }
 
-// ---- Tables
-// -----------------------------------------------------------------------------------------------------------
+// ---- Tables ----
 
 // What reads the current row of a query into an item of an array.
 struct row_reader {

@@ -12,8 +12,7 @@ const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
     [VW_PROBE_FIRST_ORDER] = "first_order",
 };
 
-// ---- The rows of one step, and its hash
-// -------------------------------------------------------------------------------
+// ---- The rows of one step, and its hash ----
 
 // A value is flagged when the trainer says so, or when a value that it vouches for is not finite.
 static bool is_nonfinite(const struct vw_step_record *record) {
@@ -115,8 +114,7 @@ static enum vw_status check_sequence(const struct vw_ledger *ledger, const struc
     return VW_OK;
 }
 
-// ---- Appending
-// --------------------------------------------------------------------------------------------------------
+// ---- Appending ----
 
 static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
     struct vw_step_statements *inserts = &ledger->inserts;
@@ -163,8 +161,7 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     return VW_OK;
 }
 
-// ---- Comparing
-// --------------------------------------------------------------------------------------------------------
+// ---- Comparing ----
 
 // Reads the next row_hash; "" when there is none, which equals no hash.
 static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *statement,

@@ -13,8 +13,7 @@ struct verification {
     char head[VW_HASH_HEX_BYTES];
 };
 
-// ---- Rows of something else
-// -------------------------------------------------------------------------------------------
+// ---- Rows of something else ----
 
 static enum vw_status find_stray(struct vw_database *database, const char *table, const char *column) {
     char *sql = vw_format_text("SELECT 1 FROM %s WHERE %s IS NOT (SELECT %s FROM run) LIMIT 1", table, column, column);
@@ -42,8 +41,7 @@ static enum vw_status verify_belonging(struct vw_database *database) {
     return status;
 }
 
-// ---- The run, and what covers it
-// ---------------------------------------------------------------------------------------
+// ---- The run, and what covers it ----
 
 // Compares a hash that the run row holds.
 static enum vw_status compare_with_run(struct vw_database *database, const char *sql, const char *hash,
@@ -80,8 +78,7 @@ static enum vw_status verify_final_hash(struct verification *verification) {
                                      "step rows were removed");
 }
 
-// ---- The chain of the steps
-// -------------------------------------------------------------------------------------------
+// ---- The chain of the steps ----
 
 // The rows of a table that belong to steps, walked beside them in the order of their keys.
 struct companion {

@@ -12,8 +12,7 @@ static const double FISHEYE_ANGLE_MAX =
     1.55; // radians; camera.glsl has the same: directions (x, y, -1) end at a right angle
 enum { BISECTIONS_MAX = 100, DEGREE_MAX = 6 };
 
-// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse
-// -----------------
+// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse ----
 
 static double polynomial(const double *coefficients, int degree, double x) {
     double value = coefficients[degree];
@@ -63,8 +62,7 @@ static double fold_radius2(const struct vw_camera *camera) {
     return fmin(least_root(slope, DEGREE_MAX, RADIUS2_MAX, INFINITY), least_root(bottom, 3, RADIUS2_MAX, INFINITY));
 }
 
-// ---- The polynomial lens
-// ----------------------------------------------------------------------------------------------
+// ---- The polynomial lens ----
 
 // The distorted position of (x, y) and its derivatives.
 struct distorted {
@@ -133,8 +131,7 @@ static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     return guess.error <= RESIDUAL_MAX * fmax(1, length) && determinant(&guess.at) > 0;
 }
 
-// ---- The fisheye lens: a matter of angles alone
-// ---------------------------------------------------------------------------
+// ---- The fisheye lens: a matter of angles alone ----
 
 static double distort_angle(const struct vw_camera *camera, double theta, double *slope) {
     double t2 = theta * theta;
@@ -184,8 +181,7 @@ static void distort_fisheye(const struct vw_camera *camera, double *x, double *y
     *y *= shrink;
 }
 
-// ---- Both
-// -------------------------------------------------------------------------------------------------------------
+// ---- Both ----
 
 bool vw_camera_is_distorted(const struct vw_camera *camera) {
     return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 ||

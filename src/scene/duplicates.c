@@ -19,8 +19,7 @@ struct fingerprint {
     float cells[CELL_COUNT];
 };
 
-// ---- What photos show
-// -------------------------------------------------------------------------------------------------
+// ---- What photos show ----
 
 // The pixel of sample `index` of all along a side.
 static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
@@ -60,8 +59,7 @@ static double correlate(const struct fingerprint *a, const struct fingerprint *b
     return fmin(sum, 1);
 }
 
-// ---- Where they were taken
-// --------------------------------------------------------------------------------------------
+// ---- Where they were taken ----
 
 static double distance(const double a[3], const double b[3]) {
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
@@ -84,8 +82,7 @@ static bool stand_together(const struct vw_scene *scene, const struct vw_view *a
     return between <= tan(ANGLE_MOST) * depth && turn <= ANGLE_MOST;
 }
 
-// ---- Groups
-// -----------------------------------------------------------------------------------------------------------
+// ---- Groups ----
 
 static bool is_asked(const struct vw_view *view) {
     return view->split == VW_SPLIT_TRAIN || view->split == VW_SPLIT_VAL;

@@ -10,8 +10,7 @@
 #include "base/memory.h"
 #include "viewworth/scene.h"
 
-// ---- Finding
-// -------------------------------------------------------------------------------------------------------------
+// ---- Finding ----
 
 // Where "/images/" stands last in the part of the path that lies in the folder; NULL when it does not.
 static const char *find_images_folder(const char *folder, const char *image_path) {
@@ -52,8 +51,7 @@ enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t
                    path, width_px, height_px, photo_width_px, photo_height_px);
 }
 
-// ---- Reading
-// -------------------------------------------------------------------------------------------------------------
+// ---- Reading ----
 
 // A mask file as it is, and the sizes that it is brought to.
 struct masking {

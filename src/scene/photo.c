@@ -14,8 +14,7 @@ struct repairs {
     uint64_t clamped_values, bad_pixels, unseen_pixels, value_count;
 };
 
-// ---- Masks, from their headers
-// ----------------------------------------------------------------------------------------------
+// ---- Masks, from their headers ----
 
 static enum vw_status find_masks(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
@@ -37,8 +36,7 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
                          used_count);
 }
 
-// ---- Sizes
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Sizes ----
 
 static void downscale_tracks(struct vw_scene *scene, uint32_t factor) {
     for (uint32_t i = 0; i < scene->track_count; i++) {
@@ -53,8 +51,7 @@ static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
     vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor), camera);
 }
 
-// ---- Pixels
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Pixels ----
 
 static enum vw_status read_mask(const struct vw_scene_builder *builder, uint32_t index, uint32_t width_px,
                                 uint32_t height_px) {

@@ -11,8 +11,7 @@
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
 
-// ---- From the ledger's rows
-// -------------------------------------------------------------------------------------------
+// ---- From the ledger's rows ----
 
 // A matrix being summed up.
 struct summing {

@@ -33,8 +33,7 @@ static void weigh_middle(double *weights, uint32_t epoch_count) {
     for (uint32_t e = 0; e < epoch_count; e++) weights[e] = e >= epoch_count / 6 && e < (epoch_count + 1) / 2;
 }
 
-// ---- Treatments of deltas
-// ---------------------------------------------------------------------------------------------------
+// ---- Treatments of deltas ----
 
 static enum vw_status keep(struct vw_series *series) {
     (void)series;
@@ -79,8 +78,7 @@ static enum vw_status clip_epochs(struct vw_series *series) {
     return VW_OK;
 }
 
-// ---- The table
-// --------------------------------------------------------------------------------------------------------------
+// ---- The table ----
 // Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), revisit_* the wording of its
 // overview figure; the last epoch and the weights of progress are what it weighs and rejects. The others are our own,
 // over the same deltas.

@@ -98,8 +98,7 @@ static enum vw_status design_create(uint32_t epochs, struct design *design) {
     return VW_OK;
 }
 
-// ---- Of a photo
-// -------------------------------------------------------------------------------------------------------
+// ---- Of a photo ----
 
 struct photo {
     double sum;
@@ -134,8 +133,7 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
     photo->variance = total / frequencies;
 }
 
-// ---- Of all photos
-// ----------------------------------------------------------------------------------------------------
+// ---- Of all photos ----
 
 // The mean over photos of powers relative to the photo's variance; gives the number of photos that have one.
 static uint32_t pool_powers(const struct photo *photos, const double *powers, uint32_t photo_count,
@@ -247,8 +245,7 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
     return status;
 }
 
-// ---- Ranks
-// ------------------------------------------------------------------------------------------------------------
+// ---- Ranks ----
 
 // Whether a is better than b beyond what their standard errors explain; never where one is unknown.
 static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {

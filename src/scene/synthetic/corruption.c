@@ -59,8 +59,7 @@ static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct v
     if (recipe->gain_spread > 0 || recipe->tint_spread > 0 || recipe->bias_spread > 0) expose(gain, bias, photo);
 }
 
-// ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha
-// ----------------------------------------
+// ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha ----
 
 static void weigh_by_alpha(vw_float4 *p) { *p = (vw_float4){p->x * p->w, p->y * p->w, p->z * p->w, p->w}; }
 
@@ -120,8 +119,7 @@ static enum vw_status blur(double deviation_px, struct vw_recipe_photo *photo) {
     return VW_OK;
 }
 
-// ---- Occluder
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Occluder ----
 
 // A striped rectangle of random shape, place and colours in front of everything.
 static void occlude(const struct vw_recipe *recipe, uint32_t view, double share, struct vw_recipe_photo *photo) {
