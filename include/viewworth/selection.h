@@ -7,6 +7,9 @@
 
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
+#include "viewworth/version.h"
+
+VW_PUBLIC_BEGIN
 
 enum vw_selection_rule {
     VW_SELECT_POSITIVE,    // value above zero
@@ -41,5 +44,7 @@ enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t 
                                  const struct vw_ledger_image *images, uint32_t image_count,
                                  const struct vw_selection_params *params, struct vw_selection *selection);
 void vw_selection_free(struct vw_selection *selection);
+
+VW_PUBLIC_END
 
 #endif
