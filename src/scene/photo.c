@@ -1,4 +1,4 @@
-// From image paths to pixels: masks, --downscale, file hashes, transparency and what had to be repaired.
+// Reads photos: pixels, masks, --downscale, file hashes, transparency, and notes on repaired pixels.
 #include <inttypes.h>
 
 #include "image/downscale.h"
@@ -61,7 +61,7 @@ static enum vw_status read_mask(const struct vw_scene_builder *builder, uint32_t
                : VW_OK;
 }
 
-// A photo of the given size before --downscale, and its mask.
+// Reads a photo and its mask; the size is that before --downscale.
 static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_t index, uint32_t width_px,
                                  uint32_t height_px, struct repairs *repairs) {
     struct vw_view *view = &builder->scene->views[index];
@@ -71,7 +71,7 @@ static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_
     status = vw_image_load(path, builder->params->downscale, &view->image);
     if (status) return status;
     if (view->image.width_px != view->camera.width_px || view->image.height_px != view->camera.height_px)
-        return vw_fail(VW_ERROR_IO, "%s: the image changed its size while it was read; start again", path);
+        return vw_fail(VW_ERROR_IO, "%s: the image changed its size while it was read; run the command again", path);
     builder->scene->has_alpha |= view->image.has_alpha;
     repairs->clamped_views += view->image.clamped_count > 0;
     repairs->bad_views += view->image.masked_count > 0;
