@@ -1,15 +1,16 @@
-// Status codes, the message of the last failure, and the conventions on ownership and lifetime.
+// Status codes, error messages, and the conventions of the library.
 //
-// Conventions (each header notes only its exceptions):
-// - Every function that can fail returns enum vw_status; results come back through trailing pointers, untouched on
-// failure.
-// - A failing function calls vw_fail() once, where it knows most; callers return the code, or add context with
-// vw_fail_context().
-// - A params struct needs to live only for the call. A field left zero means its stated default.
-// - vw_x_create/open gives the caller an object that vw_x_destroy/close(&object) ends; these accept NULL and half-built
-// objects
-//   and set the pointer to NULL.
-// - Strings are UTF-8, borrowed unless a comment says "owned". Objects are for one thread at a time.
+// Conventions (a header notes only its exceptions):
+// - A function that can fail returns enum vw_status. Results are returned through trailing pointers, which are
+// unchanged
+//   after a failure.
+// - A failing function records one message with vw_fail(). Callers return the status, or add context with
+//   vw_fail_context().
+// - A params struct needs to live only during the call. A field that is zero has its documented default.
+// - vw_x_create and vw_x_open give the caller an object that vw_x_destroy(&object) or vw_x_close(&object) frees. These
+//   accept NULL, and set the pointer to NULL.
+// - Strings are UTF-8 and borrowed unless a comment says "owned".
+// - An object may be used by one thread at a time.
 #ifndef VIEWWORTH_STATUS_H
 #define VIEWWORTH_STATUS_H
 
@@ -19,32 +20,33 @@ VW_PUBLIC_BEGIN
 
 enum vw_status {
     VW_OK = 0,
-    VW_ERROR_USAGE,       // wrong command line or config value; exit code 2
-    VW_ERROR_INPUT,       // a scene, list or image is wrong, missing or refused; exit code 2
-    VW_ERROR_NO_DEVICE,   // no Vulkan device fits; exit code 2
+    VW_ERROR_USAGE,       // a param, an option or a config value is wrong; exit code 2
+    VW_ERROR_INPUT,       // a scene, list or image is missing or wrong; exit code 2
+    VW_ERROR_NO_DEVICE,   // no suitable Vulkan device; exit code 2
     VW_ERROR_IO,          // reading or writing failed at run time; exit code 1
-    VW_ERROR_MEMORY,      // host or device memory is short; exit code 1
+    VW_ERROR_MEMORY,      // out of host or device memory; exit code 1
     VW_ERROR_DEVICE,      // a Vulkan call failed, or a validation layer complained; exit code 1
-    VW_ERROR_DEVICE_LOST, // the device stopped answering; exit code 1
-    VW_ERROR_INTERRUPTED, // the user asked to stop; what was recorded is kept; exit code 1
-    VW_ERROR_MISMATCH,    // a ledger disagrees with itself, with what was expected or with a replay; exit code 1
+    VW_ERROR_DEVICE_LOST, // the device no longer responds; exit code 1
+    VW_ERROR_INTERRUPTED, // the user asked to stop; recorded steps are kept; exit code 1
+    VW_ERROR_MISMATCH,    // a ledger differs from its hashes, from an expected chain head or from a replay; exit code 1
 };
 
-// Records a one-line message (file, line or field, and the remedy) for this thread and returns `status`.
-// The newest message replaces an older one. `status` must not be VW_OK.
+// Records a one-line message (file, line or field, and the remedy) for this thread and returns `status`, which must not
+// be VW_OK. It replaces the message before.
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-// Puts "<formatted>: " before the recorded message and returns `status` unchanged.
+// Puts "<formatted>: " before the recorded message and returns `status`.
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-// Replaces line ends and other control characters by '?', in place: names come from files, and a message is one line
-// that no name can break or use to command a terminal. vw_fail() and vw_fail_context() do it themselves.
+// Replaces line ends and other control characters by '?', in place, so that a name from a file cannot break the line or
+// control the terminal. vw_fail() and vw_fail_context() call it.
 void vw_text_make_line(char *text);
 
-// The message of this thread's last failure, "" when there was none. Valid until the next failure of this thread.
+// The message of this thread's last failure; "" if there was none. Valid until the next failure of this thread.
 const char *vw_error_message(void);
 
-// Keeps the recorded message over a clean-up that may itself fail: what failed first is what the user has to know.
+// Saves and restores the recorded message around a clean-up that may itself fail, so that the first failure is
+// reported.
 enum { VW_ERROR_MESSAGE_BYTES = 1024 };
 struct vw_saved_error {
     char message[VW_ERROR_MESSAGE_BYTES];

@@ -96,7 +96,7 @@ const char *vw_background_name(enum vw_background_form form);           // "fixe
 const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", "pixels", "init"
 const char *vw_table_precision_name(enum vw_table_precision precision); // "float32", "float16"
 
-// ---- Effects (decision 7) ------------------------------------------------------------------------------------------
+// ---- Effects (decision 7) ----
 
 enum { VW_EFFECT_COUNT_MAX = 16 };
 

@@ -13,8 +13,7 @@ static bool looks_like_formula(const char *text) {
     return *text && strchr("=+-@\t\r\n", *text);
 }
 
-// ---- Reading
-// ----------------------------------------------------------------------------------------------------------
+// ---- Reading ----
 
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv) {
     static const char byte_order_mark[] = "\xef\xbb\xbf";
@@ -100,8 +99,7 @@ enum vw_status vw_csv_next(struct vw_csv *csv, bool *found) {
     return status;
 }
 
-// ---- Writing
-// ----------------------------------------------------------------------------------------------------------
+// ---- Writing ----
 
 void vw_csv_write_text(FILE *stream, const char *text) {
     if (!text) return;

@@ -8,30 +8,30 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-enum { BUSY_WAIT_MS = 60000 }; // someone who looks into the ledger of a running valuation must not end it
+enum { BUSY_WAIT_MS = 60000 }; // a program that reads the ledger of a running valuation must not make it fail
 
 enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database) {
     *database = (struct vw_database){.path = vw_copy_text(path)};
     if (!database->path) return VW_ERROR_MEMORY;
-    // Writable also for readers: after a crash the first one to open rolls the unfinished transaction back.
+    // Writable for readers too: after a crash, the first program that opens the file rolls the transaction back.
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
     if (sqlite3_open_v2(path, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
     if (sqlite3_busy_timeout(database->handle, BUSY_WAIT_MS) != SQLITE_OK) return vw_database_fail(database, "open");
-    // A ledger has tables and nothing that runs: what else a stranger's file brings along (a view without end in place
-    // of a table, a trigger that undoes what is written) stays asleep.
+    // A ledger has tables only. A file from elsewhere may have views that never end, or triggers that undo what is
+    // written: these are disabled.
     if (sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL) != SQLITE_OK ||
         sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL) != SQLITE_OK ||
         sqlite3_db_config(database->handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL) != SQLITE_OK)
         return vw_database_fail(database, "open");
-    // EXTRA is FULL plus a sync of the folder once the journal is gone, without which a power cut could bring the
-    // journal back and with it undo a batch that was reported as recorded.
+    // EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it, a power cut could restore the
+    // journal, which would undo a batch that was reported as recorded.
     return vw_database_run(database,
                            "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
 }
 
 void vw_database_close(struct vw_database *database) {
     int result = sqlite3_close(database->handle);
-    assert(result == SQLITE_OK); // else a statement was not finalized
+    assert(result == SQLITE_OK); // it fails if a statement is not finalized
     (void)result;
     free(database->path);
     *database = (struct vw_database){0};
@@ -45,7 +45,8 @@ enum vw_status vw_database_fail(struct vw_database *database, const char *doing)
         return vw_fail(VW_ERROR_IO, "%s: cannot %s: the disk is full; free some space and run again", path, doing);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return vw_fail(VW_ERROR_IO, "%s: cannot %s: another program holds it; close that and run again", path, doing);
+        return vw_fail(VW_ERROR_IO, "%s: cannot %s: another program has locked it; close that program and run again",
+                       path, doing);
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_CANTOPEN:
@@ -93,8 +94,8 @@ enum vw_status vw_database_begin_reading(struct vw_database *database) {
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status) {
     if (!status && sqlite3_exec(database->handle, "COMMIT", NULL, NULL, NULL) != SQLITE_OK)
         status = vw_database_fail(database, "commit a transaction");
-    // SQLite has rolled back by itself after some failures (a full disk). Should the rollback fail too, the journal
-    // stays and the next one to open the file rolls back: the failure to report is the first one.
+    // SQLite has rolled back by itself after some failures (a full disk). If the rollback fails too, the journal
+    // remains and the next program that opens the file rolls back. The first failure is the one to report.
     if (!sqlite3_get_autocommit(database->handle)) sqlite3_exec(database->handle, "ROLLBACK", NULL, NULL, NULL);
     return status;
 }
@@ -164,7 +165,7 @@ double vw_row_read_real(sqlite3_stmt *statement, int column) {
     return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
 }
 
-// Text that goes on behind a zero byte was not written by us, and is not the text before that byte.
+// A text with a zero byte in it was not written by viewworth, and must not pass as the part before that byte.
 static void hash_text(sqlite3_stmt *statement, int column, struct vw_hasher *hasher) {
     const char *text = (const char *)sqlite3_column_text(statement, column);
     size_t size_bytes = (size_t)sqlite3_column_bytes(statement, column);

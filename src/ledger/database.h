@@ -1,5 +1,5 @@
-// SQLite with every result checked: an open file, statements, transactions, and rows that are bound and hashed in one
-// motion.
+// SQLite with every result checked: an open file, statements, transactions, and rows whose values are bound and hashed
+// by the same call.
 #ifndef VIEWWORTH_LEDGER_DATABASE_H
 #define VIEWWORTH_LEDGER_DATABASE_H
 
@@ -15,35 +15,37 @@ struct vw_database {
     char *path; // owned, for messages
 };
 
-// Opens a file that exists, or one that `create` makes, with durable transactions. Close it also after a failure.
+// Opens a file, with durable transactions; creates it if it is missing and `create` is true. Close it also after a
+// failure.
 enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database);
 void vw_database_close(struct vw_database *database);
 
-// Records what SQLite says of its last failure, and what to do about it.
+// Records a message for SQLite's last failure, with the remedy.
 enum vw_status vw_database_fail(struct vw_database *database, const char *doing);
 
-// Runs statements that give no rows and take no values.
+// Runs statements that return no rows and have no parameters.
 enum vw_status vw_database_run(struct vw_database *database, const char *sql);
-// The statement is to be ended with sqlite3_finalize.
+// Prepares a statement; the caller ends it with sqlite3_finalize.
 enum vw_status vw_database_prepare(struct vw_database *database, const char *sql, sqlite3_stmt **statement);
-// Moves on to the next row; `*found` is false after the last one.
+// Steps to the next row; `*found` is false after the last one.
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
-// Runs `schema_sql`, which sets user_version to `version`, on a file without tables: an empty one is what a process
-// leaves that was killed before its first transaction. VW_ERROR_INPUT when the file is of another version, and so not
-// `what`.
+// Runs `schema_sql`, which sets user_version to `version`, if the file has no tables yet (a new file, or one whose
+// program was killed before its first transaction). VW_ERROR_INPUT if the file has another version; `what` names its
+// contents for the message.
 enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version,
                                        const char *what);
 
 enum vw_status vw_database_begin(struct vw_database *database);
-// Begins to read: all queries up to the end see one state of the file, which nobody else can change meanwhile.
+// Begins a reading transaction: all queries until its end see the same state of the file.
 enum vw_status vw_database_begin_reading(struct vw_database *database);
-// Commits when `status` is VW_OK, else rolls back and returns `status`; a commit that fails is rolled back too.
+// Ends a transaction: commits if `status` is VW_OK, otherwise rolls back and returns `status`. A failed commit is
+// rolled back too.
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status);
 
-// A row on its way into a statement. Each value is bound to the next column and added to `hasher`, so that what is
-// stored and what is hashed cannot differ. Either may be NULL: a row without a statement is only hashed. A failure to
-// bind is kept and reported by vw_row_write.
+// A row that is written with a statement. Each value is bound to the next column and added to `hasher`, so that the
+// stored and the hashed values cannot differ. Either may be NULL: without a statement, the row is only hashed.
+// vw_row_write reports a failure to bind.
 struct vw_row {
     sqlite3_stmt *statement;
     struct vw_hasher *hasher;
@@ -55,17 +57,17 @@ void vw_row_add_integer(struct vw_row *row, int64_t value);
 void vw_row_add_real(struct vw_row *row, double value);     // NaN becomes NULL, -0 becomes 0, as SQLite stores them
 void vw_row_add_text(struct vw_row *row, const char *text); // borrowed until vw_row_write
 void vw_row_add_null(struct vw_row *row);
-// Runs the statement and makes it ready for the next row.
+// Runs the statement and resets it for the next row.
 enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing);
 
-// A column of numbers, NaN for NULL.
+// The number in a column; NaN for NULL.
 double vw_row_read_real(sqlite3_stmt *statement, int column);
-// Adds the first `column_count` columns of the current row of a query, as the vw_row_add functions would.
+// Adds the first `column_count` columns of the current row of a query, as the vw_row_add functions do.
 void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
-// Copies a column that holds a hash; anything else gives "", which equals no hash.
+// Copies the hash in a column; "", which equals no hash, if the column has something else.
 void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]);
-// A row's own hash, for tables without a chain: begun with the table's name and version, so that it is that of no other
-// table, then the columns. It fits where the column behind all that are hashed holds what they give.
+// The hash of a single row, for tables without a chain. It begins with the name and version of the table, so that a row
+// of another table has another hash, and continues with the columns. The hash column follows the hashed columns.
 void vw_row_begin_hash(struct vw_hasher *hasher, const char *table);
 void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
 bool vw_row_fits_hash(sqlite3_stmt *statement, int hash_column, const char *table);

@@ -1,10 +1,10 @@
-// Looks an image up by its id, for those who hold image rows in the order of their ids.
+// Finds an image by its id in an array of image rows that is sorted by id.
 #ifndef VIEWWORTH_LEDGER_FIND_IMAGE_H
 #define VIEWWORTH_LEDGER_FIND_IMAGE_H
 
 #include "viewworth/ledger.h"
 
-// NULL when there is none.
+// NULL: not found.
 const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
                                                    uint32_t image_id);
 

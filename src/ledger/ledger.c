@@ -33,7 +33,7 @@ static enum vw_status insert_images(struct vw_database *database, const char *sc
     return status;
 }
 
-// The hashes, which cover this row, come once it is written.
+// The hashes cover this row, so they are computed after it is written.
 static enum vw_status insert_run(struct vw_database *database, const struct vw_ledger_run *run) {
     struct vw_row row = {0};
     enum vw_status status =
@@ -84,26 +84,25 @@ static enum vw_status build_file(const char *path, const struct vw_ledger_run *r
     return status;
 }
 
-// A journal outlives its ledger when that was removed after a crash. SQLite would roll it into the next ledger of that
-// name.
+// If a ledger is removed after a crash, its journal remains. SQLite would roll it back into a new ledger of that name.
 static enum vw_status check_place(const char *path) {
     if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; choose another --out", path);
     char *journal = vw_format_text("%s-journal", path);
     if (!journal) return VW_ERROR_MEMORY;
     enum vw_status status = VW_OK;
     if (vw_file_exists(journal))
-        status = vw_fail(VW_ERROR_USAGE, "%s: left over from a ledger that is gone; remove it, or choose another --out",
+        status = vw_fail(VW_ERROR_USAGE, "%s: the journal of a removed ledger; remove it too, or choose another --out",
                          journal);
     free(journal);
     return status;
 }
 
-// Never over a ledger that another process has put there meanwhile. Some file systems have no hard links, and rename
-// there.
+// Never replaces a ledger that another process has created meanwhile: hard links fail then. File systems without hard
+// links use rename.
 static enum vw_status move_into_place(const char *temporary, const char *path) {
     if (!link(temporary, path)) return VW_OK;
     if (errno == EEXIST)
-        return vw_fail(VW_ERROR_USAGE, "%s: another process has begun a run here; choose another --out", path);
+        return vw_fail(VW_ERROR_USAGE, "%s: another process has created a run here; choose another --out", path);
     if (!vw_file_exists(path) && !rename(temporary, path)) return VW_OK;
     return vw_fail(VW_ERROR_IO, "%s: cannot create: %s; check the folder and its permissions", path, strerror(errno));
 }
@@ -112,10 +111,10 @@ enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *ru
                                 uint32_t image_count, struct vw_ledger **ledger) {
     enum vw_status status = check_place(path);
     if (status) return status;
-    // Built beside its place and moved there whole, so that a ledger that exists has its run and image rows.
+    // Built under a temporary name and then moved, so that every existing ledger has its run and image rows.
     char *temporary = vw_format_text("%s.part-%ld", path, (long)getpid());
     if (!temporary) return VW_ERROR_MEMORY;
-    unlink(temporary); // of a run that was killed here and had the same process id
+    unlink(temporary); // left by a killed run with the same process id
     status = build_file(temporary, run, images, image_count);
     if (!status) status = move_into_place(temporary, path);
     unlink(temporary);

@@ -44,7 +44,7 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
     if (status) return status;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher,
-                       running ? run_hash : head); // so that a batch of a running run need not touch the final hash
+                       running ? run_hash : head); // so that a batch of steps does not have to change final_hash
     status = hash_rows(database,
                        "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, "
                        "finished_utc, status FROM run",

@@ -1,4 +1,4 @@
-// What the files of the ledger share.
+// Internal to the ledger: its object, and the functions that its files share.
 #ifndef VIEWWORTH_LEDGER_PRIVATE_H
 #define VIEWWORTH_LEDGER_PRIVATE_H
 
@@ -7,7 +7,7 @@
 
 #define VW_LEDGER_RUNNING "running" // the status of a run that has not ended
 
-// Where the rows of a step go; all NULL to hash them only.
+// The statements that insert the rows of a step; all NULL: the rows are only hashed.
 struct vw_step_statements {
     sqlite3_stmt *step, *view, *probe;
 };
@@ -22,10 +22,10 @@ struct vw_ledger {
     char final_hash[VW_HASH_HEX_BYTES]; // final_hash of the run
     uint64_t next_step;
     struct vw_ledger_run run;
-    const char *extended_config_json; // what run.config_json becomes with the next write, NULL when it stays
-    struct vw_ledger_image *images;   // NULL until asked for
+    const char *extended_config_json; // the new run.config_json, written with the next batch; NULL: unchanged
+    struct vw_ledger_image *images;   // NULL until vw_ledger_get_images
     uint32_t image_count;
-    char **texts; // the strings that `run`, `images` and scores lend
+    char **texts; // the strings that `run`, `images` and scores point to
     size_t text_count, text_capacity;
 };
 
@@ -33,30 +33,30 @@ struct vw_ledger {
 
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);
-// In the caller's writing transaction: whether the file still is as this object knows it. VW_ERROR_MISMATCH when
+// Checks, in the caller's writing transaction, that the file is as this object last saw it. VW_ERROR_MISMATCH if
 // another process has written to it since.
 enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
-// A copy that lives as long as the ledger; NULL with a recorded message when memory is short.
+// A copy of a text that lives as long as the ledger; NULL with a recorded message if memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
 
-// ---- ledger_hash.c: hashes over what the file holds, as ledger.h describes them ----
+// ---- ledger_hash.c: hashes of the rows, as ledger.h describes them ----
 
 // run.row_hash
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
 // run.final_hash, given the row_hash of the run and the last one.
 enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
                                     char hash[VW_HASH_HEX_BYTES]);
-// Makes both in the caller's transaction and stores them in the run row.
+// Computes both, in the caller's transaction, and stores them in the run row.
 enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]);
 enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
                                           char final_hash[VW_HASH_HEX_BYTES]);
 
 // ---- ledger_state.c ----
 
-// That a run goes on or has ended, and how.
+// The state of a run: whether and how it has ended.
 struct vw_run_state {
     const char *status;
-    const char *finished_utc; // NULL while it goes on
+    const char *finished_utc; // NULL: it has not ended
     const struct vw_ledger_score *scores;
     uint32_t score_count;
     char final_hash[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state
@@ -65,8 +65,7 @@ struct vw_run_state {
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
 // Writes state, scores, the extended config and a new final hash, in the caller's transaction.
 enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state);
-// To be called when that transaction is committed: the object knows it as well. `state->status` must live as long as
-// the ledger.
+// Updates the object after that transaction was committed. `state->status` must live as long as the ledger.
 void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state);
 
 #endif

@@ -15,7 +15,7 @@ const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
     return kept;
 }
 
-// A text column that lives as long as the ledger, NULL for a NULL column. When memory is short `*status` says so.
+// A copy of a text column that lives as long as the ledger; NULL for a NULL column. Sets `*status` if memory is short.
 static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     if (*status || sqlite3_column_type(statement, column) == SQLITE_NULL) return NULL;
     const char *text = (const char *)sqlite3_column_text(statement, column);
@@ -25,11 +25,11 @@ static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, 
 }
 
 static enum vw_status fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column) {
-    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s holds what no ledger does; restore it from a copy",
+    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s has an invalid value; restore the file from a copy",
                    ledger->database.path, sqlite3_column_name(statement, column));
 }
 
-// The same of a column that is never NULL in a ledger of ours.
+// The same for a column that is never NULL in a valid ledger.
 static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                   enum vw_status *status) {
     const char *text = keep_text(ledger, statement, column, status);
@@ -37,10 +37,9 @@ static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statem
     return text;
 }
 
-// ---- The run and where it stands
-// --------------------------------------------------------------------------------------
+// ---- The run and its state ----
 
-// No row, or a second one, means that this is not the ledger of one run.
+// A ledger has exactly one run row.
 static enum vw_status load_run(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
@@ -52,8 +51,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found)
-        status =
-            vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore it from a copy", ledger->database.path);
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore the file from a copy",
+                         ledger->database.path);
     if (!status) {
         ledger->run = (struct vw_ledger_run){
             .run_id = keep_some_text(ledger, statement, 0, &status),
@@ -79,7 +78,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
     }
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run row; use the ledger of one run",
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run; use the ledger of a single run",
                          ledger->database.path);
     sqlite3_finalize(statement);
     return status;
@@ -99,7 +98,7 @@ static enum vw_status load_last_step(struct vw_ledger *ledger) {
     return status;
 }
 
-// Both are read in one state of the file: another process may be appending to it.
+// Reads both in one transaction, because another process may be appending.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger) {
     enum vw_status status = vw_database_begin_reading(&ledger->database);
     if (status) return status;
@@ -130,7 +129,7 @@ enum vw_status vw_ledger_check_current(struct vw_ledger *ledger) {
     sqlite3_finalize(statement);
     if (status || current) return status;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: another process has written to it meanwhile; let only one run use a folder, then --resume",
+                   "%s: another process has written to it; use each folder for one run at a time, then --resume",
                    ledger->database.path);
 }
 
@@ -139,17 +138,16 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
     return VW_OK;
 }
 
-// ---- Tables
-// -----------------------------------------------------------------------------------------------------------
+// ---- Tables ----
 
-// What reads the current row of a query into an item of an array.
+// Reads the current row of a query into an item of an array.
 struct row_reader {
     const char *sql;
     size_t item_bytes;
     enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item);
 };
 
-// Reads all rows into an array, to be freed by the caller.
+// Reads all rows into an array, which the caller frees.
 static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reader *reader, void **items,
                                 uint64_t *count) {
     sqlite3_stmt *statement = NULL;
@@ -268,7 +266,7 @@ static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .resampling_stderr = vw_row_read_real(statement, 6),
         .ci_low = vw_row_read_real(statement, 7),
         .ci_high = vw_row_read_real(statement, 8),
-        .rank_ci_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL reads as 0
+        .rank_ci_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL becomes 0
         .rank_ci_high = (uint32_t)sqlite3_column_int64(statement, 10),
     };
     return status;

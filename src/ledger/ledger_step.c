@@ -12,14 +12,14 @@ const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
     [VW_PROBE_FIRST_ORDER] = "first_order",
 };
 
-// ---- The rows of one step, and its hash
-// -------------------------------------------------------------------------------
+// ---- The rows of one step, and its hash ----
 
-// A value is flagged when the trainer says so, or when a value that it vouches for is not finite.
+// A step is flagged if the trainer flags it, or if a value that it reports is not finite.
 static bool is_nonfinite(const struct vw_step_record *record) {
     if (record->nonfinite || !record->validated) return record->nonfinite;
     bool has_no_pooled =
-        record->view_count == 0 && isnan(record->val_psnr_pooled); // an imported step, which is none the worse for it
+        record->view_count == 0 &&
+        isnan(record->val_psnr_pooled); // imported steps have no pooled PSNR: that is no reason to flag them
     bool finite =
         isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
     for (uint32_t i = 0; finite && i < record->view_count; i++)
@@ -81,7 +81,7 @@ static enum vw_status chain_probes(struct vw_ledger *ledger, struct vw_row row, 
     return status;
 }
 
-// Writes the rows of a step, or only hashes them, and moves `head` from the row_hash before the step to its own.
+// Writes the rows of a step, or only hashes them. Replaces `head`, the row_hash before the step, by that of the step.
 static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_statements *statements,
                                  const struct vw_step_record *record, const uint32_t *validation_views,
                                  char head[VW_HASH_HEX_BYTES]) {
@@ -109,14 +109,13 @@ static enum vw_status check_sequence(const struct vw_ledger *ledger, const struc
     for (uint32_t i = 0; i < count; i++)
         if (records[i].step != first + i)
             return vw_fail(VW_ERROR_USAGE,
-                           "%s: step %" PRIu64 " was offered where step %" PRIu64
-                           " follows; resume from the ledger's end",
+                           "%s: step %" PRIu64 " was given, but the next step is %" PRIu64
+                           "; resume from the ledger's end",
                            ledger->database.path, records[i].step, first + i);
     return VW_OK;
 }
 
-// ---- Appending
-// --------------------------------------------------------------------------------------------------------
+// ---- Appending ----
 
 static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
     struct vw_step_statements *inserts = &ledger->inserts;
@@ -148,7 +147,7 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     if (status) return status;
     char head[VW_HASH_HEX_BYTES];
     memcpy(head, ledger->head, sizeof head);
-    // A run that goes on has not ended, and its scores are no longer its scores.
+    // A run with new steps is running again, and its scores are out of date.
     struct vw_run_state running = {.status = VW_LEDGER_RUNNING};
     bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
     status = vw_ledger_check_current(ledger);
@@ -156,17 +155,16 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     for (uint32_t i = 0; !status && i < count; i++)
         status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);
     status = vw_database_end(&ledger->database, status);
-    if (status) return status; // the ledger, and what this object knows of it, are as before
+    if (status) return status; // the ledger and this object are unchanged
     if (changes_state) vw_ledger_take_state(ledger, &running);
     memcpy(ledger->head, head, sizeof head);
     ledger->next_step += count;
     return VW_OK;
 }
 
-// ---- Comparing
-// --------------------------------------------------------------------------------------------------------
+// ---- Comparing ----
 
-// Reads the next row_hash; "" when there is none, which equals no hash.
+// Reads the next row_hash; "", which equals no hash, if there is none.
 static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *statement,
                                     char row_hash[VW_HASH_HEX_BYTES]) {
     bool found = false;
@@ -187,12 +185,12 @@ static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_
         status = chain_step(ledger, &none, &records[i], validation_views, head);
         if (!status) status = next_row_hash(ledger, row_hashes, recorded);
         if (!status && strcmp(head, recorded) != 0)
-            status =
-                vw_fail(VW_ERROR_MISMATCH,
-                        "%s: step %" PRIu64
-                        ", taken again, is not the recorded one; see whether the ledger was edited (viewworth verify)"
-                        " or device, driver or CPU are others",
-                        ledger->database.path, records[i].step);
+            status = vw_fail(
+                VW_ERROR_MISMATCH,
+                "%s: step %" PRIu64
+                ", trained again, differs from the recorded step; check whether the ledger was edited (viewworth "
+                "verify) or device, driver or CPU changed",
+                ledger->database.path, records[i].step);
     }
     return status;
 }
@@ -204,7 +202,7 @@ enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_
     enum vw_status status = check_sequence(ledger, records, count, first);
     if (!status && first + count > ledger->next_step)
         status = vw_fail(VW_ERROR_USAGE,
-                         "%s: step %" PRIu64 " cannot be compared: only those before step %" PRIu64 " are recorded",
+                         "%s: step %" PRIu64 " cannot be compared: only steps before step %" PRIu64 " are recorded",
                          ledger->database.path, first + count - 1, ledger->next_step);
     if (status) return status;
     struct vw_row key = {0};
@@ -212,7 +210,7 @@ enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_
         &ledger->database, "SELECT row_hash FROM step WHERE run_id = ? AND step >= ? ORDER BY step", &key.statement);
     if (status) return status;
     vw_row_add_text(&key, ledger->run.run_id);
-    vw_row_add_integer(&key, first > 0 ? (int64_t)first - 1 : 0); // the row before gives the hash to go on from
+    vw_row_add_integer(&key, first > 0 ? (int64_t)first - 1 : 0); // the row before has the hash to start from
     status = key.failed ? vw_database_fail(&ledger->database, "query the ledger")
                         : compare_steps(ledger, key.statement, records, count, validation_views);
     sqlite3_finalize(key.statement);

@@ -6,15 +6,14 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-// What is recomputed on the way, each held against the stored one before it is used further.
+// Recomputed hashes. Each is compared with the stored one before it is used.
 struct verification {
     struct vw_database *database;
     char run_hash[VW_HASH_HEX_BYTES];
     char head[VW_HASH_HEX_BYTES];
 };
 
-// ---- Rows of something else
-// -------------------------------------------------------------------------------------------
+// ---- Rows that belong to no run or scene ----
 
 static enum vw_status find_stray(struct vw_database *database, const char *table, const char *column) {
     char *sql = vw_format_text("SELECT 1 FROM %s WHERE %s IS NOT (SELECT %s FROM run) LIMIT 1", table, column, column);
@@ -24,10 +23,9 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
     enum vw_status status = vw_database_prepare(database, sql, &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found)
-        status = vw_fail(
-            VW_ERROR_MISMATCH,
-            "%s: table %s holds a row whose %s is not that of the run: one of them was edited, or the row added",
-            database->path, table, column);
+        status = vw_fail(VW_ERROR_MISMATCH,
+                         "%s: table %s has a row whose %s is not that of the run: a row was edited or added",
+                         database->path, table, column);
     sqlite3_finalize(statement);
     free(sql);
     return status;
@@ -42,10 +40,9 @@ static enum vw_status verify_belonging(struct vw_database *database) {
     return status;
 }
 
-// ---- The run, and what covers it
-// ---------------------------------------------------------------------------------------
+// ---- The hashes of the run row ----
 
-// Compares a hash that the run row holds.
+// Compares a hash in the run row with the recomputed one.
 static enum vw_status compare_with_run(struct vw_database *database, const char *sql, const char *hash,
                                        const char *suspects) {
     sqlite3_stmt *statement = NULL;
@@ -55,7 +52,7 @@ static enum vw_status compare_with_run(struct vw_database *database, const char 
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found) vw_row_copy_hash(statement, 0, stored);
     if (!status && strcmp(stored, hash) != 0)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not fit", database->path, suspects,
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not match", database->path, suspects,
                          sqlite3_column_name(statement, 0));
     sqlite3_finalize(statement);
     return status;
@@ -80,14 +77,13 @@ static enum vw_status verify_final_hash(struct verification *verification) {
                                      "step rows were removed");
 }
 
-// ---- The chain of the steps
-// -------------------------------------------------------------------------------------------
+// ---- The chain of the steps ----
 
-// The rows of a table that belong to steps, walked beside them in the order of their keys.
+// A table whose rows belong to steps, read beside the steps in the order of the keys.
 struct companion {
     const char *table, *sql; // column 1 is the step
     sqlite3_stmt *statement;
-    bool found; // it stands on a row
+    bool found; // there is a current row
 };
 
 static enum vw_status open_companion(struct verification *verification, struct companion *companion) {
@@ -96,13 +92,14 @@ static enum vw_status open_companion(struct verification *verification, struct c
 }
 
 static enum vw_status fail_orphan(const struct verification *verification, const struct companion *companion) {
-    return vw_fail(
-        VW_ERROR_MISMATCH,
-        "%s: table %s holds a row of step %" PRId64 ", which has no step row: one was removed or the other added",
-        verification->database->path, companion->table, (int64_t)sqlite3_column_int64(companion->statement, 1));
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: table %s has a row of step %" PRId64
+                   ", which has no step row: a step row was removed or the row was added",
+                   verification->database->path, companion->table,
+                   (int64_t)sqlite3_column_int64(companion->statement, 1));
 }
 
-// Adds the companion's rows of this step. It stands on the first row that no step before has taken.
+// Adds the companion's rows of this step. Its current row is the first one that no earlier step has used.
 static enum vw_status hash_companion(struct verification *verification, struct companion *companion, int64_t step,
                                      struct vw_hasher *hasher) {
     enum vw_status status = VW_OK;
@@ -116,14 +113,14 @@ static enum vw_status hash_companion(struct verification *verification, struct c
     return status;
 }
 
-// `steps` stands on the row of `step`, whose last column is its row_hash.
+// The current row of `steps` is that of `step`; its last column is row_hash.
 static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step,
                                   struct companion *views, struct companion *probes) {
     const char *path = verification->database->path;
     if (sqlite3_column_int64(steps, 1) != step)
         return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: step %" PRId64 " is missing: in its place stands step %" PRId64
-                       "; step rows were removed, renumbered or added",
+                       "%s: step %" PRId64 " is missing: step %" PRId64
+                       " follows instead; step rows were removed, renumbered or added",
                        path, step, (int64_t)sqlite3_column_int64(steps, 1));
     int hash_column = sqlite3_column_count(steps) - 1;
     char stored[VW_HASH_HEX_BYTES];
@@ -138,7 +135,8 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
     vw_row_copy_hash(steps, hash_column, stored);
     if (strcmp(stored, verification->head) == 0) return VW_OK;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: step %" PRId64 " was edited or moved, or view or probe rows of it: its row_hash does not fit",
+                   "%s: step %" PRId64
+                   " or one of its view or probe rows was edited or moved: its row_hash does not match",
                    path, step);
 }
 

@@ -1,9 +1,9 @@
 #include "ledger/schema.h"
 
-// Keys begin with the run (or scene), so that ledgers of several runs can share a file. Clustered tables (WITHOUT
-// ROWID) keep rows in key order, which is also the order they are hashed in. View and probe rows are written before
-// their step row, whose hash covers them: hence the deferred references. Scores keep their rowid, which tells in what
-// order the methods were written.
+// Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
+// store rows in key order, which is also the order of hashing. View and probe rows are written before their step row,
+// because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
+// which the methods were written.
 static const char schema_sql[] =
     "CREATE TABLE run ("
     " run_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, scene_path TEXT NOT NULL, seed INTEGER NOT NULL,"
@@ -42,7 +42,7 @@ static const char schema_sql[] =
     "PRAGMA user_version = 5;";
 
 _Static_assert(VW_SCHEMA_VERSION == 5,
-               "raise the user_version above too, and decide in vw_schema_check what becomes of older files");
+               "raise user_version above too, and decide in vw_schema_check how older files are handled");
 
 enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
 
@@ -56,13 +56,13 @@ enum vw_status vw_schema_check(struct vw_database *database) {
     if (status) return status;
     if (version < 1) return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", database->path);
     if (version < VW_SCHEMA_VERSION)
-        return vw_fail(
-            VW_ERROR_INPUT,
-            "%s: made by an older viewworth (ledger version %d, this one knows %d); run it again into another --out",
-            database->path, version, VW_SCHEMA_VERSION);
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: made by an older viewworth (ledger version %d, this viewworth reads %d); run it again into "
+                       "another --out",
+                       database->path, version, VW_SCHEMA_VERSION);
     if (version > VW_SCHEMA_VERSION)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s: made by a newer viewworth (ledger version %d, this one knows %d); update viewworth",
+                       "%s: made by a newer viewworth (ledger version %d, this viewworth reads %d); update viewworth",
                        database->path, version, VW_SCHEMA_VERSION);
     return VW_OK;
 }

@@ -1,4 +1,4 @@
-// The ledger's tables.
+// The tables of the ledger.
 #ifndef VIEWWORTH_LEDGER_SCHEMA_H
 #define VIEWWORTH_LEDGER_SCHEMA_H
 
@@ -6,9 +6,9 @@
 
 enum { VW_SCHEMA_VERSION = 5 }; // kept in PRAGMA user_version; raise it when a table changes
 
-// Makes the tables, inside the caller's transaction.
+// Creates the tables, in the caller's transaction.
 enum vw_status vw_schema_create(struct vw_database *database);
-// Refuses a file that is no ledger, or one of another version.
+// VW_ERROR_INPUT if the file is not a ledger, or a ledger of another version.
 enum vw_status vw_schema_check(struct vw_database *database);
 
 #endif

@@ -11,15 +11,15 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-static const double VALUE_MOST = 1e4;           // of dB and of error: squares and sums of whatever is less stay finite
-static const uint64_t TABLE_MOST = 1u << 26;    // photos times epochs: scoring holds a number for each
-static const uint32_t EPOCHS_MOST = 1000000000; // as of a training of ours
+static const double VALUE_MOST = 1e4;                   // of PSNR and error, so that their squares and sums stay finite
+static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring stores a number for each
+static const uint32_t EPOCHS_MOST = 1000000000;         // as for --epochs
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
 static const char *const column_names[COLUMN_COUNT] = {"step", "epoch", "photo", "psnr", "l1"};
 
-// A log on its way in.
+// A log while it is read.
 struct reading {
     struct vw_step_log *log;
     uint32_t places[COLUMN_COUNT]; // of the columns in a row
@@ -47,7 +47,7 @@ static enum vw_status read_whole(const struct reading *reading, enum column colu
     char *end = NULL;
     errno = 0;
     unsigned long long parsed = isdigit((unsigned char)text[0]) ? strtoull(text, &end, 10) : 0;
-    if (!end || *end) return refuse_field(reading, column, "no whole number");
+    if (!end || *end) return refuse_field(reading, column, "not a whole number");
     if (errno || parsed > most) return refuse_field(reading, column, "too large");
     *number = parsed;
     return VW_OK;
@@ -59,9 +59,9 @@ static enum vw_status read_real(const struct reading *reading, enum column colum
     char *end = NULL;
     errno = 0;
     double parsed = isspace((unsigned char)text[0]) ? 0 : strtod(text, &end);
-    if (*text && (!end || end == text || *end)) return refuse_field(reading, column, "no number");
+    if (*text && (!end || end == text || *end)) return refuse_field(reading, column, "not a number");
     if (isfinite(parsed) ? fabs(parsed) > VALUE_MOST : errno == ERANGE)
-        return refuse_field(reading, column, "too large: values beyond 10000 are mistakes");
+        return refuse_field(reading, column, "too large: at most 10000 is accepted");
     *number = *text ? parsed : NAN;
     return VW_OK;
 }
@@ -71,10 +71,9 @@ static enum vw_status read_values(const struct reading *reading, struct vw_step_
     enum vw_status status = read_real(reading, PSNR, &record->val_psnr);
     if (!status) status = read_real(reading, L1, &record->val_l1);
     if (!status && has_psnr != has_l1)
-        status =
-            refuse_field(reading, has_psnr ? L1 : PSNR, "empty where the other value is not: give both or neither");
+        status = refuse_field(reading, has_psnr ? L1 : PSNR, "empty, but the other value is not; give both or neither");
     if (!status && record->val_l1 < 0)
-        status = refuse_field(reading, L1, "negative, which no mean absolute error can be");
+        status = refuse_field(reading, L1, "negative, but a mean absolute error is at least 0");
     if (status) return status;
     record->nonfinite = has_psnr && !(isfinite(record->val_psnr) && isfinite(record->val_l1));
     record->validated = has_psnr && !record->nonfinite;
@@ -104,28 +103,28 @@ static enum vw_status check_step(const struct reading *reading, uint64_t step, b
     if (step == next || (first && step <= 1)) return VW_OK;
     if (first)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s:%u: field step: the log begins with step %" PRIu64 "; give it from step 0 or 1 on",
-                       csv->path, csv->line, step);
+                       "%s:%u: field step: the first step is %" PRIu64 "; begin the log with step 0 or 1", csv->path,
+                       csv->line, step);
     if (step < next)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s:%u: field step: step %" PRIu64 " comes again or too late, after step %" PRIu64
-                       "; sort the log and keep one row of each step",
+                       "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64
+                       "; sort the log by step and keep one row per step",
                        csv->path, csv->line, step, next - 1);
     return vw_fail(VW_ERROR_INPUT,
                    "%s:%u: field step: step %" PRIu64 " follows step %" PRIu64
-                   "; give every step: a change is credited to one photo",
+                   "; the log must have every step, because each change is credited to one photo",
                    csv->path, csv->line, step, next - 1);
 }
 
 static enum vw_status check_photo(const struct reading *reading, bool first) {
     const char *photo = field_of(reading, PHOTO);
     if (!vw_name_is_clean(photo))
-        return refuse_field(reading, PHOTO, "no name: it holds baseline characters, or is no UTF-8");
-    if (!*photo && !first) return refuse_field(reading, PHOTO, "missing, as only that of the first row may be");
+        return refuse_field(reading, PHOTO, "not a valid name: it has control characters or is not UTF-8");
+    if (!*photo && !first) return refuse_field(reading, PHOTO, "empty; only the first row may have no photo");
     return VW_OK;
 }
 
-// The untrained state before a log that begins with step 1.
+// Adds the untrained state before a log that begins with step 1.
 static enum vw_status append_start(struct reading *reading) {
     const struct vw_step_record start = {
         .view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr = NAN, .val_psnr_pooled = NAN, .val_l1 = NAN};
@@ -137,7 +136,7 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     struct vw_step_record record = {.view = VW_RECORD_UNTRAINED, .train_loss = NAN, .val_psnr_pooled = NAN};
     uint64_t epoch = 0;
     if (csv->field_count != reading->field_count)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: %u fields under a header of %u columns; write one field per column",
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: %u fields, but the header has %u columns; write one field per column",
                        csv->path, csv->line, csv->field_count, reading->field_count);
     enum vw_status status = read_whole(reading, STEP, INT64_MAX, &record.step);
     if (!status) status = check_step(reading, record.step, first);
@@ -150,7 +149,7 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     if (!photo) return append_record(reading, &record, NULL);
     if (!reading->log->epochs) reading->first_epoch = (uint32_t)epoch;
     if (epoch + 1 < (uint64_t)reading->first_epoch + reading->log->epochs)
-        return refuse_field(reading, EPOCH, "smaller than in the row before, where epochs may only rise");
+        return refuse_field(reading, EPOCH, "smaller than in the row before; epochs must not fall");
     record.epoch = (uint32_t)epoch - reading->first_epoch;
     if (record.epoch >= EPOCHS_MOST) return refuse_field(reading, EPOCH, "more than 10^9 epochs after the first");
     if (record.epoch >= reading->log->epochs) reading->epoch_count++;
@@ -170,8 +169,8 @@ static enum vw_status read_header(struct reading *reading) {
     for (enum column c = 0; c < COLUMN_COUNT; c++)
         if (counts[c] != 1)
             return vw_fail(VW_ERROR_INPUT,
-                           "%s:%u: the header %s column %s; name step, epoch, photo, psnr and l1 once each", csv->path,
-                           csv->line, counts[c] ? "has more than one" : "lacks the", column_names[c]);
+                           "%s:%u: the header %s column %s; it must have step, epoch, photo, psnr and l1 once each",
+                           csv->path, csv->line, counts[c] ? "has more than one" : "lacks the", column_names[c]);
     reading->field_count = csv->field_count;
     return VW_OK;
 }
@@ -183,8 +182,7 @@ static enum vw_status read_rows(struct reading *reading) {
     if (!status) status = read_header(reading);
     for (; !status && !(status = vw_csv_next(csv, &found)) && found; first = false) status = read_row(reading, first);
     if (!status && !reading->log->epochs)
-        status = vw_fail(VW_ERROR_INPUT, "%s: no step below its header has a photo; check that the file is whole",
-                         csv->path);
+        status = vw_fail(VW_ERROR_INPUT, "%s: no step has a photo; check that the file is complete", csv->path);
     return status;
 }
 
@@ -195,7 +193,7 @@ static int compare_names(const void *left, const void *right) {
     return strcmp(*(const char *const *)left, *(const char *const *)right);
 }
 
-// Sorts the names and moves one of each to the front; returns how many there are.
+// Sorts the names, moves one of each to the front, and returns the number of different names.
 static uint32_t sort_names(const char **names, uint32_t count) {
     uint32_t distinct = 0;
     qsort(names, count, sizeof *names, compare_names);
@@ -204,7 +202,7 @@ static uint32_t sort_names(const char **names, uint32_t count) {
     return distinct;
 }
 
-// Gives every name its image and every record its image's number.
+// Makes an image for every name, and sets the image of every record.
 static enum vw_status number_photos(struct reading *reading) {
     struct vw_step_log *log = reading->log;
     uint32_t used = 0;
@@ -229,7 +227,7 @@ static enum vw_status check_extent(const struct reading *reading) {
     const struct vw_step_log *log = reading->log;
     if ((uint64_t)log->image_count * reading->epoch_count <= TABLE_MOST) return VW_OK;
     return vw_fail(VW_ERROR_INPUT,
-                   "%s: %u photos in %u epochs are too many: photos times epochs may reach %" PRIu64
+                   "%s: %u photos in %u epochs are too many: photos times epochs is limited to %" PRIu64
                    "; epochs must be passes over the photos, not steps",
                    log->csv.path, log->image_count, reading->epoch_count, TABLE_MOST);
 }

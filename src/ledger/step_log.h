@@ -1,19 +1,21 @@
-// The per-step log of any other trainer that takes one photo per step and validates after every step, read as if the
-// steps were ours.
+// The step log of another trainer, read as if its steps were ours. The trainer takes one photo per step and validates
+// after every step.
 //
-// A CSV file (see csv.h) whose header names at least the columns step, epoch, photo, psnr and l1, in any order; further
-// columns are passed over. One row per step:
-// - step   whole number; the first row has 0 or 1, every other one the number after that of the row before
-// - epoch  whole number that never falls; epochs count from the first one that a photo is trained in, are fewer than
-// 10^9, and are passes
-//          over the photos: scoring holds a number per photo and epoch, so that their product may not exceed 2^26
-// - photo  the name of the photo trained on; the first row may have none: it is the state before training, as is step 0
-// whatever its photo
-// - psnr   dB, validation after the step; finite values beyond 10^4, here and in l1, are refused: one would drown all
-// scores
-// - l1     mean absolute error of the same validation, not negative
-// A step whose psnr and l1 are both empty was not validated; one of which either is nan or inf is flagged as not
-// finite. Neither has a delta: the next one is taken from the last step that has values.
+// A CSV file (see csv.h). Its header has the columns step, epoch, photo, psnr and l1, in any order; other columns are
+// ignored. One row per step:
+// - step   whole number; 0 or 1 in the first row, then one more in each row
+// - epoch  whole number that never falls. Epochs count from the first one with a photo, and are fewer than 10^9. An
+// epoch
+//          is a pass over the photos: scoring stores a number per photo and epoch, so photos times epochs is at most
+//          2^26
+// - photo  name of the photo trained on; may be empty in the first row, which then is the state before training. Step 0
+// is
+//          that state in any case
+// - psnr   validation PSNR after the step, dB. Finite values beyond 10^4, also in l1, are refused: one of them would
+//          dominate all scores
+// - l1     mean absolute error of the same validation, at least 0
+// A step whose psnr and l1 are both empty was not validated. A step with nan or inf is flagged as non-finite. Neither
+// has a delta: the next delta starts from the last step with values.
 #ifndef VIEWWORTH_STEP_LOG_H
 #define VIEWWORTH_STEP_LOG_H
 
@@ -25,8 +27,8 @@
 #include "viewworth/types.h"
 
 struct vw_step_log {
-    struct vw_csv csv;  // the file, which the names point into
-    uint8_t sha256[32]; // of the file
+    struct vw_csv csv;             // the file; names point into it
+    uint8_t sha256[VW_HASH_BYTES]; // of the file
     struct vw_step_record *
         records; // owned; from step 0 on (added, without values, where the log begins with 1); no pooled PSNR, no views
     uint32_t record_count;
@@ -35,7 +37,7 @@ struct vw_step_log {
     uint32_t epochs; // number of the last one, and one
 };
 
-// VW_ERROR_INPUT names file, line and field of whatever is not as above. Clear it also after a failure.
+// VW_ERROR_INPUT names file, line and field of what is wrong. Clear the log also after a failure.
 enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log);
 void vw_step_log_clear(struct vw_step_log *log);
 

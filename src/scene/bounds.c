@@ -1,19 +1,19 @@
-// Choosing the box. In this order:
+// Chooses the box, in this order:
 //
-// 1. The box that the scene file declares (aabb_scale), when it holds what the cameras look at.
-// 2. SfM points: along each axis from the 2nd to the 98th percentile of the points, so that strays do not count, and a
-// tenth more; wide
-//    enough for the point that the cameras look at (see 3) where there is one. The cube around that has its middle and
-//    its longest side.
-// 3. Cameras that look inwards: centred on the point with the least sum of squared distances to all optical axes; the
-// half extent is
-//    1.1 * median over cameras of (distance to that point * tangent of half the wider field of view): the half width of
-//    what a typical camera sees at that distance, and a tenth more. Cameras without such a point (axes parallel, or
-//    pointing away from each other): nothing tells the depth of the scene, so it is taken as 4 times the spread of the
+// 1. The box that the scene file declares (aabb_scale), if it contains what the cameras look at.
+// 2. From SfM points: along each axis the range from the 2nd to the 98th percentile of the points (so that outliers do
+// not
+//    count) plus a tenth, extended to the point that the cameras look at (see 3), if there is one. The box is the cube
+//    with the centre of that range and its longest side.
+// 3. From cameras that look inwards: the centre is the point with the least sum of squared distances to all optical
+// axes.
+//    The half extent is 1.1 * median over cameras of (distance to that point * tangent of half the wider field of
+//    view): the half width that a typical camera sees at that distance, plus a tenth. If there is no such point (the
+//    axes are parallel or diverge), the depth of the scene is unknown and assumed to be 4 times the spread of the
 //    cameras.
 //
-// Sums and differences are taken relative to the cameras' centroid, so that coordinates of a million metres lose
-// nothing but their own rounding.
+// Sums and differences are relative to the cameras' centroid, so that coordinates of a million metres keep their
+// precision.
 #include "scene/bounds.h"
 
 #include <math.h>
@@ -24,18 +24,18 @@
 #include "base/statistics.h"
 
 static const double MARGIN = 1.1;
-static const double STRAY_SHARE = 0.02; // of the points, at either end of an axis
-enum { POINTS_MIN = 64 };               // fewer tell less than the cameras do
+static const double STRAY_SHARE = 0.02; // share of the points that is ignored at either end of an axis
+enum { POINTS_MIN = 64 };               // with fewer points, the cameras are better evidence
 static const double SPREADS_AWAY = 4;
 static const double PARALLEL_DETERMINANT = 0.003; // about the square of the axes' angular spread: 3 degrees
-static const double FRONT_SHARE = 0.75;           // of the cameras must have the common point before them
+static const double FRONT_SHARE = 0.75;           // share of the cameras that must have the common point in front
 
 struct axes {
     double centroid_world[3];
-    double mean_look[3]; // of the unit directions: length 1 when all are parallel, near 0 when they cancel
+    double mean_look[3]; // mean of the unit directions: length 1 if all are parallel, near 0 if they cancel
     double spread_world; // root mean square distance from the centroid
     double focus[3];     // the point closest to all axes, relative to the centroid
-    bool common_point;   // the axes have one, and it lies before most cameras
+    bool common_point;   // the axes have one, and it is in front of most cameras
 };
 
 static void position_of(const struct vw_view *view, const double origin_world[3], double position[3]) {
@@ -154,7 +154,7 @@ static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct 
     return VW_OK;
 }
 
-// From one tenth outside the points to one tenth outside them along one axis, relative to the cameras' centroid.
+// The range of the points along one axis plus one tenth at either end, relative to the cameras' centroid.
 static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted,
                             double range[2]) {
     for (uint32_t p = 0; p < scene->point_count; p++)
@@ -170,7 +170,7 @@ static void range_of_points(const struct vw_scene *scene, const struct axes *axe
     range[1] = fmax(range[1], axes->focus[axis]);
 }
 
-// Leaves the box alone when the points are too few, or all in one place.
+// Leaves the box unchanged if there are too few points, or if they are all in one place.
 static enum vw_status box_of_points(const struct vw_scene *scene, const struct axes *axes, struct vw_box *box,
                                     const char **source) {
     if (scene->point_count < POINTS_MIN) return VW_OK;
@@ -196,7 +196,7 @@ static struct vw_box box_of_ngp(const struct vw_ngp_box *declared) {
     return box;
 }
 
-// A declared box that misses what the cameras look at belongs to other coordinates than the poses.
+// If a declared box misses what the cameras look at, it uses other coordinates than the poses.
 static bool is_plausible(const struct vw_box *declared, const struct vw_box *seen) {
     for (int i = 0; i < 3; i++)
         if (fabs(seen->centre_world[i] - declared->centre_world[i]) > declared->half_extent_world) return false;
@@ -204,7 +204,7 @@ static bool is_plausible(const struct vw_box *declared, const struct vw_box *see
     return ratio >= 0.25 && ratio <= 128;
 }
 
-// Numbers that are finite one by one can overflow together.
+// Sums and products of finite numbers can overflow.
 static enum vw_status check_box(const struct vw_scene *scene, const struct vw_box *box) {
     const double *centre = box->centre_world;
     if (isnormal(box->half_extent_world) && isfinite(centre[0]) && isfinite(centre[1]) && isfinite(centre[2]))

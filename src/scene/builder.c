@@ -14,7 +14,7 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
     if (vw_grow((void **)&builder->photos, &builder->photo_capacity, needed, sizeof *builder->photos)) return NULL;
     struct vw_view *view = &scene->views[scene->view_count];
     struct vw_scene_builder_photo *photo = &builder->photos[scene->view_count];
-    scene->view_count++; // from here on closing the scene frees what there is
+    scene->view_count++; // from here on, closing the scene frees the view
     view->name = vw_copy_text(name);
     view->provider = vw_copy_text("");
     photo->image_path = vw_copy_text(image_path);
@@ -63,7 +63,7 @@ static bool ends_with_name(const char *path, const char *name) {
            !strcmp(path + path_length - name_length, name);
 }
 
-// The view that a COLMAP model has by that name, in which the folder of all photos is left out.
+// The view with that name in a COLMAP model, whose names omit the folder of the photos.
 static struct vw_view *find_in_model(const struct vw_scene *scene, const char *name) {
     static const char *const photo_folders[] = {"images/", "dense/images/"};
     if (strcmp(scene->format, "colmap") != 0 && strcmp(scene->format, "phototourism") != 0) return NULL;

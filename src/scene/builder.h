@@ -1,5 +1,5 @@
-// A scene while it is being opened: what the files of src/scene share. A format's loader appends views with their
-// cameras, poses and image paths and sets the box; scene.c then decides splits, reads the photos and hashes.
+// A scene while it is opened; internal to src/scene. The loader of a format appends views with their cameras, poses and
+// image paths, and sets the box. Then scene.c decides the splits, reads the photos and hashes the scene.
 #ifndef VIEWWORTH_BUILDER_H
 #define VIEWWORTH_BUILDER_H
 
@@ -14,31 +14,31 @@ struct vw_scene_builder_photo {
 
 struct vw_scene_builder {
     const struct vw_scene_params *params;
-    char *folder;           // owned; the scene folder, which all names are relative to and nothing may lie outside of
+    char *folder;           // owned; the scene folder: all names are relative to it, and no file may be outside of it
     struct vw_scene *scene; // owned until opening succeeds
     struct vw_scene_builder_photo
         *photos; // owned; of each view; NULL when the loader made images and cameras itself (recipes)
     size_t view_capacity, photo_capacity;
 };
 
-// A format that a scene may have. A loader that gives no view to val or test has no opinion on splits.
+// A scene format. If its loader assigns no view to val or test, split.c decides the splits.
 struct vw_scene_format {
     const char *name;                // as --format takes it
-    bool (*probe)(const char *path); // whether the path looks like this format
+    bool (*probe)(const char *path); // whether the path has this format
     enum vw_status (*load)(struct vw_scene_builder *builder);
     enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see viewworth/photo_list.h
 };
 
 // Appends a view and returns it; name and image path are copied. NULL when memory is short.
 struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path);
-// Gives the view added last a mask file, whose path is copied.
+// Sets the mask file of the view that was added last; the path is copied.
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
 // Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
 // The view of that name; NULL when there is none. A leading "./" is ignored.
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name);
-// The same for a name in a list of the user's: as a COLMAP model has it, without the folder of the photos, or without
-// any folders before it where that is one view's alone.
+// The same for a name in a user's list, which may omit the folder of the photos, as in a COLMAP model, or all folders
+// if only one view has that file name.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
 // `name` without leading "./".
 const char *vw_view_name_of(const char *name);
@@ -49,17 +49,17 @@ enum vw_status vw_transforms_load(struct vw_scene_builder *builder);
 // phototourism.c
 bool vw_phototourism_probe(const char *path);
 enum vw_status vw_phototourism_load(struct vw_scene_builder *builder);
-// sfm_evidence.c: takes the points of a COLMAP model that lies beside another scene file, when its cameras are those of
-// the scene.
+// sfm_evidence.c: takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the
+// scene.
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
-// split.c: lists, then what the loader said, then every eighth view.
+// split.c: decides the splits: by lists, otherwise by the loader, otherwise by every eighth view.
 enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene);
 // provider.c
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // photo.c: fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the
 // background.
 enum vw_status vw_photos_read(struct vw_scene_builder *builder);
-// corrupt.c: corrupts params->corrupt train photos and writes every view's truth.
+// injected_corruption.c: corrupts params->corrupt train photos and sets every view's ground_truth.
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
 // scene_hash.c
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);

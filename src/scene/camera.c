@@ -1,5 +1,5 @@
-// Projection through the two lenses of scene.h and its inverse. Inside this file positions are (x, y) = (X/Z, Y/Z) in
-// the OpenCV camera frame, and distorted positions are in units of the focal lengths.
+// Projection by the two lens models of scene.h, and its inverse. In this file, positions are (x, y) = (X/Z, Y/Z) in the
+// OpenCV camera frame, and distorted positions are in units of the focal lengths.
 #include <math.h>
 
 #include "viewworth/scene.h"
@@ -12,8 +12,7 @@ static const double FISHEYE_ANGLE_MAX =
     1.55; // radians; camera.glsl has the same: directions (x, y, -1) end at a right angle
 enum { BISECTIONS_MAX = 100, DEGREE_MAX = 6 };
 
-// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse
-// -----------------
+// ---- The fold: where the distorted radius stops growing with the true one, beyond which there is no inverse ----
 
 static double polynomial(const double *coefficients, int degree, double x) {
     double value = coefficients[degree];
@@ -31,8 +30,8 @@ static double bisect(const double *coefficients, int degree, double left, double
     return left;
 }
 
-// The places in (0, limit) where a polynomial changes its sign, ascending: between two roots of its derivative there is
-// at most one.
+// Finds where a polynomial changes its sign in (0, limit), ascending: between two roots of its derivative it does so at
+// most once.
 static int find_roots(const double *coefficients, int degree, double limit, double roots[DEGREE_MAX]) {
     if (degree == 0) return 0;
     double derivative[DEGREE_MAX] = {0}, turns[DEGREE_MAX + 1], left = 0;
@@ -45,7 +44,7 @@ static int find_roots(const double *coefficients, int degree, double limit, doub
     return count;
 }
 
-// The least root in (0, limit); `fallback` when there is none.
+// The least root in (0, limit); `fallback` if there is none.
 static double least_root(const double *coefficients, int degree, double limit, double fallback) {
     double roots[DEGREE_MAX];
     while (degree > 0 && coefficients[degree] == 0) degree--;
@@ -63,8 +62,7 @@ static double fold_radius2(const struct vw_camera *camera) {
     return fmin(least_root(slope, DEGREE_MAX, RADIUS2_MAX, INFINITY), least_root(bottom, 3, RADIUS2_MAX, INFINITY));
 }
 
-// ---- The polynomial lens
-// ----------------------------------------------------------------------------------------------
+// ---- The polynomial lens ----
 
 // The distorted position of (x, y) and its derivatives.
 struct distorted {
@@ -90,7 +88,7 @@ static struct distorted distort(const struct vw_camera *camera, double x, double
     };
 }
 
-// A guess at the undistorted position, and how far its distorted position lies from the target.
+// An estimate of the undistorted position, and the distance of its distorted position from the target.
 struct guess {
     double x, y;
     struct distorted at;
@@ -105,7 +103,7 @@ static struct guess guess_at(const struct vw_camera *camera, double x, double y,
 
 static double determinant(const struct distorted *at) { return at->dx_dx * at->dy_dy - at->dx_dy * at->dy_dx; }
 
-// One Newton step, halved until it comes closer without crossing the fold; false when no such step exists.
+// One Newton step, halved until it reduces the distance without crossing the fold; false if there is no such step.
 static bool improve(const struct vw_camera *camera, double fold2, const double target[2], struct guess *guess) {
     const struct distorted *at = &guess->at;
     double right_x = target[0] - at->x, right_y = target[1] - at->y;
@@ -120,7 +118,7 @@ static bool improve(const struct vw_camera *camera, double fold2, const double t
     return false;
 }
 
-// Newton's method from the distorted position, pulled inside the fold; runs until double precision comes no closer.
+// Newton's method, started at the distorted position moved inside the fold, until the distance no longer falls.
 static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     const double target[2] = {*x, *y};
     double length = hypot(*x, *y), fold2 = fold_radius2(camera);
@@ -133,8 +131,7 @@ static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     return guess.error <= RESIDUAL_MAX * fmax(1, length) && determinant(&guess.at) > 0;
 }
 
-// ---- The fisheye lens: a matter of angles alone
-// ---------------------------------------------------------------------------
+// ---- The fisheye lens: a matter of angles alone ----
 
 static double distort_angle(const struct vw_camera *camera, double theta, double *slope) {
     double t2 = theta * theta;
@@ -142,7 +139,7 @@ static double distort_angle(const struct vw_camera *camera, double theta, double
     return theta * (1 + t2 * (camera->k1 + t2 * (camera->k2 + t2 * (camera->k3 + t2 * camera->k4))));
 }
 
-// The angle up to which the distorted angle grows with the true one.
+// The angle up to which the distorted angle increases with the true one.
 static double fold_angle(const struct vw_camera *camera) {
     const double slopes[5] = {1, 3 * camera->k1, 5 * camera->k2, 7 * camera->k3,
                               9 * camera->k4}; // of the square of the angle
@@ -150,15 +147,15 @@ static double fold_angle(const struct vw_camera *camera) {
     return sqrt(least_root(slopes, 4, limit, limit));
 }
 
-// The angle that is seen at a distorted angle: Newton's method kept between bounds that close in on it. Below the fold
-// there is one solution or none.
+// The true angle of a distorted angle: Newton's method within shrinking bounds. Below the fold there is at most one
+// solution.
 static bool undistort_angle(const struct vw_camera *camera, double target, double *theta) {
     double low = 0, high = fold_angle(camera), slope;
     if (!(target < distort_angle(camera, high, &slope))) return false;
     double guess = fmin(target, 0.5 * high);
     for (int step = 0; step < BISECTIONS_MAX; step++) {
         double error = distort_angle(camera, guess, &slope) - target, next = guess - error / slope;
-        if (next == guess) break; // doubles come no closer
+        if (next == guess) break; // double precision is reached
         if (error > 0) high = guess;
         else low = guess;
         guess = next > low && next < high ? next : 0.5 * (low + high);
@@ -184,8 +181,7 @@ static void distort_fisheye(const struct vw_camera *camera, double *x, double *y
     *y *= shrink;
 }
 
-// ---- Both
-// -------------------------------------------------------------------------------------------------------------
+// ---- Both ----
 
 bool vw_camera_is_distorted(const struct vw_camera *camera) {
     return camera->lens == VW_LENS_FISHEYE || camera->k1 != 0 || camera->k2 != 0 || camera->k3 != 0 ||

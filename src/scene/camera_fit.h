@@ -1,15 +1,14 @@
-// Cameras given for another size of the photo.
+// Fits cameras to photos of another size.
 #ifndef VIEWWORTH_CAMERA_FIT_H
 #define VIEWWORTH_CAMERA_FIT_H
 
 #include "viewworth/scene.h"
 
-// Makes the camera one for photos of this size. The photo's edges stay where they are, so each axis is scaled by its
-// ratio of pixel counts.
+// Scales the camera to photos of this size: each axis by its ratio of pixel counts, so that the photo's edges stay in
+// place.
 void vw_camera_resize(uint32_t width_px, uint32_t height_px, struct vw_camera *camera);
-// The same for the photo that a scene file's camera belongs to: refuses one of another shape, in a message that begins
-// with `where`.
-// `*rescaled` becomes true when the sizes differ and is left alone otherwise.
+// The same for the photo of a camera in a scene file. VW_ERROR_INPUT if the photo has another shape; `where` begins the
+// message. Sets `*rescaled` if the sizes differ, and leaves it unchanged otherwise.
 enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t height_px, struct vw_camera *camera,
                              bool *rescaled);
 

@@ -10,7 +10,7 @@ static double depth_of(const struct vw_view *view, const double position_world[3
     return depth;
 }
 
-// Points behind a camera are no evidence of what it sees.
+// Points behind a camera are ignored.
 static void gather(const struct vw_scene *scene, vw_track_filter *counts, const void *context, uint32_t *ends,
                    double *depths) {
     for (int filling = 0; filling < 2; filling++) { // count, then fill
@@ -21,7 +21,7 @@ static void gather(const struct vw_scene *scene, vw_track_filter *counts, const 
                 double depth = depth_of(&scene->views[v], point->position_world);
                 if (!(depth > 0) || (counts && !counts(context, &scene->tracks[t]))) continue;
                 if (filling) depths[ends[v]] = depth;
-                ends[v + !filling]++; // the count of view v lies one further, so that sums of counts are begins
+                ends[v + !filling]++; // counts are stored one entry further, so that their sums are the begins
             }
         }
         for (uint32_t v = 1; !filling && v <= scene->view_count; v++) ends[v] += ends[v - 1];

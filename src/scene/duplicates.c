@@ -9,25 +9,24 @@
 #include "image/image.h"
 #include "viewworth/scene.h"
 
-enum { CELLS = 16, CELL_COUNT = CELLS * CELLS, SAMPLES = 8 }; // samples: of a cell, along each axis, at most
+enum { CELLS = 16, CELL_COUNT = CELLS * CELLS, SAMPLES = 8 }; // SAMPLES: largest number per cell along each axis
 static const double ANGLE_MOST = 2.0 * M_PI / 180;
 static const double SIMILARITY_LEAST = 0.98;
-static const double FLAT_CONTRAST = 1.0 / 255; // standard deviation below which a photo shows nothing to compare
+static const double FLAT_CONTRAST = 1.0 / 255; // standard deviation below which a photo has nothing to compare
 
-// Luminances of the cells, less their mean, of length 1; all 0 for a photo that shows nothing.
+// Luminances of the cells minus their mean, scaled to length 1; all 0 for a photo with nothing to compare.
 struct fingerprint {
     float cells[CELL_COUNT];
 };
 
-// ---- What photos show
-// -------------------------------------------------------------------------------------------------
+// ---- What photos show ----
 
-// The pixel of sample `index` of all along a side.
+// The pixel of sample `index` along a side.
 static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
     return (uint32_t)(((uint64_t)2 * index + 1) * side_px / (2 * CELLS * SAMPLES));
 }
 
-// Mean over a grid of samples that does not depend on the photo's size; 0 where no pixel can be used.
+// Mean over a grid of samples whose size does not depend on the photo's; 0 if no pixel can be used.
 static double mean_of_cell(const struct vw_view *view, uint32_t cell_x, uint32_t cell_y) {
     static const float black[3] = {0, 0, 0};
     double sum = 0;
@@ -60,14 +59,13 @@ static double correlate(const struct fingerprint *a, const struct fingerprint *b
     return fmin(sum, 1);
 }
 
-// ---- Where they were taken
-// --------------------------------------------------------------------------------------------
+// ---- Where they were taken ----
 
 static double distance(const double a[3], const double b[3]) {
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
 }
 
-// How far away the nearest thing is that the view shows: the near depth where points tell it, else the box's middle.
+// The distance of the nearest thing in the view: its near depth if known, otherwise the distance of the box's centre.
 static double depth_of(const struct vw_scene *scene, const struct vw_view *view) {
     if (view->near_world > 0) return view->near_world;
     const double position[3] = {view->camera_to_world[0][3], view->camera_to_world[1][3], view->camera_to_world[2][3]};
@@ -80,12 +78,11 @@ static bool stand_together(const struct vw_scene *scene, const struct vw_view *a
         between = hypot(between, a->camera_to_world[i][3] - b->camera_to_world[i][3]);
         for (int j = 0; j < 3; j++) trace += a->camera_to_world[i][j] * b->camera_to_world[i][j];
     }
-    double turn = acos(fmin(fmax((trace - 1) / 2, -1), 1)); // the angle of the rotation from one to the other
+    double turn = acos(fmin(fmax((trace - 1) / 2, -1), 1)); // angle of the rotation between the cameras
     return between <= tan(ANGLE_MOST) * depth && turn <= ANGLE_MOST;
 }
 
-// ---- Groups
-// -----------------------------------------------------------------------------------------------------------
+// ---- Groups ----
 
 static bool is_asked(const struct vw_view *view) {
     return view->split == VW_SPLIT_TRAIN || view->split == VW_SPLIT_VAL;
@@ -97,7 +94,7 @@ static double similarity_of(const struct vw_scene *scene, const struct fingerpri
     return stand_together(scene, first, second) ? correlate(&prints[a], &prints[b]) : 0;
 }
 
-// leaders[v]: the view that v is a near-duplicate of, itself where there is none before it.
+// leaders[v]: the first view that v is a near-duplicate of; v itself if there is none.
 static void find_leaders(const struct vw_scene *scene, const struct fingerprint *prints, uint32_t *leaders,
                          double *similarities) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -113,7 +110,7 @@ static void find_leaders(const struct vw_scene *scene, const struct fingerprint 
     }
 }
 
-// Lists all groups of more than one; returns how many photos they hold. O(photos^2) at worst, in memory reads alone.
+// Lists all groups of more than one photo; returns their number of photos. At worst O(photos^2) comparisons in memory.
 static uint32_t list_groups(uint32_t view_count, const uint32_t *leaders, const double *similarities,
                             struct vw_duplicate *duplicates) {
     uint32_t count = 0, group = 0;

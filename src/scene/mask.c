@@ -10,10 +10,9 @@
 #include "base/memory.h"
 #include "viewworth/scene.h"
 
-// ---- Finding
-// -------------------------------------------------------------------------------------------------------------
+// ---- Finding ----
 
-// Where "/images/" stands last in the part of the path that lies in the folder; NULL when it does not.
+// The last "/images/" in the part of the path below the folder; NULL: none.
 static const char *find_images_folder(const char *folder, const char *image_path) {
     const char *found = NULL, *next = image_path + strlen(folder) - (*folder && folder[strlen(folder) - 1] == '/');
     while ((next = strstr(next, "/images/"))) found = next++;
@@ -52,17 +51,16 @@ enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t
                    path, width_px, height_px, photo_width_px, photo_height_px);
 }
 
-// ---- Reading
-// -------------------------------------------------------------------------------------------------------------
+// ---- Reading ----
 
-// A mask file as it is, and the sizes that it is brought to.
+// A mask file, and the sizes of the photo.
 struct masking {
     struct vw_image file;
     uint32_t photo_width_px, photo_height_px; // before --downscale
-    uint32_t width_px, height_px;             // after it
+    uint32_t width_px, height_px;             // after --downscale
 };
 
-// The pixel of `to_px` that holds the centre of pixel `at` of `from_px`.
+// The pixel of `to_px` that contains the centre of pixel `at` of `from_px`.
 static uint32_t nearest(uint32_t at, uint32_t from_px, uint32_t to_px) {
     return (uint32_t)((2 * (uint64_t)at + 1) * to_px / (2 * (uint64_t)from_px));
 }
@@ -74,7 +72,7 @@ static bool keeps_photo_pixel(const struct masking *masking, uint32_t x_px, uint
     return (rgba[0] + rgba[1] + rgba[2]) * rgba[3] >= 1.5f;
 }
 
-// The photo pixels [first, end) that pixel `at` of the downscaled photo covers, in part at least.
+// The photo pixels [first, end) that pixel `at` of the downscaled photo covers at least in part.
 static uint32_t first_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) {
     return (uint32_t)((uint64_t)at * photo_px / small_px);
 }
@@ -107,8 +105,10 @@ static enum vw_status make_mask(const char *path, const struct masking *masking,
         return VW_OK;
     }
     free(made);
-    return vw_fail(VW_ERROR_INPUT, "%s: the mask hides the whole photo; white keeps: invert it, or leave the photo out",
-                   path);
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "%s: the mask hides the whole photo, because white keeps and black hides; invert it, or leave the photo out",
+        path);
 }
 
 enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale,

@@ -5,8 +5,8 @@
 #include "base/statistics.h"
 
 static const double NEAR_SHARE = 0.001, FAR_SHARE = 0.999;
-// n points drawn from a view leave 2 / (n + 1) of what it sees outside their range on average: 6 % here, which the
-// margins of pixels_camera() are there for. With fewer points, whole surfaces could be cut off.
+// On average, a share of 2 / (n + 1) of what a view sees is outside the range of n points: 6 % here, which the margins
+// of pixels_camera() cover. With fewer points, whole surfaces could be cut off.
 enum { POINTS_MIN = 32 };
 
 enum vw_status vw_near_far_measure(struct vw_scene *scene) {

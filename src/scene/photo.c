@@ -1,4 +1,4 @@
-// From image paths to pixels: masks, --downscale, file hashes, transparency and what had to be repaired.
+// Reads photos: pixels, masks, --downscale, file hashes, transparency, and notes on repaired pixels.
 #include <inttypes.h>
 
 #include "image/downscale.h"
@@ -14,8 +14,7 @@ struct repairs {
     uint64_t clamped_values, bad_pixels, unseen_pixels, value_count;
 };
 
-// ---- Masks, from their headers
-// ----------------------------------------------------------------------------------------------
+// ---- Masks, from their headers ----
 
 static enum vw_status find_masks(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
@@ -37,8 +36,7 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
                          used_count);
 }
 
-// ---- Sizes
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Sizes ----
 
 static void downscale_tracks(struct vw_scene *scene, uint32_t factor) {
     for (uint32_t i = 0; i < scene->track_count; i++) {
@@ -53,8 +51,7 @@ static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
     vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor), camera);
 }
 
-// ---- Pixels
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Pixels ----
 
 static enum vw_status read_mask(const struct vw_scene_builder *builder, uint32_t index, uint32_t width_px,
                                 uint32_t height_px) {
@@ -64,7 +61,7 @@ static enum vw_status read_mask(const struct vw_scene_builder *builder, uint32_t
                : VW_OK;
 }
 
-// A photo of the given size before --downscale, and its mask.
+// Reads a photo and its mask; the size is that before --downscale.
 static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_t index, uint32_t width_px,
                                  uint32_t height_px, struct repairs *repairs) {
     struct vw_view *view = &builder->scene->views[index];
@@ -74,7 +71,7 @@ static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_
     status = vw_image_load(path, builder->params->downscale, &view->image);
     if (status) return status;
     if (view->image.width_px != view->camera.width_px || view->image.height_px != view->camera.height_px)
-        return vw_fail(VW_ERROR_IO, "%s: the image changed its size while it was read; start again", path);
+        return vw_fail(VW_ERROR_IO, "%s: the image changed its size while it was read; run the command again", path);
     builder->scene->has_alpha |= view->image.has_alpha;
     repairs->clamped_views += view->image.clamped_count > 0;
     repairs->bad_views += view->image.masked_count > 0;

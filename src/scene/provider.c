@@ -1,4 +1,4 @@
-// Who supplied which view: a CSV file with the header name,provider.
+// Reads who supplied each view, from a CSV file with the header name,provider.
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,12 +11,12 @@ static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
 
 static enum vw_status read_header(const struct vw_csv *csv) {
     if (csv->field_count == 2 && !strcmp(csv->fields[0], "name") && !strcmp(csv->fields[1], "provider")) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%u: the header is not name,provider; add it", csv->path, csv->line);
+    return vw_fail(VW_ERROR_INPUT, "%s:%u: the header must be name,provider; add it", csv->path, csv->line);
 }
 
 static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene) {
     if (csv->field_count != 2)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,provider", csv->path, csv->line);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,provider", csv->path, csv->line);
     const char *name = csv->fields[0];
     struct vw_view *view = vw_scene_find_named(scene, name);
     if (!view)
@@ -26,7 +26,7 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene)
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line,
                        name);
     if (!vw_name_is_clean(csv->fields[1]))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name holds control characters or is no UTF-8; correct it",
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name has control characters or is not UTF-8; correct it",
                        csv->path, csv->line);
     char *copy = vw_copy_text(csv->fields[1]);
     if (!copy) return VW_ERROR_MEMORY;

@@ -1,12 +1,12 @@
-// Nothing is read outside the scene folder: what guards the names and links that a scene gives.
+// Guards for the names and links in a scene: nothing is read outside the scene folder.
 #ifndef VIEWWORTH_SAFE_PATH_H
 #define VIEWWORTH_SAFE_PATH_H
 
 #include <stdbool.h>
 
-// Whether a relative path would leave the folder it is relative to: absolute, or with a part "..".
+// Whether a path leaves the folder that it is relative to: it is absolute or has a part "..".
 bool vw_path_leaves_folder(const char *name);
-// Whether a file, all links followed, lies in a folder (links followed too). False when either does not exist.
+// Whether a file is in a folder, after following all links of both. False if either does not exist.
 bool vw_path_lies_inside(const char *folder, const char *path);
 
 #endif

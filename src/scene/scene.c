@@ -16,7 +16,7 @@ static bool probe_recipe(const char *path) {
     void *text = NULL;
     size_t size_bytes = 0;
     if (!vw_file_exists(path) || vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes)) return false;
-    json_t *file = json_loadb(text, size_bytes, 0, NULL); // NULL for anything but JSON
+    json_t *file = json_loadb(text, size_bytes, 0, NULL); // NULL: not JSON
     bool recipe = json_object_get(file, "viewworth_recipe") != NULL;
     json_decref(file);
     free(text);
@@ -28,7 +28,7 @@ static enum vw_status load_recipe(struct vw_scene_builder *builder) {
 }
 
 static const struct vw_scene_format formats[] = {
-    // in the order they are tried
+    // in the order in which they are tried
     {"recipe", probe_recipe, load_recipe, vw_names_write_list},
     {"transforms", vw_transforms_probe, vw_transforms_load, vw_transforms_write_list},
     {"phototourism", vw_phototourism_probe, vw_phototourism_load, vw_phototourism_write_list},
@@ -43,7 +43,7 @@ static enum vw_status check_pool(const struct vw_scene_params *params, const cha
     if (lists_pool(params) && strcmp(format, "phototourism") != 0)
         return vw_fail(
             VW_ERROR_USAGE,
-            "--pool list: %s is read as %s, which has no list of a NeRF-W TSV; use --format phototourism or --train",
+            "--pool list: %s has the format %s, which has no NeRF-W TSV; use --format phototourism or --train",
             params->path, format);
     return VW_OK;
 }
@@ -65,7 +65,7 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
         params->path);
 }
 
-// Everything that does not depend on the format.
+// The part of opening that does not depend on the format.
 static enum vw_status finish(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
     struct vw_scene *scene = builder->scene;

@@ -1,5 +1,5 @@
-// Points of structure from motion beside another scene file. They say something of the scene only when they live among
-// its cameras: a transforms.json is often turned, moved and scaled after COLMAP.
+// Points of structure from motion beside another scene file. They are used only if they have the same coordinates as
+// its cameras: a transforms.json is often rotated, moved and scaled after COLMAP.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,12 +8,12 @@
 #include "scene/builder.h"
 #include "base/memory.h"
 
-static const double ROTATION_TOLERANCE = 1e-3; // of matrix entries: 0.06 degrees
-static const double POSITION_TOLERANCE = 1e-3; // of the cameras' spread
-static const double FOCAL_TOLERANCE = 1e-3;    // of the focal length, both for the same photo size
+static const double ROTATION_TOLERANCE = 1e-3; // difference of matrix entries: 0.06 degrees
+static const double POSITION_TOLERANCE = 1e-3; // relative to the cameras' spread
+static const double FOCAL_TOLERANCE = 1e-3;    // relative to the focal length, for the same photo size
 enum { AGREEING_VIEWS_MIN = 2 };
 
-// The model's image of a photo: known by the path relative to the scene folder, or to images/ in it.
+// The model's image of a photo, found by its path relative to the scene folder or to images/ in it.
 static ptrdiff_t find_image(const struct vw_colmap_model *model, const char *folder, const char *image_path) {
     const char *name = vw_view_name_of(image_path + strlen(folder) + (image_path[strlen(folder)] == '/'));
     ptrdiff_t found = vw_colmap_find_image(model, name);

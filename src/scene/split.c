@@ -1,4 +1,4 @@
-// Which view trains, validates or tests.
+// Decides the splits: which views are for training, validation and tests.
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +23,7 @@ enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split s
     return VW_OK;
 }
 
-// Records that a list names a view. `claims` holds for each view 0, or 1 + the split of its list.
+// Records that a list names a view. `claims` has for each view 0, or 1 + the split of its list.
 static enum vw_status claim(const struct vw_scene *scene, const char *path, int line, const char *name,
                             enum vw_split split, uint8_t *claims) {
     const struct vw_view *view = vw_scene_find_named(scene, name);
@@ -55,12 +55,12 @@ static enum vw_status read_list(const struct vw_scene *scene, const char *path, 
     uint32_t count;
     enum vw_status status = vw_names_read(path, take_name, &list, &count);
     if (!status && !count)
-        status = vw_fail(VW_ERROR_INPUT, "%s: names no view; write one name a line, or leave --%s out", path,
+        status = vw_fail(VW_ERROR_INPUT, "%s: has no names; write one name per line, or leave --%s out", path,
                          vw_split_name(split));
     return status;
 }
 
-// The rows of a NeRF-W TSV that train, or (of validation and tests) those that test.
+// Claims the train rows of a NeRF-W TSV, or its test rows (for validation and tests).
 static enum vw_status read_tsv(const struct vw_scene *scene, const char *path, enum vw_split split, uint8_t *claims) {
     struct vw_tsv tsv = {0};
     bool tests = split != VW_SPLIT_TRAIN, empty = true;
@@ -72,7 +72,7 @@ static enum vw_status read_tsv(const struct vw_scene *scene, const char *path, e
     }
     vw_tsv_clear(&tsv);
     if (!status && empty)
-        status = vw_fail(VW_ERROR_INPUT, "%s: has no row for --%s; give one that has, or leave --%s out", path,
+        status = vw_fail(VW_ERROR_INPUT, "%s: has no row for --%s; use another TSV, or leave --%s out", path,
                          vw_split_name(split), vw_split_name(split));
     return status;
 }
@@ -83,8 +83,8 @@ static bool loader_has_opinion(const struct vw_scene *scene) {
     return false;
 }
 
-// Every eighth view validates and every eighth tests, unless that would leave too few to train. Excluded ones are not
-// counted.
+// Every eighth view is for validation and every eighth for tests, unless too few would be left to train. Excluded views
+// are not counted.
 static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
     uint32_t train = 0, i = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) train += scene->views[v].split == VW_SPLIT_TRAIN;
@@ -100,7 +100,7 @@ static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST
     }
 }
 
-// A list replaces its split: views that it leaves out and that nothing else claims are excluded.
+// A list replaces its split: views of the split that no list names are excluded.
 static void apply_claims(struct vw_scene *scene, const char *const lists[LIST_COUNT], const uint8_t *claims) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_view *view = &scene->views[v];

@@ -7,7 +7,7 @@
 #include "base/statistics.h"
 
 static const double RATIO_MOST = 4;
-static const double BETWEEN_LEAST = 0.02; // of the median distance to the box's centre
+static const double BETWEEN_LEAST = 0.02; // relative to the median distance to the box's centre
 static const double ANGLE_LEAST = 10 * M_PI / 180;
 static const double SAME_ANGLE = 2 * M_PI / 180;
 
@@ -26,7 +26,7 @@ static double angle(const struct vw_view *a, const struct vw_view *b) {
     return acos(fmin(fmax(cosine, -1), 1));
 }
 
-// What counts as 1 of each, and how near in place another view of the same direction is but a copy.
+// The units of both distances, and the distance below which a view of the same direction is a copy.
 struct scales {
     double between_world, angle, copy_world;
 };
@@ -40,7 +40,7 @@ static bool is_copy(const struct scales *scales, const struct vw_view *a, const 
     return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
 }
 
-// The training view nearest to `view`, itself left out, and its copies when it trains too; NULL when there is none.
+// The train view nearest to `view`, other than itself and, if it is a train view, its copies; NULL: none.
 static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales,
                                           const struct vw_view *view, double *least) {
     const struct vw_view *nearest = NULL;
@@ -56,7 +56,7 @@ static const struct vw_view *find_nearest(const struct vw_scene *scene, const st
     return nearest;
 }
 
-// The median over the training views of the distance to the nearest other one, on these scales.
+// The median, over the train views, of the distance to the nearest other one, in these units.
 static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->view_count; i++)
@@ -80,7 +80,7 @@ static double median_to_centre(const struct vw_scene *scene, double *values) {
 static struct scales find_scales(const struct vw_scene *scene, double *values) {
     double least_world = fmax(BETWEEN_LEAST * median_to_centre(scene, values), 1e-3 * scene->box.half_extent_world);
     const struct scales by_place = {1, INFINITY, least_world},
-                        by_angle = {INFINITY, 1, least_world}; // one of the two alone
+                        by_angle = {INFINITY, 1, least_world}; // units that ignore the other distance
     return (struct scales){fmax(median_to_nearest(scene, &by_place, values), least_world),
                            fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
 }

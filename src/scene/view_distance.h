@@ -1,5 +1,4 @@
-// How far validation views are from what is trained on: a view that no training view comes near is validated by
-// guesswork.
+// How far validation views are from the train views: if no train view is near, validation there tells little.
 #ifndef VIEWWORTH_VIEW_DISTANCE_H
 #define VIEWWORTH_VIEW_DISTANCE_H
 
@@ -11,19 +10,20 @@
 
 struct vw_view_distance {
     uint32_t view,
-        nearest; // indices in vw_scene.views: a validation view, and the training view that is nearest in both respects
-    double between_world; // positions, to that view
-    double angle_deg;     // axes, to that view
-    double ratio;         // of their distance to that of a training view and its nearest, at the median
-    bool far; // ratio > 4, which is rare: no training view of fox, chair or statue is as far from the others
+        nearest;          // indices in vw_scene.views: a validation view, and the nearest train view in both respects
+    double between_world; // distance of the positions
+    double angle_deg;     // angle between the axes
+    double ratio;         // their distance, divided by the median distance of a train view to its nearest one
+    bool far;             // ratio > 4, which is rare: no train view of fox, chair or statue is that far from the others
 };
 
-// The distance of two views is the larger of two ratios: of the distance between their positions to the median over the
-// training views of that to the nearest one that is no copy (farther than 2 % and 2 degrees), and of the angle between
-// their axes likewise. These medians count as at least 2 % of the median distance to the box's centre, and as 10
-// degrees: nearer views see the same, however dense the others lie.
-// `*distances`, one per validation view in scene order, is owned by the caller (free). With fewer than two training
-// views there are none.
+// Measures the distance of each validation view to its nearest train view.
+//
+// The distance of two views is the larger of two ratios: the distance of their positions, divided by its median over
+// pairs of a train view and its nearest train view that is not a copy (farther than 2 % and 2 degrees), and the same
+// for the angle between their axes. The medians count as at least 2 % of the median distance to the box's centre and as
+// at least 10 degrees, because nearer views see the same. `*distances`, one per validation view in scene order, is
+// owned by the caller (free). It is empty if there are fewer than two train views.
 enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances,
                                        uint32_t *count);
 

@@ -21,7 +21,7 @@ static bool is_first_of_provider(const struct vw_duplicate_score *rows, uint32_t
     return true;
 }
 
-// What the rows of one group have together, in every one of them. Returns how many have a score.
+// Fills the members that the rows of a group share. Returns the number of rows with a score.
 static uint32_t sum_group(struct vw_duplicate_score *rows, uint32_t count) {
     struct vw_duplicate_score sum = {0};
     uint32_t scored = 0;
@@ -53,7 +53,8 @@ enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32
             const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, duplicate->view);
             if (!image) {
                 free(made);
-                return vw_fail(VW_ERROR_INPUT, "the image table lacks view %u of the scene; verify the ledger",
+                return vw_fail(VW_ERROR_INPUT,
+                               "view %u of the scene is not in the image table; check the ledger with viewworth verify",
                                duplicate->view);
             }
             group[next - first] =

@@ -1,4 +1,4 @@
-// What near-duplicates are worth together: a copy shares the credit of its original.
+// The scores of near-duplicates, by group: a copy shares the credit of its original.
 #ifndef VIEWWORTH_DUPLICATE_SCORES_H
 #define VIEWWORTH_DUPLICATE_SCORES_H
 
@@ -8,19 +8,20 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-// A duplicate beside its score.
+// A duplicate and its score.
 struct vw_duplicate_score {
     uint32_t group;
     double similarity;
     const struct vw_ledger_image *image; // borrowed
-    const struct vw_ledger_score *score; // borrowed; NULL for a photo that is not valued, such as one that validates
+    const struct vw_ledger_score *score; // borrowed; NULL for a photo without a score, for example a validation photo
     double group_value;                  // sum of the group's scores
-    uint32_t provider_count;             // different ones in the group; photos without one are not counted
-    uint32_t validation_count; // photos of the group that validate: those that train are scored on what they have seen
+    uint32_t provider_count;             // different providers in the group; photos without a provider are not counted
+    uint32_t validation_count; // validation photos in the group: the train photos of the group are scored on a view
+                               // that they show
 };
 
-// One per duplicate, in the same order, with the scores of one method. Of groups none of whose photos has a score none
-// is left. `*rows` is owned by the caller (free) and borrows from images and scores.
+// One row per duplicate, in the same order, with the scores of one method. Groups without any score are left out.
+// `*rows` is owned by the caller (free) and borrows from images and scores.
 enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32_t duplicate_count, const char *method,
                                    const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count,

@@ -6,14 +6,15 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 
-enum { VIEWS_LEAST = 4 };  // of which one can be told to be odd
-enum { VISITS_LEAST = 5 }; // of each photo, on average: the deltas of fewer say more of the steps than of the photos
-static const double SPREADS = 4;          // normal values lie farther off once in 16,000 times
-static const double AGREEMENT_MOST = 0.3; // of a view that disagrees: what it ranks high the others hardly do
-static const double AGREEMENT_GAP = 0.3; // of it to the median, so that views that all agree a little are left in peace
-static const double PSNR_GAP_DB = 6;     // four times the squared error
+enum { VIEWS_LEAST = 4 };        // with fewer views, none can be called an outlier
+enum { VISITS_LEAST = 5 };       // per photo on average: with fewer, deltas depend more on the steps than on the photos
+static const double SPREADS = 4; // a normal value is farther from the mean once in 16,000 times
+static const double AGREEMENT_MOST = 0.3; // largest agreement of a view that disagrees
+static const double AGREEMENT_GAP =
+    0.3; // least distance to the median agreement: no view stands out if all agree only a little
+static const double PSNR_GAP_DB = 6; // four times the squared error
 
-// What one photo's score is with all views, and with one view less.
+// A photo's score with all views, and without one of them.
 struct columns {
     double *all, *rest, *own; // of each photo
 };
@@ -22,7 +23,7 @@ static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct c
     uint32_t count = matrix->view_count;
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
         const double *row = &matrix->psnr[(size_t)p * count];
-        double sum = 0, others = 0; // not a difference, which would cancel where one view outweighs all others
+        double sum = 0, others = 0; // a sum, not a difference: that would cancel if one view outweighs all others
         for (uint32_t v = 0; v < count; v++) {
             sum += row[v];
             if (v != view) others += row[v];
@@ -50,8 +51,9 @@ static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw
     return status;
 }
 
-// How far below the others a value may lie: 4 robust spreads, and `gap` at least. Values that are NaN are left out, and
-// the others moved to the front; -INFINITY where they are too few. `*middle` is the median.
+// The limit below which a value is an outlier: the median minus 4 robust spreads, but at least `gap` below the median.
+// Moves the values that are not NaN to the front and ignores the others; -INFINITY if there are too few. `*middle` is
+// the median.
 static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
     uint32_t known = 0;
     for (uint32_t i = 0; i < count; i++)

@@ -11,17 +11,16 @@
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
 
-// ---- From the ledger's rows
-// -------------------------------------------------------------------------------------------
+// ---- From the ledger's rows ----
 
-// A matrix being summed up.
+// A matrix while its entries are summed.
 struct summing {
     const struct vw_value_input *input;
     struct vw_matrix *matrix;
-    uint32_t *places;            // owned; row or column of each image, by its place among the images
+    uint32_t *places;            // owned; row or column of each image, by its index in the images
     double *last_psnr, *last_l1; // owned; of each view; NaN before the first value
-    uint64_t step;               // whose rows are being taken
-    bool counted;                // that step is a visit
+    uint64_t step;               // whose rows are read
+    bool counted;                // whether that step is a visit
 };
 
 static uint32_t place_of(const struct summing *summing, uint32_t image_id, const char *split) {
@@ -31,7 +30,7 @@ static uint32_t place_of(const struct summing *summing, uint32_t image_id, const
     return summing->places[image - input->images];
 }
 
-// The row that a step counts for.
+// The row of the photo that a step trained on.
 static uint32_t row_of(const struct summing *summing, uint64_t step) {
     const struct vw_value_input *input = summing->input;
     const struct vw_step_record *record = step < input->record_count ? &input->records[step] : NULL;
@@ -44,8 +43,7 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
     struct summing *summing = context;
     struct vw_matrix *matrix = summing->matrix;
     uint32_t row = row_of(summing, step), column = place_of(summing, image_id, "val");
-    if (column == NOT_IN_MATRIX)
-        return; // an image that the table of images lacks or calls other than val: verify finds it
+    if (column == NOT_IN_MATRIX) return; // the image is unknown or not a validation photo: verify reports it
     double psnr = vw_psnr_db(error->mse), gain_psnr = psnr - summing->last_psnr[column],
            gain_l1 = summing->last_l1[column] - error->l1;
     summing->last_psnr[column] = psnr;
@@ -87,7 +85,7 @@ static enum vw_status allocate(struct summing *summing) {
     return VW_OK;
 }
 
-// Whether table view had any rows.
+// Whether the table view had any rows.
 static bool has_values(const struct vw_matrix *matrix) {
     bool some = false;
     for (uint32_t v = 0; v < matrix->view_count; v++) some = some || !isnan(matrix->end_psnr[v]);

@@ -35,7 +35,8 @@ double vw_spread_variance(const struct vw_spread *spread) {
 }
 
 struct vw_step_probes vw_step_probes_take(const struct vw_value_input *input, uint64_t step, uint64_t *taken) {
-    while (*taken < input->probe_count && input->probes[*taken].step < step) ++*taken; // of a step without a record
+    while (*taken < input->probe_count && input->probes[*taken].step < step)
+        ++*taken; // skip probes of a step without a record
     uint64_t first = *taken;
     while (*taken < input->probe_count && input->probes[*taken].step == step) ++*taken;
     return (struct vw_step_probes){*taken > first ? &input->probes[first] : NULL, *taken - first};

@@ -6,9 +6,8 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 
-// ---- Weights of epochs
-// ------------------------------------------------------------------------------------------------------ Where they
-// differ they are scaled to a mean of 1, so that the scores of a run stay comparable with the plain sum.
+// ---- Weights of epochs ----
+// Weights that differ are scaled to a mean of 1, so that the scores remain comparable with the plain sum.
 
 static void weigh_all(double *weights, uint32_t epoch_count) {
     for (uint32_t e = 0; e < epoch_count; e++) weights[e] = 1;
@@ -33,8 +32,7 @@ static void weigh_middle(double *weights, uint32_t epoch_count) {
     for (uint32_t e = 0; e < epoch_count; e++) weights[e] = e >= epoch_count / 6 && e < (epoch_count + 1) / 2;
 }
 
-// ---- Treatments of deltas
-// ---------------------------------------------------------------------------------------------------
+// ---- Treatments of deltas ----
 
 static enum vw_status keep(struct vw_series *series) {
     (void)series;
@@ -57,8 +55,8 @@ static enum vw_status take_roots(struct vw_series *series) {
     return VW_OK;
 }
 
-// Clips the visits of an epoch at three times their robust spread on either side of their median; a spread of 0 tells
-// nothing and clips nothing. `values` has room for them.
+// Clips the deltas of an epoch at three robust spreads on either side of their median. With a spread of 0, nothing is
+// clipped. `values` has room for `count` numbers.
 static void clip_epoch(struct vw_visit *visits, uint64_t count, double *values) {
     uint32_t valued = 0;
     for (uint64_t i = 0; i < count; i++)
@@ -79,11 +77,9 @@ static enum vw_status clip_epochs(struct vw_series *series) {
     return VW_OK;
 }
 
-// ---- The table
-// --------------------------------------------------------------------------------------------------------------
-// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), revisit_* the wording of its
-// overview figure; the last epoch and the weights of progress are what it weighs and rejects. The others are our own,
-// over the same deltas.
+// ---- The table ----
+// Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), and revisit_* follows its overview
+// figure. The paper also discusses and rejects the last epoch and progress weights. The other methods are our own.
 
 #define PSNR &vw_measure_psnr, 1
 #define POOLED &vw_measure_psnr_pooled, 1

@@ -1,5 +1,4 @@
-// The table of methods that need nothing but the steps of a ledger: what each does with the series of visits, step by
-// step.
+// The table of methods that need only the steps of a ledger: how each turns the series of visits into a score.
 #ifndef VIEWWORTH_VALUE_METHODS_H
 #define VIEWWORTH_VALUE_METHODS_H
 
@@ -9,17 +8,16 @@
 #include "value/series.h"
 #include "viewworth/status.h"
 
-// What is done to the deltas before they are summed, in place: their kind in relation to the others of their epoch,
-// say.
+// Changes the deltas in place before they are summed, for example by clipping them.
 typedef enum vw_status vw_treatment(struct vw_series *series);
 // Fills the weights of the epochs after burn-in; a visit in an epoch of weight 0 does not count. `epoch_count` > 0.
 typedef void vw_weighting(double *weights, uint32_t epoch_count);
 
-// What becomes of the sum of a photo's weighted, treated deltas.
+// How a score results from the sum of a photo's weighted deltas.
 enum vw_aggregate {
-    VW_AGGREGATE_SUM,       // it is the score
-    VW_AGGREGATE_MEAN,      // it is divided by the visits
-    VW_AGGREGATE_CUBE_ROOT, // its cube root, which keeps the sign
+    VW_AGGREGATE_SUM,       // the score is the sum
+    VW_AGGREGATE_MEAN,      // the sum divided by the number of visits
+    VW_AGGREGATE_CUBE_ROOT, // the cube root of the sum, with its sign
 };
 
 struct vw_method {
@@ -31,12 +29,11 @@ struct vw_method {
     enum vw_aggregate outcome;
 };
 
-// The methods behind the first entries of vw_value_methods(), in the same order.
+// The methods of the first entries of vw_value_methods(), in the same order.
 extern const struct vw_method vw_methods[];
 extern const uint32_t vw_method_count;
 
-// Whether the score is a weighted sum of step deltas, so that what sampling does to these says what it does to the
-// score.
+// Whether the score is a weighted sum of step deltas: then the sampling variance of the deltas gives that of the score.
 bool vw_method_is_sum_of_steps(const struct vw_method *method);
 
 #endif

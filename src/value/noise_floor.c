@@ -2,10 +2,10 @@
 
 #include "value/measure.h"
 
-// Counts the probe and lets its delta raise the largest of its kind.
+// Counts the probe and updates the largest delta of its kind.
 static void add_probe(const struct vw_probe *probe, double before, struct vw_noise_floor *floor) {
     double delta = fabs(probe->val_psnr - before);
-    if (probe->kind > VW_PROBE_RESAMPLED) return; // of no noise
+    if (probe->kind > VW_PROBE_RESAMPLED) return; // not a probe of noise
     if (probe->kind == VW_PROBE_RESAMPLED) {
         if (isfinite(probe->val_psnr)) floor->resampled_count++;
     } else if (isfinite(delta)) {
@@ -28,7 +28,7 @@ void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_fl
         for (uint64_t p = 0; p < probes.count; p++) add_probe(&probes.probes[p], before, floor);
         vw_mean_variance_add(&psnr, vw_step_sampling_variance(&vw_measure_psnr, record, probes));
         vw_mean_variance_add(&l1, vw_step_sampling_variance(&vw_measure_l1, record, probes));
-        before = record->val_psnr; // not finite after a flagged step, which may have moved some params all the same
+        before = record->val_psnr; // not finite after a flagged step, which may still have changed some params
     }
     floor->resampled_db = sqrt(vw_mean_variance_result(&psnr));
     floor->resampled_l1 = sqrt(vw_mean_variance_result(&l1));

@@ -5,11 +5,11 @@
 #include "base/memory.h"
 #include "value/providers.h"
 
-// Whole digits, as many as there are; the text after them.
+// Reads digits; returns the text after them.
 static const char *parse_digits(const char *text, uint64_t *number) {
     for (*number = 0; *text >= '0' && *text <= '9'; text++)
         if (*number < UINT64_MAX / 100)
-            *number = *number * 10 + (uint64_t)(*text - '0'); // beyond, it is too large as it is
+            *number = *number * 10 + (uint64_t)(*text - '0'); // larger numbers are out of range anyway
     return text;
 }
 
@@ -24,21 +24,21 @@ bool vw_payout_parse(const char *text, uint64_t *cents) {
     return *cents > 0 && *cents <= VW_PAYOUT_CENTS_MAX;
 }
 
-// A provider's claim, in whole numbers, so that nothing is lost to rounding.
+// A provider's claim, in whole numbers, so that nothing is rounded.
 struct claim {
     struct vw_payout *payout;
     uint64_t weight;
     unsigned __int128 remainder; // of amount * weight / sum of weights: the fraction of a cent
 };
 
-// The largest fraction first.
+// Sorts the largest fraction first.
 static int compare_claims(const void *left, const void *right) {
     const struct claim *a = left, *b = right;
     if (a->remainder != b->remainder) return a->remainder > b->remainder ? -1 : 1;
     return strcmp(a->payout->group->provider, b->payout->group->provider);
 }
 
-// Claims in units of 2^-52 of the largest; all alike where nobody has a positive one. Returns their sum.
+// Claims in units of 2^-52 of the largest; all equal if no sum is positive. Returns their sum.
 static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *nobody_helped) {
     double largest = 0;
     unsigned __int128 sum = 0; // of 2^52 each
@@ -63,7 +63,8 @@ static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, 
         left_cents -= claims[i].payout->cents;
     }
     qsort(claims, count, sizeof *claims, compare_claims);
-    for (uint64_t i = 0; i < left_cents; i++) claims[i].payout->cents++; // fewer than there are fractions
+    for (uint64_t i = 0; i < left_cents; i++)
+        claims[i].payout->cents++; // there are fewer of these cents than fractions
 }
 
 enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,

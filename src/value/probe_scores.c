@@ -19,7 +19,7 @@ static const struct vw_probe_method methods[] = {
     {"first_order_loss", "mean absolute error", "- sum over visits of the gradient of val_l1 times the step"},
 };
 
-// How each of them is computed.
+// How each method is computed.
 static const struct {
     enum vw_probe_kind kind;
     const struct vw_measure *measure;
@@ -36,15 +36,14 @@ const struct vw_probe_method *vw_probe_methods(uint32_t *count) {
     return methods;
 }
 
-// What is known of one image. The spreads' means are not used where a plain sum will do: it is what one query of the
-// ledger gives.
+// The statistics of one image. Plain sums are used for the score itself, so that one SQL query gives the same value.
 struct statistics {
     double sum;
-    struct vw_spread all;          // its contributions
-    uint64_t step;                 // behind which lies the state that the next holds
-    struct vw_spread state;        // the contributions of one state
-    struct vw_spread state_means;  // of the states before it
-    struct vw_mean_variance draws; // within the states before it
+    struct vw_spread all;          // all contributions
+    uint64_t step;                 // the step after which `state` was probed
+    struct vw_spread state;        // contributions of the current state
+    struct vw_spread state_means;  // means of the earlier states
+    struct vw_mean_variance draws; // variances within the earlier states
 };
 
 static void close_state(struct statistics *statistics) {
@@ -68,9 +67,11 @@ static enum vw_status add_probe(size_t method, const struct vw_value_input *inpu
     uint32_t view = probe->view == VW_RECORD_UNTRAINED ? record->view : probe->view;
     const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, view);
     if (!image)
-        return vw_fail(VW_ERROR_INPUT,
-                       "step %" PRIu64 ": probe %u is of image %u, which the image table lacks; verify the ledger",
-                       record->step, probe->index, view);
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "step %" PRIu64
+            ": probe %u is of image %u, which is not in the image table; check the ledger with viewworth verify",
+            record->step, probe->index, view);
     double value = vw_measure_of_probe(rules[method].measure, probe);
     if (rules[method].kind == VW_PROBE_SAME_STATE) value -= vw_measure_of_record(rules[method].measure, record);
     add(&tallies[image - input->images], record->step, rules[method].sign * value);
@@ -91,8 +92,7 @@ static enum vw_status count_probes(size_t method, const struct vw_value_input *i
     return status;
 }
 
-// Without contributions there is nothing to take the mean of: such a photo's score is 0, as that of one that was never
-// visited.
+// The score of a photo without contributions is 0, like that of a photo that was never visited.
 static struct vw_ledger_score score_of(size_t method, uint32_t image_id, const struct statistics *statistics) {
     struct vw_ledger_score score = {.image_id = image_id,
                                     .method = methods[method].name,

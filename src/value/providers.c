@@ -9,11 +9,11 @@
 #include "base/memory.h"
 #include "viewworth/value.h"
 
-// A score with its provider, and what sorts it.
+// A score with its provider and its sort keys.
 struct member {
     const char *provider;
     const struct vw_ledger_score *score;
-    uint32_t place; // among the scores: the first of its method
+    uint32_t place; // index of the first score of its method
 };
 
 static int compare_members(const void *left, const void *right) {
@@ -29,7 +29,8 @@ static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t sco
     for (uint32_t i = 0; i < score_count; i++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger",
+            return vw_fail(VW_ERROR_INPUT,
+                           "score of image %u, which is not in the image table; check the ledger with viewworth verify",
                            scores[i].image_id);
         bool begins = i == 0 || strcmp(scores[i].method, scores[i - 1].method) != 0;
         members[i] =
@@ -38,15 +39,15 @@ static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t sco
     return VW_OK;
 }
 
-// Most valuable first; the caller's groups are of one method.
+// Most valuable first; for groups of one method.
 static int compare_groups(const void *left, const void *right) {
     const struct vw_provider_score *a = left, *b = right;
     if (a->value != b->value) return a->value > b->value ? -1 : 1;
     return strcmp(a->provider, b->provider);
 }
 
-// A method that is not listed is one of probes. Its scores add up: effects of a step, in the unit of the measure, as
-// means over states that are the same for all photos (same_state_*), or their sums over visits (first_order_*).
+// A method that is not in the table uses probes. Its scores can be added: they are effects of a step, in the unit of
+// the measure, as means over states that all photos share (same_state_*) or as sums over visits (first_order_*).
 static bool is_additive(const char *method) {
     uint32_t count;
     const struct vw_value_method *listed = vw_value_methods(&count);
@@ -69,7 +70,7 @@ static struct vw_provider_score add_up(const struct member *members, uint32_t co
     return group;
 }
 
-// The end of the run of members that begins at `first` and shares its method and, when asked for, its provider.
+// The end of the members from `first` on that share its method and, if asked for, its provider.
 static uint32_t end_of_run(const struct member *members, uint32_t count, uint32_t first, bool same_provider) {
     uint32_t end = first + 1;
     while (end < count && members[end].place == members[first].place &&

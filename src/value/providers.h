@@ -1,4 +1,5 @@
-// What providers' photos are worth together, and how an amount of money is divided among them. From score rows alone.
+// The scores of each provider's photos together, and how an amount of money is divided among providers. From score rows
+// alone.
 #ifndef VIEWWORTH_PROVIDERS_H
 #define VIEWWORTH_PROVIDERS_H
 
@@ -9,23 +10,22 @@
 #include "viewworth/status.h"
 
 struct vw_provider_score {
-    const char *provider;      // borrowed from the images; "" stands for all photos without one
+    const char *provider;      // borrowed from the images; "": all photos without a provider
     const char *method, *unit; // borrowed from the scores
     double value;              // sum of the photos' scores
-    double standard_error; // root of the sum of the squares of the photos' standard errors; NaN when a photo has none
+    double standard_error;     // root of the sum of squares of the photos' standard errors; NaN if a photo has none
     uint32_t photo_count;
 };
 
-// A row per method and provider, methods in the order of the scores, the most valuable provider first, ties by name.
+// One row per method and provider: methods in the order of the scores, the most valuable provider first, ties by name.
 // Methods whose scores do not add up over photos, such as roots and rates, are left out (vw_value_method.additive).
 // `*groups` is owned by the caller (free).
 //
-// The standard error takes the photos' errors as independent, for the score rows of every method hold what that needs.
-// Photos of one run are not quite: what one gains another may have prepared or may take back. In four runs of 22 photos
-// and 29 epochs it came, for random groups of 6, to 0.81 to 1.04 times (medians) the error that the group's own sums
-// per epoch give. The sum of same_state_* is what one step on each of the photos brings, as a mean over the same
-// states, which photos share: there, of 20 states and 12 photos, it came to 0.6 times the error that the group's own
-// sums per state give, and is to be read as too small.
+// The standard error assumes that the photos' errors are independent, because that is what score rows allow. Photos of
+// one run are not quite independent: one may gain what another has prepared. In four runs of 22 photos and 29 epochs,
+// for random groups of 6, it was 0.81 to 1.04 times (medians) the error from the group's own sums per epoch. The sum of
+// same_state_* is the effect of one step on each photo, as a mean over states that the photos share. With 20 states and
+// 12 photos, its standard error was 0.6 times the error from the group's own sums per state, so it is too small.
 enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count,
                                   struct vw_provider_score **groups, uint32_t *group_count);
@@ -41,13 +41,12 @@ struct vw_payout {
 // An amount such as "1000", "1000.5" or "999.99" in cents, 1 to VW_PAYOUT_CENTS_MAX; false for any other text.
 bool vw_payout_parse(const char *text, uint64_t *cents);
 
-// Divides the amount among the named providers of `method`, in the order of their groups; photos without a provider are
-// nobody's and share in nothing. The cents add up to the amount exactly: each provider gets the whole cents of its
-// share, and the cents that are left go to the largest fractions, ties by name. The rule for scores that are not
-// positive: a provider whose sum is not positive gets nothing, the others share in proportion to their sums. Where no
-// sum is positive the scores do not tell who helped: then all share equally, and `*nobody_helped` says so.
-// `*payouts` is owned by the caller (free) and borrows from `groups`. VW_ERROR_INPUT when the method has no named
-// provider.
+// Divides the amount among the named providers of `method`, in the order of their groups. Photos without a provider get
+// no share. A provider whose sum is not positive gets nothing; the others share in proportion to their sums. If no sum
+// is positive, the scores do not tell who helped: all share equally, and `*nobody_helped` is set. The cents add up to
+// the amount exactly: each provider gets the whole cents of its share, and the remaining cents go to the largest
+// fractions, ties by name. `*payouts` is owned by the caller (free) and borrows from `groups`. VW_ERROR_INPUT if the
+// method has no named provider.
 enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,
                                 uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
                                 bool *nobody_helped);

@@ -9,8 +9,8 @@
 #include "base/memory.h"
 #include "viewworth/value.h"
 
-// The methods that have scores, separated by commas; owned by the caller, NULL when memory is short. Rows of a method
-// follow one another.
+// The methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a method are
+// neighbours.
 static char *list_methods(const struct vw_ledger_score *scores, uint32_t score_count) {
     char *list = vw_copy_text("");
     for (uint32_t i = 0; list && i < score_count; i++) {
@@ -25,10 +25,10 @@ static char *list_methods(const struct vw_ledger_score *scores, uint32_t score_c
 static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32_t score_count, const char *method) {
     if (score_count == 0)
         return vw_fail(VW_ERROR_INPUT,
-                       "the ledger holds no scores; value the photos first, with more epochs than burn-in");
+                       "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
     char *methods = list_methods(scores, score_count);
     if (!methods) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_fail(VW_ERROR_USAGE, "no scores by method \"%s\"; use one of: %s", method, methods);
+    enum vw_status status = vw_fail(VW_ERROR_USAGE, "method \"%s\" has no scores; use one of: %s", method, methods);
     free(methods);
     return status;
 }
@@ -41,7 +41,7 @@ static int compare_scores(const void *left, const void *right) {
     return (a->image_id > b->image_id) - (a->image_id < b->image_id);
 }
 
-// The method's scores of train photos, as far as they are known, best first.
+// The known scores of train photos by the method, best first.
 static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_count,
                            const struct vw_ledger_image *images, uint32_t image_count, const char *method,
                            const struct vw_ledger_score **ranked, uint32_t *ranked_count) {
@@ -51,7 +51,8 @@ static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_
         has_method = true;
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "score of image %u, which the image table lacks; verify the ledger",
+            return vw_fail(VW_ERROR_INPUT,
+                           "score of image %u, which is not in the image table; check the ledger with viewworth verify",
                            scores[i].image_id);
         bool known = isfinite(scores[i].value) && scores[i].visits > 0;
         if (known && strcmp(image->split, "train") == 0) ranked[(*ranked_count)++] = &scores[i];
@@ -78,19 +79,19 @@ static enum vw_status check_amount(const struct vw_selection_params *params) {
                    params->amount, params->percent ? " %" : "");
 }
 
-// How many of the ranked photos `amount` stands for.
+// The number of ranked photos that `amount` means.
 static uint32_t share_of(const struct vw_selection_params *params, uint32_t ranked_count) {
     double share = params->percent ? round(ranked_count * params->amount / 100) : params->amount;
     return share < ranked_count ? (uint32_t)share : ranked_count;
 }
 
-// By value or interval, whose ends may be NaN.
+// Whether a rule by value or interval keeps the score; the ends of the interval may be NaN.
 static bool keeps(enum vw_selection_rule rule, const struct vw_ledger_score *score) {
     if (rule == VW_SELECT_NOT_HARMFUL) return !(score->ci_high < 0);
     return (rule == VW_SELECT_POSITIVE ? score->value : score->ci_low) > 0;
 }
 
-// Keeps the chosen ones at the front, in their order, and returns how many.
+// Moves the kept photos to the front, in their order, and returns their number.
 static uint32_t keep(const struct vw_selection_params *params, const struct vw_ledger_score **ranked,
                      uint32_t ranked_count) {
     uint32_t share = share_of(params, ranked_count), kept = 0;
@@ -103,15 +104,15 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
 
 static enum vw_status refuse_empty(const struct vw_selection_params *params, uint32_t ranked_count) {
     if (ranked_count == 0)
-        return vw_fail(VW_ERROR_INPUT,
-                       "no train photo has a score by this method; value the photos with more epochs than burn-in");
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "no train photo has a score by this method; value the photos with --epochs larger than --burn-in");
     if (params->rule == VW_SELECT_DROP)
         return vw_fail(VW_ERROR_INPUT, "all %u photos would be dropped; drop fewer", ranked_count);
     if (params->rule == VW_SELECT_NOT_HARMFUL)
-        return vw_fail(VW_ERROR_INPUT,
-                       "the intervals of all %u scores lie below zero; select the best K or P %% instead",
+        return vw_fail(VW_ERROR_INPUT, "the intervals of all %u scores are below zero; use --top instead",
                        ranked_count);
-    return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; select the best K or P %% instead", ranked_count,
+    return vw_fail(VW_ERROR_INPUT, "none of %u scores %s above zero; use --top instead", ranked_count,
                    params->rule == VW_SELECT_POSITIVE ? "is" : "has an interval");
 }
 

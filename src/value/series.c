@@ -12,14 +12,14 @@ static enum vw_status find_image(const struct vw_value_input *input, const struc
     const struct vw_ledger_image *found = vw_ledger_find_image(input->images, input->image_count, record->view);
     if (!found)
         return vw_fail(VW_ERROR_INPUT,
-                       "step %" PRIu64 ": trained on image %u, which the image table lacks; verify the ledger",
+                       "step %" PRIu64
+                       ": trained on image %u, which is not in the image table; check the ledger with viewworth verify",
                        record->step, record->view);
     *image = (uint32_t)(found - input->images);
     return VW_OK;
 }
 
-// Epochs are counted by where they change, so that there are never more of them than visits, whatever their numbers
-// are.
+// Counts epochs by where their number changes, so that there are never more epochs than visits.
 static void append(struct vw_series *series, const struct vw_visit *visit, uint32_t epoch, uint32_t *last_epoch) {
     if (series->count == 0 || epoch != *last_epoch) series->epoch_count++;
     *last_epoch = epoch;
@@ -27,20 +27,21 @@ static void append(struct vw_series *series, const struct vw_visit *visit, uint3
     series->visits[series->count++].epoch = series->epoch_count - 1;
 }
 
-// How a step's delta is made, and what the next one starts from.
+// State for computing the deltas of successive steps.
 struct reader {
     const struct vw_measure *measure;
     double sign, beta1;
     enum vw_form form;
-    double *before;    // the measure that a delta is taken from: by image in the revisit form, else the first entry
-    double last_delta; // of the step before; NaN where it is not known
-    bool bridges;      // whether the next delta spans steps that were taken but not validated
+    double
+        *before; // the measure that a delta starts from: one per image in the revisit form, otherwise the first entry
+    double last_delta; // delta of the step before; NaN: unknown
+    bool bridges;      // whether the next delta spans steps that were trained but not validated
 };
 
-// The delta of a step with Adam's momentum b is a mix of what this and the earlier steps earned, d(t) = (1 - b) c(t) +
-// b d(t - 1). A step flagged as not finite counts as not taken: skipped, it leaves the first moment as it is. One that
-// was taken but not validated has moved it: of its delta and that of the next step only the sum is known, so that
-// neither these two nor the step after them have a credit.
+// With Adam's momentum b, the delta of a step is a mix of the credits of this and earlier steps:
+// d(t) = (1 - b) c(t) + b d(t - 1). A step flagged as non-finite was skipped: it leaves the first moment unchanged and
+// counts as not taken. A step that was trained but not validated has changed the moment; only the sum of its delta and
+// the next one is known, so that these two steps and the step after them have no credit.
 static double undo_momentum(struct reader *reader, const struct vw_step_record *record, double delta) {
     if (record->view == VW_RECORD_UNTRAINED || record->nonfinite) return NAN;
     if (reader->bridges) delta = NAN;

@@ -10,25 +10,25 @@
 
 enum {
     TREND_MOST = 3,         // constant, log and its square
-    EPOCHS_PER_TREND = 4,   // a trend term for so many epochs
-    FREQUENCIES_MOST = 64,  // the lowest ones; of a long run the higher ones say nothing of its sum
-    CORRELATION_STEPS = 90, // of the search for the correlation, on either side of 0
-    PRIOR_DEGREES = 2,      // of freedom that the median photo's variance counts for beside the photo's own
+    EPOCHS_PER_TREND = 4,   // epochs needed for each term of the trend
+    FREQUENCIES_MOST = 64,  // the lowest ones; in a long run, higher ones say nothing about the sum
+    CORRELATION_STEPS = 90, // steps of the search for the correlation, on either side of 0
+    PRIOR_DEGREES = 2,      // degrees of freedom of the median photo's variance, added to the photo's own
 };
 static const double CORRELATION_MOST = 0.9;
-static const double CORRELATION_PRIOR = 0.3; // standard deviation: matters only where few numbers speak
-static const double KEPT_LEAST = 0.5;        // frequencies of which the trend takes more are left out
-static const double RUN_VARIANCE = 1.5;      // of the sum over what its own epochs show; see uncertainty.h
-static const double RANK_ERRORS = 1.645;     // see uncertainty.h
+static const double CORRELATION_PRIOR = 0.3; // standard deviation of the prior; it matters only for few numbers
+static const double KEPT_LEAST = 0.5;        // frequencies of which less remains without the trend are left out
+static const double RUN_VARIANCE = 1.5;  // variance of the sum relative to what its own epochs show; see uncertainty.h
+static const double RANK_ERRORS = 1.645; // see uncertainty.h
 static const double PI = 3.14159265358979323846;
 
-// What is the same for all photos: rows of `epochs` values.
+// What all photos share: rows of `epochs` values.
 struct design {
     uint32_t epochs, trend_count, frequency_count;
     double *trends;      // orthonormal
     double *cosines;     // orthonormal among themselves
     double *frequencies; // angles per epoch
-    double *kept;        // share of white noise that is left at each frequency when trends are taken out
+    double *kept;        // share of white noise that remains at each frequency without the trends
 };
 
 static double dot(const double *a, const double *b, uint32_t count) {
@@ -48,7 +48,7 @@ static void design_destroy(struct design *design) {
     free(design->kept);
 }
 
-// Powers of the logarithm, each without those before it (Gram-Schmidt), of length 1.
+// Powers of the logarithm, made orthonormal (Gram-Schmidt).
 static void make_trends(struct design *design) {
     uint32_t epochs = design->epochs;
     for (uint32_t power = 0; power < design->trend_count; power++) {
@@ -63,7 +63,7 @@ static void make_trends(struct design *design) {
     }
 }
 
-// The cosines that the trends leave enough of.
+// The cosines of which enough remains without the trends.
 static void make_cosines(struct design *design, uint32_t candidates) {
     uint32_t epochs = design->epochs;
     for (uint32_t number = 1; number <= candidates; number++) {
@@ -98,17 +98,16 @@ static enum vw_status design_create(uint32_t epochs, struct design *design) {
     return VW_OK;
 }
 
-// ---- Of a photo
-// -------------------------------------------------------------------------------------------------------
+// ---- A photo ----
 
 struct photo {
     double sum;
     uint32_t visits;
-    double variance; // of a visit, where visits were independent; NaN below two visits
+    double variance; // of a visit if visits were independent; NaN below two visits
 };
 
-// The powers of a photo's contributions at the design's frequencies, each with the variance of a visit as its mean
-// where visits are independent. An epoch without a visit counts as the photo's mean.
+// The powers of a photo's contributions at the design's frequencies. If visits are independent, the expectation of each
+// is the variance of a visit. An epoch without a visit counts as the photo's mean.
 static void measure_photo(const struct design *design, const double *by_epoch, double *residuals, struct photo *photo,
                           double *powers) {
     uint32_t epochs = design->epochs, frequencies = design->frequency_count;
@@ -134,10 +133,9 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
     photo->variance = total / frequencies;
 }
 
-// ---- Of all photos
-// ----------------------------------------------------------------------------------------------------
+// ---- All photos ----
 
-// The mean over photos of powers relative to the photo's variance; gives the number of photos that have one.
+// The mean over photos of the powers relative to the photo's variance. Returns the number of photos with a variance.
 static uint32_t pool_powers(const struct photo *photos, const double *powers, uint32_t photo_count,
                             uint32_t frequencies, double *pooled) {
     uint32_t pooled_count = 0;
@@ -156,8 +154,8 @@ static double spectrum(double correlation, double angle) {
     return 1 / (1 + correlation * correlation - 2 * correlation * cos(angle));
 }
 
-// How well epochs that correlate so fit the pooled powers: minus twice the logarithm of Whittle's likelihood and of the
-// prior, up to a constant. `at_zero` is the variance of a sum, per visit, over that of a visit.
+// How badly a correlation fits the pooled powers: minus twice the logarithm of Whittle's likelihood and of the prior,
+// up to a constant. `at_zero` is the variance of a sum, per visit, divided by that of a visit.
 static double misfit(const struct design *design, const double *pooled, uint32_t pooled_count, double correlation,
                      double *at_zero) {
     double level = 0, logarithms = 0;
@@ -171,8 +169,8 @@ static double misfit(const struct design *design, const double *pooled, uint32_t
     return pooled_count * (logarithms + design->frequency_count * log(level)) + prior * prior;
 }
 
-// The variance of a sum over that of as many independent visits, by the correlation of neighbouring epochs that fits
-// best.
+// The variance of a sum divided by that of as many independent visits, for the correlation of neighbouring epochs that
+// fits best.
 static double long_run_ratio(const struct design *design, const double *pooled, uint32_t pooled_count) {
     double best = INFINITY, ratio = 1;
     for (int step = -CORRELATION_STEPS; step <= CORRELATION_STEPS && pooled_count; step++) {
@@ -202,7 +200,7 @@ static struct vw_interval interval_of(const struct photo *photo, uint32_t freque
     return (struct vw_interval){error, photo->sum - half, photo->sum + half};
 }
 
-// The epochs in which any photo contributes: a method may look at some epochs only.
+// The epochs in which any photo contributes: a method may use some epochs only.
 struct window {
     uint32_t first, end;
 };
@@ -236,7 +234,7 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
                       powers + (size_t)p * frequencies);
     if (!status) {
         double ratio = long_run_ratio(&design, pooled, pool_powers(measured, powers, photos, frequencies, pooled));
-        double usual = median_variance(measured, photos, powers); // which are pooled by now
+        double usual = median_variance(measured, photos, powers); // the powers are pooled by now
         for (uint32_t p = 0; p < photos; p++) intervals[p] = interval_of(&measured[p], frequencies, usual, ratio);
     }
     design_destroy(&design);
@@ -247,10 +245,9 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
     return status;
 }
 
-// ---- Ranks
-// ------------------------------------------------------------------------------------------------------------
+// ---- Ranks ----
 
-// Whether a is better than b beyond what their standard errors explain; never where one is unknown.
+// Whether a is better than b by more than their standard errors explain; false if one of these is unknown.
 static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
     double difference = a->value - b->value;
     double variance = a->standard_error * a->standard_error + b->standard_error * b->standard_error;

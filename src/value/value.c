@@ -10,27 +10,27 @@
 #include "value/uncertainty.h"
 #include "base/memory.h"
 
-// What is known of one photo.
+// The sums for one photo.
 struct statistics {
     double sum, squared_weights;
     uint32_t visits;
     struct vw_mean_variance sampling; // over its probed steps
 };
 
-// One method on its way to its scores.
+// One method while its scores are computed.
 struct scoring {
     const struct vw_method *method;
     const struct vw_value_method *about;
     const struct vw_value_input *input;
-    struct vw_series series; // treated, photo by photo
-    uint64_t *starts;        // where each photo's visits begin
-    double *weights;         // of the epochs
-    double *by_epoch;        // what each photo's visits of each epoch contribute, photo by photo; NaN without a visit
-    struct statistics *tallies; // of the photos
+    struct vw_series series; // after the treatment, photo by photo
+    uint64_t *starts;        // index of each photo's first visit
+    double *weights;         // per epoch
+    double *by_epoch;        // contribution of each photo's visits in each epoch, photo by photo; NaN without a visit
+    struct statistics *statistics; // per photo
     struct vw_interval *intervals;
 };
 
-// Contributions are summed in the order of the steps, so that equal ledgers give equal bits.
+// Sums contributions in the order of the steps, so that equal ledgers give equal bits.
 static struct statistics count_visits(const struct scoring *scoring, uint32_t image) {
     struct statistics statistics = {0};
     double *by_epoch = &scoring->by_epoch[(size_t)image * scoring->series.epoch_count];
@@ -50,13 +50,13 @@ static struct statistics count_visits(const struct scoring *scoring, uint32_t im
     return statistics;
 }
 
-// Given the states they start from, the deltas of different steps are drawn independently, so that their variances add
-// up; those of the probed steps stand for all.
+// Given the states that the steps start from, their deltas are independent draws, so that variances add up. The probed
+// steps represent all steps.
 static double resampling_stderr_of_sum(const struct statistics *statistics) {
     return sqrt(statistics->squared_weights * vw_mean_variance_result(&statistics->sampling));
 }
 
-// Means are those of signs, which lie in [-1,1].
+// Means are means of signs, which are in [-1,1].
 static void take_mean(struct vw_ledger_score *score) {
     score->value /= score->visits;
     score->standard_error /= score->visits;
@@ -64,8 +64,8 @@ static void take_mean(struct vw_ledger_score *score) {
     score->ci_high = isnan(score->ci_high) ? NAN : fmin(score->ci_high / score->visits, 1);
 }
 
-// The ends of the interval move as the value does. The standard error shrinks as the interval does: the slope at the
-// value itself says nothing where the sum is near 0.
+// The ends of the interval are transformed like the value. The standard error is scaled like the interval, because the
+// slope at the value itself is useless if the sum is near 0.
 static void take_cube_root(struct vw_ledger_score *score) {
     double low = cbrt(score->ci_low), high = cbrt(score->ci_high), width = score->ci_high - score->ci_low;
     score->value = cbrt(score->value);
@@ -75,7 +75,7 @@ static void take_cube_root(struct vw_ledger_score *score) {
 }
 
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
-    const struct statistics *statistics = &scoring->tallies[image];
+    const struct statistics *statistics = &scoring->statistics[image];
     const struct vw_interval *interval = &scoring->intervals[image];
     struct vw_ledger_score score = {
         .image_id = scoring->input->images[image].image_id,
@@ -92,14 +92,14 @@ static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_
     return score;
 }
 
-// Appends a score per train image; nothing when no image has a visit that counts. Ranks are those of the sums, which a
-// root does not reorder, by the sums' errors.
+// Appends a score per train image; nothing if no image has a visit that counts. Ranks are those of the sums, with the
+// sums' errors: a root does not change the order.
 static void append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
     const struct vw_value_input *input = scoring->input;
     struct vw_ledger_score *own = &scores[*score_count];
     uint32_t count = 0;
     bool visited = false;
-    for (uint32_t i = 0; i < input->image_count; i++) visited = visited || scoring->tallies[i].visits > 0;
+    for (uint32_t i = 0; i < input->image_count; i++) visited = visited || scoring->statistics[i].visits > 0;
     if (!visited) return;
     for (uint32_t i = 0; i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
@@ -113,13 +113,13 @@ static enum vw_status allocate(struct scoring *scoring) {
     scoring->starts = vw_allocate(images + 1, sizeof *scoring->starts);
     scoring->weights = vw_allocate(epochs, sizeof *scoring->weights);
     scoring->by_epoch = vw_allocate(images, epochs * sizeof *scoring->by_epoch);
-    scoring->tallies = vw_allocate(images, sizeof *scoring->tallies);
+    scoring->statistics = vw_allocate(images, sizeof *scoring->statistics);
     scoring->intervals = vw_allocate(images, sizeof *scoring->intervals);
-    bool whole = scoring->starts && scoring->weights && scoring->by_epoch && scoring->tallies && scoring->intervals;
+    bool whole = scoring->starts && scoring->weights && scoring->by_epoch && scoring->statistics && scoring->intervals;
     return whole ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// From the steps to what each photo's visits contribute.
+// Computes each photo's contributions from the steps.
 static enum vw_status prepare(struct scoring *scoring) {
     const struct vw_method *method = scoring->method;
     const struct vw_value_input *input = scoring->input;
@@ -129,7 +129,7 @@ static enum vw_status prepare(struct scoring *scoring) {
     if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
     if (status) return status;
     method->weighting(scoring->weights, scoring->series.epoch_count);
-    for (uint32_t i = 0; i < input->image_count; i++) scoring->tallies[i] = count_visits(scoring, i);
+    for (uint32_t i = 0; i < input->image_count; i++) scoring->statistics[i] = count_visits(scoring, i);
     return VW_OK;
 }
 
@@ -138,7 +138,7 @@ static void discard(struct scoring *scoring) {
     free(scoring->starts);
     free(scoring->weights);
     free(scoring->by_epoch);
-    free(scoring->tallies);
+    free(scoring->statistics);
     free(scoring->intervals);
 }
 
@@ -161,7 +161,7 @@ enum vw_status vw_value_of_method(const struct vw_value_input *input, const char
     struct scoring scoring = {.method = &vw_methods[at], .about = &listed[at], .input = input};
     enum vw_status status = prepare(&scoring);
     for (uint32_t i = 0; !status && i < input->image_count; i++) {
-        const struct statistics *statistics = &scoring.tallies[i];
+        const struct statistics *statistics = &scoring.statistics[i];
         if (statistics->visits == 0) continue;
         values[i] =
             scoring.method->outcome == VW_AGGREGATE_MEAN ? statistics->sum / statistics->visits : statistics->sum;
@@ -182,8 +182,7 @@ enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledg
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < vw_method_count; i++) {
         struct scoring scoring = {.method = &vw_methods[i], .about = &listed[i], .input = input};
-        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0))
-            continue; // would be the step form again
+        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) continue; // it equals the step form
         status = score_by(&scoring, made, &count);
     }
     if (!status) status = vw_probe_scores_append(input, made, &count);

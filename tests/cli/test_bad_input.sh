@@ -203,7 +203,7 @@ transforms '"fl_x": 8,' "${good[0]}" "${good[1]}"
 refused "nothing to validate" 'no view is left to validate' "$scene"
 transforms '"fl_x": 8,' "${good[@]}"
 : >"$folder/list"
-refused "an empty list" 'list: names no view' "$scene" --val "$folder/list"
+refused "an empty list" 'list: has no names' "$scene" --val "$folder/list"
 printf 'images/9.png\n' >"$folder/list"
 refused "a list that names no photo of the scene" 'list:1: images/9.png' "$scene" --val "$folder/list"
 printf 'images/0.png\nimages/1.png\n' >"$folder/list"
@@ -216,7 +216,7 @@ refused "a photo in two split files" 'transforms_val.json: frame 0 .*in two spli
 reset
 transforms '"fl_x": 8,' "${good[@]}"
 printf 'name,provider\nimages/0.png\n' >"$folder/list"
-refused "a providers file with a field too few" 'list:2: not two fields' "$scene" --providers "$folder/list"
+refused "a providers file with a field too few" 'list:2: there must be two fields' "$scene" --providers "$folder/list"
 refused "an unknown format" 'format bundler' "$scene" --format bundler
 refused "--pool list without a TSV" 'pool list' "$scene" --pool list
 

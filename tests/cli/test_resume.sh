@@ -122,7 +122,7 @@ tamper() { # tamper OUT
 copy whole tampered
 tamper tampered
 check "a run of two checkpoints" test "$(ls "$folder"/tampered/checkpoint_*.vwc | wc -l)" = 2
-check "checkpoints that were tampered with are found out" fails 1 'taken again' value tampered 110 --resume
+check "checkpoints that were tampered with are found out" fails 1 'trained again' value tampered 110 --resume
 check "and the ledger is left alone" same_rows whole tampered
 
 # A replay that lasts longer than several checkpoints are apart.

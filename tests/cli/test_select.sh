@@ -273,7 +273,7 @@ check "no rule is refused" refuses 'one of --positive, --significant, --not-harm
     select "$run" --to "$list"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
-check "an unknown method is refused with those there are" refuses 'no scores by method "nima"; use one of: dv_psnr, dv_loss' \
+check "an unknown method is refused with those there are" refuses 'method "nima" has no scores; use one of: dv_psnr, dv_loss' \
     select "$run" --positive --method nima --to "$list"
 for amount in 0 -3 2.5 x 5x '' '5 %' 0% 101% nan; do
     check "--top '$amount' is refused" refuses '--top takes|cannot select by' select "$run" --top "$amount" --to "$list"

@@ -132,7 +132,7 @@ static void bad_lists_are_refused(void **state) {
                        "images/1.png", NULL);
     const char *empty = temporary_file(*state, "empty.txt", " \n");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .train_list = empty}, VW_ERROR_INPUT, "empty.txt",
-                       "names no view", "--train", NULL);
+                       "has no names", "--train", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .val_list = empty}, VW_ERROR_INPUT, "empty.txt",
                        "--val", NULL);
     const char *one = temporary_file(*state, "one.txt", "images/00.png\n");

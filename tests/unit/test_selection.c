@@ -93,13 +93,13 @@ static void refusals_say_what_is_missing(void **state) {
     const struct vw_selection_params positive = {.rule = VW_SELECT_POSITIVE};
     check_refused(scores, 0, positive, VW_ERROR_INPUT, "no scores; value the photos first");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr"}, VW_ERROR_USAGE,
-                  "\"dv_pnsr\"; use one of: dv_psnr, dv_loss, odd, validation_alone");
+                  "\"dv_pnsr\" has no scores; use one of: dv_psnr, dv_loss, odd, validation_alone");
     check_refused(scores, count, (struct vw_selection_params){.method = "odd"}, VW_ERROR_INPUT,
                   "none of 1 scores is above zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT},
                   VW_ERROR_INPUT, "none of 3 scores has an interval above zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_NOT_HARMFUL},
-                  VW_ERROR_INPUT, "the intervals of all 1 scores lie below zero");
+                  VW_ERROR_INPUT, "the intervals of all 1 scores are below zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone"}, VW_ERROR_INPUT,
                   "no train photo has a score");
     check_refused(scores, count,

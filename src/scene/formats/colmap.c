@@ -21,8 +21,7 @@ bool vw_colmap_probe(const char *path) {
     return found;
 }
 
-// ---- Points
-// -----------------------------------------------------------------------------------------------------------
+// ---- Points ----
 
 // A feature's place in a view's photo, which may have another size than the model's.
 static struct vw_track track_in_view(const struct vw_colmap_model *model, const struct vw_colmap_track *track,
@@ -75,8 +74,7 @@ enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const 
     return vw_near_far_measure(scene);
 }
 
-// ---- Views
-// ------------------------------------------------------------------------------------------------------------
+// ---- Views ----
 
 struct repairs {
     uint32_t missing_count;   // images without a photo
@@ -151,8 +149,7 @@ enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struc
     return note_repairs(&repairs, photo_folder, builder->scene);
 }
 
-// ---- The loader
-// -------------------------------------------------------------------------------------------------------
+// ---- The loader ----
 
 const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder) {
     return strstr(model_folder + strlen(scene_folder), "dense/") ? "dense/images" : "images";

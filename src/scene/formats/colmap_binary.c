@@ -76,8 +76,7 @@ static const char *take_text(struct bytes *bytes, const char *field) {
     return text;
 }
 
-// ---- Records
-// --------------------------------------------------------------------------------------------------------------
+// ---- Records ----
 
 static enum vw_status read_camera(struct bytes *bytes, struct colmap_builder *builder) {
     uint32_t id = take_u32(bytes, "camera_id");
@@ -134,8 +133,7 @@ static enum vw_status read_point(struct bytes *bytes, struct colmap_builder *bui
     return status;
 }
 
-// ---- Files
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 struct file_kind {
     const char *count_field;

@@ -21,8 +21,7 @@ static bool all_within(double limit, const double *values, size_t count) {
     return true;
 }
 
-// ---- Ids
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Ids ----
 
 static int compare_ids(const void *a, const void *b) {
     uint32_t left = ((const struct colmap_id *)a)->id, right = ((const struct colmap_id *)b)->id;
@@ -49,8 +48,7 @@ static const struct colmap_id *find_id(const struct colmap_id *ids, size_t count
     return bsearch(&(struct colmap_id){.id = id}, ids, count, sizeof *ids, compare_ids);
 }
 
-// ---- Cameras
-// --------------------------------------------------------------------------------------------------------------
+// ---- Cameras ----
 
 enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera) {
     struct vw_colmap_model *model = builder->model;
@@ -66,8 +64,7 @@ enum vw_status colmap_cameras_done(struct colmap_builder *builder) {
     return index_ids("camera", &model->cameras->id, sizeof *model->cameras, model->camera_count, &builder->camera_ids);
 }
 
-// ---- Images
-// -------------------------------------------------------------------------------------------------------------
+// ---- Images ----
 
 // From COLMAP's world to camera (x right, y down, z forward) to camera to world with OpenGL axes (x right, y up, z
 // backward).
@@ -173,8 +170,7 @@ enum vw_status colmap_images_done(struct colmap_builder *builder) {
     return status ? status : refuse_same_names(model);
 }
 
-// ---- Points
-// -----------------------------------------------------------------------------------------------------------
+// ---- Points ----
 
 enum vw_status colmap_add_point(struct colmap_builder *builder, const struct colmap_point_fields *fields) {
     struct vw_colmap_model *model = builder->model;

@@ -37,8 +37,7 @@ static bool line_ended(struct text *text) {
     return !*text->rest;
 }
 
-// ---- Fields
-// -----------------------------------------------------------------------------------------------------------
+// ---- Fields ----
 
 static const char *take_word(struct text *text, const char *field) {
     if (text->status) return "0";
@@ -97,8 +96,7 @@ static void expect_end(struct text *text) {
         vw_fail(VW_ERROR_INPUT, "\"%.32s\" follows the last field; remove it or export the file again", text->rest);
 }
 
-// ---- Records
-// ------------------------------------------------------------------------------------------------------------
+// ---- Records ----
 
 static enum vw_status read_camera(struct text *text, struct colmap_builder *builder) {
     uint32_t id = take_id(text, "camera_id");
@@ -156,8 +154,7 @@ static enum vw_status read_point(struct text *text, struct colmap_builder *build
     return status;
 }
 
-// ---- Files
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 static enum vw_status read_file(const char *path, struct colmap_builder *builder,
                                 enum vw_status (*read)(struct text *text, struct colmap_builder *builder),

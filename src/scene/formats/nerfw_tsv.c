@@ -11,8 +11,7 @@
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 enum { HEADER_LIMIT_BYTES = 1024 };
 
-// ---- Lines
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Lines ----
 
 static char *next_line(char **rest) {
     char *line = strsep(rest, "\n");
@@ -59,8 +58,7 @@ static enum vw_status take_row(const char *path, int line, const struct vw_tsv *
     return VW_OK;
 }
 
-// ---- Files
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 static int compare_names(const void *a, const void *b) {
     const struct vw_tsv_row *left = *(const struct vw_tsv_row *const *)a, *right = *(const struct vw_tsv_row *const *)b;

@@ -35,8 +35,7 @@ enum vw_status vw_photo_list_check_new(const char *path) {
     return vw_fail(VW_ERROR_USAGE, "--to %s: is there already; name a new file, or remove that one", path);
 }
 
-// ---- Folders
-// ------------------------------------------------------------------------------------------------------------
+// ---- Folders ----
 
 char *vw_photo_list_scene_folder(const struct vw_photo_list *list) {
     return vw_folder_exists(list->scene_path) ? vw_copy_text(list->scene_path) : vw_path_folder(list->scene_path);
@@ -98,8 +97,7 @@ enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
     return status;
 }
 
-// ---- A name a line
-// --------------------------------------------------------------------------------------------------------
+// ---- A name a line ----
 
 // Whether a reader of lines, which trims them, gets the name back.
 static bool fits_a_line(const char *name) {

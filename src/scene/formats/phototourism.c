@@ -12,8 +12,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 
-// ---- Finding the TSV
-// ---------------------------------------------------------------------------------------------------------
+// ---- Finding the TSV ----
 
 // Looks for *.tsv with the header of a NeRF-W TSV; `*path` (owned by the caller) is the first by name, `*count` how
 // many there are.
@@ -62,8 +61,7 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
     return status;
 }
 
-// ---- Rows to splits
-// ------------------------------------------------------------------------------------------------------------
+// ---- Rows to splits ----
 
 // A registered photo, to be looked up by name.
 struct registered {
@@ -160,8 +158,7 @@ static enum vw_status assign_splits(const struct vw_scene_builder *builder, cons
     return status;
 }
 
-// ---- Loading
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Loading ----
 
 // The scene from its TSV and its model, which lies in `model_folder`.
 static enum vw_status load_model(struct vw_scene_builder *builder, const struct vw_tsv *tsv, const char *model_folder,

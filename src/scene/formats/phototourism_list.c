@@ -20,8 +20,7 @@ struct tsv_list {
     bool *has_row;                         // owned: of each photo
 };
 
-// ---- Reading
-// ------------------------------------------------------------------------------------------------------------
+// ---- Reading ----
 
 // The photo's name as the TSV and the model have it; NULL when it is none of theirs.
 static const char *name_of(const struct vw_listed_photo *photo) {
@@ -71,8 +70,7 @@ static enum vw_status check_target(const struct vw_photo_list *list, const char 
     return status;
 }
 
-// ---- Writing
-// ------------------------------------------------------------------------------------------------------------
+// ---- Writing ----
 
 // What becomes of a row: NULL when it is left out. Rows of photos that were not valued stay when they test.
 static const char *split_of(const struct vw_tsv_row *row, const struct vw_listed_photo *photo) {

@@ -33,8 +33,7 @@ static void take(const struct reading *reading, const struct vw_view *view) {
     else ++*reading->passed_over;
 }
 
-// ---- Names, one a line
-// --------------------------------------------------------------------------------------------------
+// ---- Names, one a line ----
 
 static enum vw_status take_name(void *context, int line, const char *name) {
     const struct reading *reading = context;
@@ -52,8 +51,7 @@ static enum vw_status read_names(struct reading *reading) {
     return vw_names_read(reading->path, take_name, reading, &count);
 }
 
-// ---- A NeRF-W TSV
-// -------------------------------------------------------------------------------------------------------
+// ---- A NeRF-W TSV ----
 
 static enum vw_status read_tsv(const struct reading *reading) {
     struct vw_tsv tsv = {0};
@@ -68,8 +66,7 @@ static enum vw_status read_tsv(const struct reading *reading) {
     return status;
 }
 
-// ---- A transforms file
-// --------------------------------------------------------------------------------------------------
+// ---- A transforms file ----
 
 static const struct vw_view *find_framed(const struct vw_scene *scene, const char *file_path) {
     const struct vw_view *view = NULL;
@@ -103,8 +100,7 @@ static enum vw_status read_transforms(const struct reading *reading) {
     return status;
 }
 
-// ---- Scores
-// -------------------------------------------------------------------------------------------------------------
+// ---- Scores ----
 
 static enum vw_status take_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
     if (csv->field_count != 2)

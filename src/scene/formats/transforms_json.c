@@ -28,8 +28,7 @@ struct reader {
     uint32_t rescaled_count; // frames whose intrinsics are for another image size
 };
 
-// ---- Finding files
-// -----------------------------------------------------------------------------------------------------
+// ---- Finding files ----
 
 static bool has_file(const char *folder, const char *name) {
     char *path = vw_path_join(folder, name);
@@ -123,8 +122,7 @@ static enum vw_status take_mask(const struct reader *reader, const char *where, 
     return status;
 }
 
-// ---- Frames
-// --------------------------------------------------------------------------------------------------------------
+// ---- Frames ----
 
 static enum vw_status add_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame,
                                 enum vw_split split, const char *name, const char *image_path) {
@@ -178,8 +176,7 @@ static enum vw_status load_frame(struct reader *reader, const char *where, const
     return status;
 }
 
-// ---- Files
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 static enum vw_status positive_number(const char *path, const json_t *file, const char *key, double fallback,
                                       double *value) {

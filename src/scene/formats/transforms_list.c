@@ -37,8 +37,7 @@ static enum vw_status out_of_memory(const struct writer *writer) {
     return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the list", writer->list->to);
 }
 
-// ---- Keys
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Keys ----
 
 static bool is_path_key(const char *key) {
     const char suffix[] = "_path";
@@ -74,8 +73,7 @@ static enum vw_status copy_keys(const struct writer *writer, const json_t *file,
     return status;
 }
 
-// ---- Frames
-// -------------------------------------------------------------------------------------------------------------
+// ---- Frames ----
 
 // Where a frame belongs; frames of several files may come together only if all else in these is the same.
 static enum vw_status open_target(struct writer *writer, enum vw_split split, const char *path, json_t *keys,
@@ -157,8 +155,7 @@ static enum vw_status take_scene(struct writer *writer) {
     return status ? status : check_seen(writer);
 }
 
-// ---- Files
-// --------------------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 static bool ends_with(const char *text, const char *suffix) {
     size_t length = strlen(text), suffix_length = strlen(suffix);

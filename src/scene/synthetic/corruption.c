@@ -1,5 +1,4 @@
-// Defects: what happens to a photo, or to its recorded pose. Deterministic: every random number is keyed by seed, view
-// and pixel.
+// Defects of photos and of recorded poses. Deterministic: every random number is keyed by seed, view and pixel.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +42,7 @@ static void expose(const float gain[3], const float bias[3], struct vw_recipe_ph
     }
 }
 
-// What the photo was taken with: formation of the image, no defect.
+// Applies the photo's own exposure: part of image formation, not a defect.
 static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
     float normals[8], gain[3], bias[3];
     for (uint32_t i = 0; i < 2; i++) {
@@ -59,8 +58,7 @@ static void expose_photo(const struct vw_recipe *recipe, uint32_t view, struct v
     if (recipe->gain_spread > 0 || recipe->tint_spread > 0 || recipe->bias_spread > 0) expose(gain, bias, photo);
 }
 
-// ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha
-// ----------------------------------------
+// ---- Blur: a Gaussian along rows, then along columns, of colours weighted by alpha ----
 
 static void weigh_by_alpha(vw_float4 *p) { *p = (vw_float4){p->x * p->w, p->y * p->w, p->z * p->w, p->w}; }
 
@@ -120,8 +118,7 @@ static enum vw_status blur(double deviation_px, struct vw_recipe_photo *photo) {
     return VW_OK;
 }
 
-// ---- Occluder
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Occluder ----
 
 // A striped rectangle of random shape, place and colours in front of everything.
 static void occlude(const struct vw_recipe *recipe, uint32_t view, double share, struct vw_recipe_photo *photo) {
@@ -159,8 +156,8 @@ enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, s
     return VW_OK;
 }
 
-// Turns the camera in place, about a random axis across its line of sight, so that the content shifts by the whole
-// angle.
+// Rotates the camera in place, about a random axis perpendicular to its line of sight, so that the content shifts by
+// the whole angle.
 void vw_corrupt_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]) {
     if (recipe->defects[view].kind != VW_DEFECT_WRONG_POSE) return;
     uint32_t words[4];

@@ -1,6 +1,6 @@
-// Defects of recipes in photos of any scene. All random numbers are keyed by a photo's name, so that another order of
-// the scene file corrupts the same. Kinds go round the photos in the order of these numbers: one that is left out hands
-// its kind on to the next.
+// Injects the defects of recipes into photos of any scene. All random numbers are keyed by a photo's name, so that the
+// order of the scene file does not matter. The photos, sorted by these numbers, get the kinds of defects in turn:
+// without one of them, the next photo gets its kind.
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,7 +37,7 @@ static int compare_candidates(const void *a, const void *b) {
     return (left > right) - (left < right);
 }
 
-// The train views, smallest number first; returns how many.
+// Lists the train views, smallest number first; returns their number.
 static uint32_t list_candidates(const struct vw_scene *scene, struct candidate *candidates) {
     uint32_t count = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
@@ -70,7 +70,7 @@ static enum vw_status corrupt_pixels(const struct vw_recipe *recipe, struct vw_v
     return status;
 }
 
-// A recipe of this view alone.
+// A recipe that has only this view.
 static enum vw_status corrupt_view(const struct candidate *candidate, struct vw_recipe_defect defect,
                                    struct vw_recipe *recipe) {
     struct vw_view *view = candidate->view;
@@ -80,7 +80,7 @@ static enum vw_status corrupt_view(const struct candidate *candidate, struct vw_
     vw_corrupt_pose(recipe, 0, view->camera_to_world);
     bool turned = defect.kind == VW_DEFECT_WRONG_POSE;
     enum vw_status status =
-        turned || !view->image.pixels ? VW_OK : corrupt_pixels(recipe, view); // a scene of headers alone has none
+        turned || !view->image.pixels ? VW_OK : corrupt_pixels(recipe, view); // with headers_only there are no pixels
     recipe->defects = NULL;
     view->ground_truth = vw_copy_text(vw_recipe_ground_truths[defect.kind]);
     return status || view->ground_truth ? status : VW_ERROR_MEMORY;
@@ -91,8 +91,8 @@ static enum vw_status corrupt(const struct vw_scene_params *params, struct vw_sc
     enum vw_status status = VW_OK;
     uint32_t count = list_candidates(scene, candidates);
     if (params->corrupt > count)
-        return vw_fail(VW_ERROR_USAGE, "--corrupt %u: only %u photos are trained on; corrupt fewer", params->corrupt,
-                       count);
+        return vw_fail(VW_ERROR_USAGE, "--corrupt %u: there are only %u train photos; use a smaller number",
+                       params->corrupt, count);
     for (uint32_t i = 0; !status && i < params->corrupt; i++)
         status = corrupt_view(&candidates[i], kinds[i % VW_ARRAY_COUNT(kinds)], recipe);
     for (uint32_t v = 0; !status && v < scene->view_count; v++) {
@@ -105,7 +105,7 @@ static enum vw_status corrupt(const struct vw_scene_params *params, struct vw_sc
 
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene) {
     if (!strcmp(scene->format, "recipe"))
-        return vw_fail(VW_ERROR_USAGE, "--corrupt: %s is a recipe, which names its own defects; write them there",
+        return vw_fail(VW_ERROR_USAGE, "--corrupt: %s is a recipe, which has its own defects; add them there",
                        params->path);
     struct vw_recipe *recipe = vw_allocate(1, sizeof *recipe);
     struct candidate *candidates = vw_allocate(scene->view_count, sizeof *candidates);

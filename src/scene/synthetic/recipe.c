@@ -87,7 +87,7 @@ static enum vw_status make_photos(struct vw_gpu *gpu, const struct vw_recipe *re
 
 enum vw_status vw_recipe_load(const struct vw_scene_params *params, struct vw_scene *scene) {
     if (!params->gpu && !params->headers_only)
-        return vw_fail(VW_ERROR_USAGE, "%s: a recipe is drawn by a Vulkan device, and none was opened; give --device",
+        return vw_fail(VW_ERROR_USAGE, "%s: a recipe needs a Vulkan device, but none is open; use --device",
                        params->path);
     struct vw_recipe *recipe = vw_allocate(1, sizeof *recipe);
     if (!recipe) return VW_ERROR_MEMORY;

@@ -1,50 +1,50 @@
-// Recipes: procedural scenes whose photos are ray-traced and whose corrupted photos are known (design, decision 13).
+// Recipes: procedural scenes. Their photos are ray-traced, and it is known which of them are corrupted (decision 13).
 //
-// A recipe is a JSON file. z points up; angles are degrees, lengths world units, colours [0,1] and sRGB-encoded.
-// Defaults stand in parentheses; unknown keys are refused.
-//   viewworth_recipe  1
-//   seed              what random choices and noise are keyed by (0)
-//   image             width_px, height_px; samples_per_pixel: 1, 4, 9, ... 64 (4)
-//   box               centre, half_extent: where the field lives; all content belongs inside
-//   background        [r,g,b], "sky" (a gradient) or "transparent" (photos carry alpha) (black) sun direction (towards
-//   it), intensity; ambient: light that comes from everywhere;
-//                     spread_deg: standard deviation over photos of its turn about z (0)                     (no sun,
-//                     ambient 1)
-//   exposure          what all photos differ in, those that test and validate as well: standard deviations `gain` of
-//   the logarithm of a
-//                       photo's gain, `tint` of that of each channel's own gain beside it, `bias` of each channel's
-//                       bias (0)
-//   shapes            kind and centre, and for a
-//                       sphere:   radius                                box:   half_extent [x,y,z], turn_deg about z
-//                       (0) cylinder: radius, height (upright, closed)      plane: normal ([0,0,1]), radius of its disc
-//                       (unlimited)
-//                     texture: kind plain, checker, stripes or noise; colour; and but for plain: second_colour, cell:
-//                     size of a
-//                       cell, for stripes also axis across them ([0,0,1])
-//   cameras           path "orbit", centre, radius, count, field_of_view_deg (horizontal); elevation_deg [first, last]
-//   ([30, 30]),
-//                       start_deg (0), turns (1), look_at (centre), distortion {k1, k2, p1, p2}, provider, split
-//   defects           kind and strength: noise (standard deviation), blur (standard deviation in px), occluder (share
-//   of the photo
-//                       covered), exposure (gain; with bias, added after it), wrong_pose (degrees the recorded pose is
-//                       turned);
-//                     views: [indices], or every: n (each n-th clean train view), or share: of the train views, chosen
-//                     by seed
-//   transients        share of all photos with a disc of a random colour in front, which the photo's mask hides; size:
-//   share of the photo
-//                       that it covers (0.1)
-// View i is "view_iii"; without `split` it is val when i % 8 == 0, test when i % 8 == 4, train else. Only train views
-// can be corrupted, each by one defect. Points come from the true geometry; a view with a wrong pose has no tracks.
+// A recipe is a JSON file. z points up; angles are in degrees, lengths in world units, colours in [0,1] and
+// sRGB-encoded. Unknown keys are refused. The keys, with defaults in parentheses:
+//
+//   viewworth_recipe: 1
+//   seed: key of random choices and noise (0)
+//   image: width_px, height_px; samples_per_pixel: 1, 4, 9, ... 64 (4)
+//   box: centre, half_extent; the field covers it, and all content should be inside
+//   background: [r,g,b], "sky" (a gradient) or "transparent" (photos have alpha) (black)
+//   sun: direction (towards the sun), intensity; ambient: light from all directions; spread_deg: standard deviation,
+//     over photos, of the sun's rotation about z (0) (without the key: no sun, ambient 1)
+//   exposure: how all photos differ, test and validation photos included. Standard deviations: gain (of the logarithm
+//     of a photo's gain), tint (of the logarithm of each channel's additional gain), bias (of each channel's bias)
+//     (0)
+//   shapes: kind, centre and
+//     sphere: radius
+//     box: half_extent [x,y,z], turn_deg: rotation about z (0)
+//     cylinder: radius, height; it is upright and closed
+//     plane: normal ([0,0,1]), radius of its disc (unlimited)
+//     texture of any shape: kind plain, checker, stripes or noise; colour; except for plain also second_colour and
+//       cell (size of a cell); for stripes also axis: the direction across them ([0,0,1])
+//   cameras: path "orbit", centre, radius, count, field_of_view_deg (horizontal); elevation_deg [first, last] ([30,
+//     30]), start_deg (0), turns (1), look_at (centre), distortion {k1, k2, p1, p2}, provider, split
+//   defects: kind, strength, and one of views: [indices], every: n (each n-th clean train view), share: of the train
+//     views, by seed. The strength is for
+//     noise: standard deviation
+//     blur: standard deviation in px
+//     occluder: share of the photo that it covers
+//     exposure: gain, with bias added after it
+//     wrong_pose: rotation of the recorded pose in degrees
+//   transients: share of all photos that have a disc of a random colour in front, which the photo's mask hides; size:
+//     share of the photo that the disc covers (0.1)
+//
+// View i is named "view_iii". Without `split` it is val if i % 8 == 0, test if i % 8 == 4, otherwise train. Only train
+// views can be corrupted, each by one defect. Points come from the true geometry; a view with a wrong pose has no
+// tracks.
 #ifndef VIEWWORTH_RECIPE_H
 #define VIEWWORTH_RECIPE_H
 
 #include "viewworth/scene.h"
 
-enum { VW_RECIPE_LIMIT_BYTES = 1 << 24 }; // of a recipe file
+enum { VW_RECIPE_LIMIT_BYTES = 1 << 24 }; // largest recipe file
 
-// Fills the views (split included), box, background, points and tracks of an empty scene from params->path. On failure
-// the scene is half-filled; vw_scene_close frees it. With headers_only there are no pixels, hashes or points, and
-// params->gpu may be NULL.
+// Fills the views (with splits), box, background, points and tracks of an empty scene from params->path. After a
+// failure the scene is incomplete; vw_scene_close frees it. With headers_only there are no pixels, hashes or points,
+// and params->gpu may be NULL.
 enum vw_status vw_recipe_load(const struct vw_scene_params *params, struct vw_scene *scene);
 
 #endif

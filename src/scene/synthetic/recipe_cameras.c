@@ -143,5 +143,6 @@ void vw_recipe_read_cameras(struct vw_json_reader *reader, const json_t *root, c
     vw_json_each(reader, root, "cameras", VW_RECIPE_VIEWS_MAX, read_path, &state);
     bool validates = false;
     for (uint32_t v = 0; v < scene->view_count; v++) validates |= scene->views[v].split == VW_SPLIT_VAL;
-    if (!validates) vw_json_refuse(reader, "cameras", "no view validates; add cameras, or a path with the split val");
+    if (!validates)
+        vw_json_refuse(reader, "cameras", "there is no validation view; add cameras, or a path with the split val");
 }

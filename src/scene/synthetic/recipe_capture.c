@@ -1,4 +1,4 @@
-// Who passes by while a photo is taken. Deterministic, as defects are.
+// Transient objects in front of a photo. Deterministic, like defects.
 #include <math.h>
 #include <string.h>
 
@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 
-// A disc that keeps away from the borders as far as it can.
+// Places a disc as far from the borders as possible.
 static enum vw_status pass_by(const struct vw_recipe *recipe, const uint32_t words[4], uint32_t index,
                               struct vw_recipe_photo *photo, struct vw_view *view) {
     uint32_t width_px = photo->width_px, height_px = photo->height_px, colour[4];

@@ -1,4 +1,4 @@
-// Which views are corrupted, and how: the truth that scores are evaluated by.
+// Decides which views are corrupted and how: the ground truth by which scores are evaluated.
 #include <math.h>
 #include <stdlib.h>
 
@@ -32,7 +32,7 @@ static void corrupt_listed(struct vw_json_reader *reader, const json_t *views, c
         const json_t *item = json_array_get(views, i);
         json_int_t view = json_is_integer(item) ? json_integer_value(item) : -1;
         if (view < 0 || view >= state->scene->view_count) {
-            vw_json_refuse(reader, "views", "item %zu is no view; give indices from 0 to %u", i,
+            vw_json_refuse(reader, "views", "item %zu is not a view; give indices from 0 to %u", i,
                            state->scene->view_count - 1);
         } else if (!is_clean_train(state, (uint32_t)view)) {
             const char *what = state->recipe->defects[view].kind ? "corrupted already"
@@ -52,7 +52,7 @@ static void corrupt_every(struct vw_json_reader *reader, int64_t every, const st
         if (is_clean_train(state, v) && ++clean % every == 0) state->recipe->defects[v] = *defect;
 }
 
-// The clean train view with the smallest random number; -1 when there is none.
+// The clean train view with the smallest random number; -1: none.
 static int64_t draw_view(const struct defect_reader *state) {
     int64_t drawn = -1;
     uint32_t smallest = UINT32_MAX;

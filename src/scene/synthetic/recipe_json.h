@@ -1,5 +1,5 @@
-// Strict reading of JSON objects: every key is named and every range checked. The first failure sticks to the reader
-// and later calls do nothing, so that reading reads as a list of fields.
+// Strict reading of JSON objects: unknown keys are refused and all ranges are checked. After the first failure, which
+// the reader keeps, all calls do nothing: the caller checks once, after reading a list of fields.
 #ifndef VIEWWORTH_RECIPE_JSON_H
 #define VIEWWORTH_RECIPE_JSON_H
 

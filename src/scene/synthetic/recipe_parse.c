@@ -26,8 +26,7 @@ static void read_length(struct vw_json_reader *reader, const json_t *object, con
     vw_json_number(reader, object, key, LENGTH_MIN, COORDINATE_MAX, length);
 }
 
-// ---- Image, box and light
-// -----------------------------------------------------------------------------------------------
+// ---- Image, box and light ----
 
 static void read_image(struct vw_json_reader *reader, const json_t *object, void *context) {
     struct vw_recipe *recipe = context;
@@ -89,8 +88,7 @@ static void read_background(struct vw_json_reader *reader, const json_t *root, s
     for (int c = 0; c < 3; c++) recipe->background_colour[c] = (float)colour[c];
 }
 
-// ---- Shapes
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Shapes ----
 
 struct shape_reader {
     struct vw_recipe *recipe;

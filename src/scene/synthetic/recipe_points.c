@@ -1,4 +1,4 @@
-// Surface points with the views that see them, as structure from motion emits them, from the depths of the photos.
+// Surface points and the views that see them, computed from the depths of the photos.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "image/image.h"
 #include "base/memory.h"
 
-static const double DEPTH_AGREES = 0.01; // of the distance
+static const double DEPTH_AGREES = 0.01; // relative to the distance
 enum { CANDIDATES = 4096, TRACK_VIEWS_MIN = 2 };
 
 struct point_maker {
@@ -22,7 +22,7 @@ static const float *depth_at(const struct point_maker *maker, uint32_t view, uin
     return &maker->depths[view * pixels + (size_t)y_px * maker->recipe->width_px + x_px];
 }
 
-// The point that a view sees in the middle of a pixel; false when there is none.
+// The point that a view sees at the centre of a pixel; false: none.
 static bool point_behind(const struct point_maker *maker, uint32_t view_index, uint32_t x_px, uint32_t y_px,
                          double position[3]) {
     const struct vw_view *view = &maker->scene->views[view_index];

@@ -1,4 +1,4 @@
-// What the files of a recipe share: its description after reading, and the steps from it to a scene.
+// Internal to recipes: the description of a recipe, and the functions that turn it into a scene.
 #ifndef VIEWWORTH_RECIPE_PRIVATE_H
 #define VIEWWORTH_RECIPE_PRIVATE_H
 
@@ -32,7 +32,7 @@ struct vw_recipe_defect {
     double bias;     // of an exposure
 };
 
-// What random numbers of a recipe are for: the last counter word of VW_RANDOM_RECIPE.
+// The uses of a recipe's random numbers: the last counter word of VW_RANDOM_RECIPE.
 enum vw_recipe_draw {
     VW_DRAW_CHOICE,
     VW_DRAW_NOISE,
@@ -66,17 +66,17 @@ void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, str
 // recipe_cameras.c: appends a view per camera to the scene, with its true pose, and assigns the splits.
 void vw_recipe_read_cameras(struct vw_json_reader *reader, const json_t *root, const struct vw_recipe *recipe,
                             struct vw_scene *scene);
-// recipe_defects.c: decides which views are corrupted how, and writes every view's truth.
+// recipe_defects.c: decides which views are corrupted and how, and sets every view's ground_truth.
 void vw_recipe_read_defects(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
                             struct vw_scene *scene);
 
-// A photo as it is traced and corrupted, before it becomes 8 bit.
+// A photo while it is traced and corrupted, before it is rounded to 8 bit.
 struct vw_recipe_photo {
     uint32_t width_px, height_px;
-    struct vw_recipe_pixel *pixels; // depth in world units; 0 where nothing or only an occluder is seen
+    struct vw_recipe_pixel *pixels; // depth in world units; 0: the pixel shows nothing or an occluder
 };
 
-// recipe.c: rounds a photo to 8 bit, gives it to a view without one, and hashes it.
+// recipe.c: rounds a photo to 8 bit, stores it in its view, and hashes it.
 enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view);
 
 // recipe_trace.c
@@ -86,11 +86,11 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
 
-// recipe_capture.c: what passes by before a photo is taken: a transient disc, whose mask goes to the view.
+// recipe_capture.c: adds a transient disc to a photo, and its mask to the view.
 enum vw_status vw_recipe_capture(const struct vw_recipe *recipe, uint32_t index, struct vw_recipe_photo *photo,
                                  struct vw_view *view);
 
-// recipe_spoil.c: exposure and defect of one view's pixels; and the recorded pose of one with a wrong pose.
+// corruption.c: applies exposure and defect to a view's pixels, or changes its recorded pose.
 enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo);
 void vw_corrupt_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]);
 
