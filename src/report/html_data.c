@@ -54,12 +54,9 @@ static json_t *picture_to_json(const struct vw_report_picture *picture, const ch
 
 static json_t *thumbnails_to_json(const struct vw_report_run *run) {
     json_t *array = json_array();
-    int failed = 0;
     for (uint32_t i = 0; i < run->image_count; i++)
-        failed |= json_array_append_new(array, picture_to_json(&run->thumbnails[i], "image/webp"));
-    if (!failed) return array;
-    json_decref(array);
-    return NULL;
+        vw_json_append(&array, picture_to_json(&run->thumbnails[i], "image/webp"));
+    return array;
 }
 
 // The set's place among the page's; -1 when no run before has it.

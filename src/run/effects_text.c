@@ -17,15 +17,12 @@ void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFF
 
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count) {
     json_t *array = json_array();
-    for (uint32_t i = 0; array && i < count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         const struct vw_effect_verdict *verdict = &verdicts[i];
-        json_t *entry = json_pack("{s:s, s:b, s:o, s:o, s:s, s:b}", "name", verdict->name, "called_for",
-                                  verdict->called_for, "evidence", vw_json_real(verdict->evidence), "threshold",
-                                  vw_json_real(verdict->threshold), "meaning", verdict->meaning, "on", verdict->on);
-        if (json_array_append_new(array, entry)) {
-            json_decref(array);
-            array = NULL;
-        }
+        vw_json_append(&array,
+                       json_pack("{s:s, s:b, s:o, s:o, s:s, s:b}", "name", verdict->name, "called_for",
+                                 verdict->called_for, "evidence", vw_json_real(verdict->evidence), "threshold",
+                                 vw_json_real(verdict->threshold), "meaning", verdict->meaning, "on", verdict->on));
     }
     return array;
 }

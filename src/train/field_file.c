@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "train/hashed_file.h"
 
 static const char magic[] = "viewworth field 1\n";
@@ -16,7 +17,7 @@ static char *describe(const struct trained_field *trained) {
     char *identity = vw_config_to_json(&config, true);
     json_t *effects = json_array();
     for (uint32_t i = 0; i < trained->effect_count; i++)
-        if (trained->effects[i].on) json_array_append_new(effects, json_string(trained->effects[i].name));
+        if (trained->effects[i].on) vw_json_append(&effects, json_string(trained->effects[i].name));
     json_t *object = identity ? json_pack("{s:o?, s:[f,f,f], s:f, s:o, s:I}", "config", json_loads(identity, 0, NULL),
                                           "box_centre_world", box->centre_world[0], box->centre_world[1],
                                           box->centre_world[2], "box_half_extent_world", box->half_extent_world,

@@ -24,17 +24,14 @@ static void print_table(const struct vw_gpu_info *infos, uint32_t count) {
 
 static json_t *to_json(const struct vw_gpu_info *infos, uint32_t count) {
     json_t *devices = json_array();
-    bool failed = !devices;
-    for (uint32_t i = 0; !failed && i < count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         const struct vw_gpu_info *info = &infos[i];
-        json_t *device = json_pack("{s:I, s:s, s:s, s:s, s:I, s:s}", "index", (json_int_t)info->index, "kind",
-                                   kind_names[info->kind], "name", info->name, "driver", info->driver, "memory_bytes",
-                                   (json_int_t)info->memory_bytes, "unsupported_reason", info->unsupported_reason);
-        failed = json_array_append_new(devices, device);
+        vw_json_append(&devices,
+                       json_pack("{s:I, s:s, s:s, s:s, s:I, s:s}", "index", (json_int_t)info->index, "kind",
+                                 kind_names[info->kind], "name", info->name, "driver", info->driver, "memory_bytes",
+                                 (json_int_t)info->memory_bytes, "unsupported_reason", info->unsupported_reason));
     }
-    if (!failed) return json_pack("{s:o}", "devices", devices);
-    json_decref(devices);
-    return NULL;
+    return json_pack("{s:o}", "devices", devices);
 }
 
 enum vw_status vw_command_devices(const struct vw_options *options) {

@@ -56,13 +56,9 @@ static const char *name_of(const struct selection_job *job, uint32_t place) {
 
 static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
-    bool failed = !names;
-    for (uint32_t i = 0; !failed && i < job->selection.count; i++)
-        failed = json_array_append_new(names, json_string(name_of(job, i)));
-    if (failed) json_decref(names);
-    return failed ? NULL
-                  : json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->list.format, "method",
-                              job->params.method, "selected", names);
+    for (uint32_t i = 0; i < job->selection.count; i++) vw_json_append(&names, json_string(name_of(job, i)));
+    return json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->list.format, "method",
+                     job->params.method, "selected", names);
 }
 
 // As a shell takes it.

@@ -115,11 +115,11 @@ bool vw_attribution_add_json(const struct vw_attribution *attribution, json_t *r
     json_t *providers = json_array(), *payout = json_array(), *duplicates = json_array();
     int failed = 0;
     for (uint32_t i = 0; i < attribution->group_count; i++)
-        failed |= json_array_append_new(providers, provider_to_json(&attribution->groups[i]));
+        vw_json_append(&providers, provider_to_json(&attribution->groups[i]));
     for (uint32_t i = 0; i < attribution->payout_count; i++)
-        failed |= json_array_append_new(payout, payout_to_json(&attribution->payouts[i]));
+        vw_json_append(&payout, payout_to_json(&attribution->payouts[i]));
     for (uint32_t i = 0; i < attribution->duplicate_count; i++)
-        failed |= json_array_append_new(duplicates, duplicate_to_json(&attribution->duplicates[i]));
+        vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
     failed |= json_object_set_new(root, "providers", providers);
     failed |= json_object_set_new(root, "duplicates", duplicates);
     if (attribution->payout_count > 0) failed |= json_object_set_new(root, "payout", payout);

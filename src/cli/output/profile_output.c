@@ -2,6 +2,8 @@
 
 #include <stdio.h>
 
+#include "base/json.h"
+
 void vw_profile_print(const struct vw_profile *profile) {
     const struct vw_gpu_peaks *peaks = &profile->peaks;
     if (!profile->row_count) return;
@@ -29,11 +31,7 @@ static json_t *row_to_json(const struct vw_profile_row *row) {
 
 json_t *vw_profile_to_json(const struct vw_profile *profile) {
     json_t *passes = json_array();
-    for (uint32_t i = 0; passes && i < profile->row_count; i++)
-        if (json_array_append_new(passes, row_to_json(&profile->rows[i]))) {
-            json_decref(passes);
-            passes = NULL;
-        }
+    for (uint32_t i = 0; i < profile->row_count; i++) vw_json_append(&passes, row_to_json(&profile->rows[i]));
     return json_pack("{s:o, s:f, s:f, s:f}", "passes", passes, "ms", profile->ms, "copy_bytes_per_s",
                      profile->peaks.copy_bytes_per_s, "multiply_adds_per_s", profile->peaks.multiply_adds_per_s);
 }

@@ -96,13 +96,8 @@ static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledge
 
 static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking *ranking, bool from_best) {
     json_t *array = json_array();
-    for (uint32_t i = 0; array && i < count_shown(ranking); i++) {
-        json_t *photo = photo_to_json(scene, &ranking->scores[from_best ? i : ranking->count - 1 - i]);
-        if (json_array_append_new(array, photo)) {
-            json_decref(array);
-            array = NULL;
-        }
-    }
+    for (uint32_t i = 0; i < count_shown(ranking); i++)
+        vw_json_append(&array, photo_to_json(scene, &ranking->scores[from_best ? i : ranking->count - 1 - i]));
     return array;
 }
 

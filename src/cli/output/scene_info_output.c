@@ -125,12 +125,9 @@ static json_t *camera_to_json(const struct shared_camera *shared) {
 
 static json_t *cameras_to_json(const struct description *description) {
     json_t *array = json_array();
-    bool failed = !array;
-    for (uint32_t i = 0; !failed && i < description->camera_count; i++)
-        failed = json_array_append_new(array, camera_to_json(&description->cameras[i]));
-    if (!failed) return array;
-    json_decref(array);
-    return NULL;
+    for (uint32_t i = 0; i < description->camera_count; i++)
+        vw_json_append(&array, camera_to_json(&description->cameras[i]));
+    return array;
 }
 
 static json_t *splits_to_json(const struct vw_scene *scene) {
@@ -148,12 +145,9 @@ static json_t *bounds_to_json(const struct vw_scene *scene) {
 
 static json_t *notes_to_json(const struct vw_scene *scene) {
     json_t *array = json_array();
-    bool failed = !array;
-    for (uint32_t i = 0; !failed && i < scene->note_count; i++)
-        failed = json_array_append_new(array, json_string(scene->notes[i]));
-    if (!failed) return array;
-    json_decref(array);
-    return NULL;
+    for (uint32_t i = 0; i < scene->note_count; i++)
+        vw_json_append(&array, json_string(scene->notes[i]));
+    return array;
 }
 
 // null where no view sees points.

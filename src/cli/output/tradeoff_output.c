@@ -19,12 +19,12 @@ static const struct column {
 } columns[] = {
     {"run, s", offsetof(struct vw_sweep_metrics, run_seconds), 8, 1},
     {"step, ms", offsetof(struct vw_sweep_metrics, train_ms), 8, 2},
-    {"scored/un", offsetof(struct vw_sweep_metrics, scoring_ratio), 9, 2},
+    {"ratio", offsetof(struct vw_sweep_metrics, scoring_ratio), 6, 2},
     {"MiB", offsetof(struct vw_sweep_metrics, device_mib), 6, 1},
     {"PSNR, dB", offsetof(struct vw_sweep_metrics, val_psnr), 8, 2},
     {"r seeds", offsetof(struct vw_sweep_metrics, seed_pearson), 7, 3},
     {"rho", offsetof(struct vw_sweep_metrics, seed_spearman), 6, 3},
-    {"r full_resolution", offsetof(struct vw_sweep_metrics, agreement_pearson), 12, 3},
+    {"r reference", offsetof(struct vw_sweep_metrics, agreement_pearson), 12, 3},
     {"rho", offsetof(struct vw_sweep_metrics, agreement_spearman), 6, 3},
     {"r all pixels", offsetof(struct vw_sweep_metrics, all_pixels_pearson), 12, 3},
     {"AUC", offsetof(struct vw_sweep_metrics, auc), 5, 2},
@@ -95,8 +95,8 @@ static void print_text(const struct vw_sweep *sweep) {
     printf("  Pareto front\n");
     for (uint32_t i = 0; i < sweep->metric_count; i++)
         if (is_shown(&sweep->metrics[i])) print_row(sweep, &sweep->metrics[i]);
-    printf("\nfront    P: no other configuration reaches that PSNR in less time; S: none agrees as well with the "
-           "full_resolution scores in less time\n");
+    printf("\nfront    P: no other configuration reaches that PSNR in less time; S: no other agrees as well with the "
+           "full_resolution reference in less time\n");
     print_knee(sweep, "PSNR within 0.3 dB of the best", offsetof(struct vw_sweep_metrics, val_psnr), 0.3, 2);
     print_knee(sweep, "agreement within 0.02", offsetof(struct vw_sweep_metrics, agreement_pearson), 0.02, 3);
     print_knee(sweep, "r of two seeds within 0.02", offsetof(struct vw_sweep_metrics, seed_pearson), 0.02, 3);

@@ -47,7 +47,7 @@ bool vw_validation_views_add_json(const struct vw_validation_views *validation, 
     json_t *views = json_array();
     int failed = 0;
     for (uint32_t v = 0; vw_validation_views_have_matrix(validation) && v < validation->matrix.view_count; v++)
-        failed |= json_array_append_new(views, view_to_json(validation, &validation->views[v]));
+        vw_json_append(&views, view_to_json(validation, &validation->views[v]));
     failed |= json_object_set_new(root, "validation_views", views);
     if (vw_validation_views_have_matrix(validation))
         failed |= json_object_set_new(root, "matrix", json_string(validation->matrix_path));

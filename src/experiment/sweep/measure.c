@@ -4,6 +4,7 @@
 
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
+#include "experiment/sweep/sweep.h"
 #include "experiment/paired_timing.h"
 #include "base/file.h"
 #include "viewworth/log.h"

@@ -5,6 +5,7 @@
 #include "run/scoring.h"
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
+#include "experiment/sweep/sweep.h"
 #include "value/evaluation/agreement.h"
 #include "value/evaluation/evaluation.h"
 #include "value/evaluation/pareto_front.h"

@@ -6,8 +6,12 @@
 
 #include "base/hash.h"
 #include "experiment/retrain.h"
-#include "experiment/sweep/sweep.h"
+#include "experiment/sweep/configurations.h"
 #include "value/evaluation/subsets.h"
+
+struct vw_sweep; // and its params: experiment/sweep/sweep.h
+struct vw_sweep_params;
+struct vw_sweeps; // ledger/sweeps.h
 
 // Time of a step, median over rounds.
 struct vw_step_times {

@@ -25,8 +25,7 @@ static struct vw_report_document *add_document(struct vw_report_files *files, co
 
 static json_t *record_to_json(const struct vw_csv *csv) {
     json_t *array = json_array();
-    for (uint32_t i = 0; i < csv->field_count; i++)
-        if (json_array_append_new(array, vw_json_string(csv->fields[i]))) return json_decref(array), NULL;
+    for (uint32_t i = 0; i < csv->field_count; i++) vw_json_append(&array, vw_json_string(csv->fields[i]));
     return array;
 }
 

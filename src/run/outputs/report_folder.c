@@ -216,11 +216,10 @@ static char *methods_to_json(void) {
     uint32_t count;
     const struct vw_value_method *methods = vw_value_methods(&count);
     json_t *array = json_array();
-    int failed = 0;
     for (uint32_t i = 0; i < count; i++)
-        failed |= json_array_append_new(array, json_pack("{s:s, s:s, s:s}", "name", methods[i].name, "unit",
-                                                         methods[i].unit, "formula", methods[i].formula));
-    char *text = failed ? NULL : json_dumps(array, JSON_COMPACT);
+        vw_json_append(&array, json_pack("{s:s, s:s, s:s}", "name", methods[i].name, "unit", methods[i].unit, "formula",
+                                         methods[i].formula));
+    char *text = array ? json_dumps(array, JSON_COMPACT) : NULL;
     json_decref(array);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the report's methods");
     return text;

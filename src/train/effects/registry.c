@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/word_list.h"
 
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
@@ -30,24 +31,28 @@ static const struct effect effects[] = {
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
-static int find_effect(const char *name, size_t length) {
+static int find_effect(struct vw_word name) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
-        if (strlen(effects[i].name) == length && !strncmp(effects[i].name, name, length)) return (int)i;
+        if (vw_word_is(name, effects[i].name)) return (int)i;
     return -1;
 }
 
-// One word of --effects: "name" and "+name" switch on, "-name" switches off.
-static enum vw_status apply_word(const char *word, size_t length, struct vw_effect_verdict *verdicts) {
-    bool on = word[0] != '-';
-    size_t sign = word[0] == '-' || word[0] == '+';
-    int effect = find_effect(word + sign, length - sign);
+// A word of --effects without its sign: "name" and "+name" switch on, "-name" switches off.
+static struct vw_word unsigned_word(struct vw_word word) {
+    size_t sign = word.length && (word.text[0] == '-' || word.text[0] == '+');
+    return (struct vw_word){word.text + sign, word.length - sign};
+}
+
+static enum vw_status apply_word(struct vw_word word, struct vw_effect_verdict *verdicts) {
+    int effect = find_effect(unsigned_word(word));
     if (effect < 0) {
         char known[256] = "";
         for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
             snprintf(known + strlen(known), sizeof known - strlen(known), " %s", effects[i].name);
-        return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is no effect; known are:%s", (int)length, word, known);
+        return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is no effect; known are:%s", (int)word.length, word.text,
+                       known);
     }
-    verdicts[effect].on = on;
+    verdicts[effect].on = word.text[0] != '-';
     return VW_OK;
 }
 
@@ -83,10 +88,9 @@ bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_ver
 }
 
 static bool names_effect(const char *choice, const char *name) {
-    for (const char *word = choice; *word; word += strcspn(word, ",") + (word[strcspn(word, ",")] != 0)) {
-        size_t sign = word[0] == '-' || word[0] == '+';
-        if (strcspn(word + sign, ",") == strlen(name) && !strncmp(word + sign, name, strlen(name))) return true;
-    }
+    struct vw_word word;
+    while (vw_word_list_next(&choice, &word))
+        if (vw_word_is(unsigned_word(word), name)) return true;
     return false;
 }
 
@@ -104,15 +108,14 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     bool exactly = !effects_leave_to_evidence(choice);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
     if (!strcmp(choice, "none") || !strcmp(choice, "auto")) return VW_OK;
-    for (const char *word = choice;;) {
-        size_t length = strcspn(word, ",");
-        if ((word[0] != '+' && word[0] != '-') != exactly)
+    const char *rest = choice;
+    struct vw_word word;
+    while (vw_word_list_next(&rest, &word)) {
+        if ((word.text[0] != '+' && word.text[0] != '-') != exactly)
             return vw_fail(VW_ERROR_USAGE, "--effects: \"%s\" mixes names with and without + or -; use one form",
                            choice);
-        enum vw_status status = apply_word(word, length, verdicts);
-        if (status != VW_OK) return status;
-        if (!word[length]) break;
-        word += length + 1;
+        enum vw_status status = apply_word(word, verdicts);
+        if (status) return status;
     }
     if (!exactly) follow_others(choice, verdicts, count);
     return VW_OK;
