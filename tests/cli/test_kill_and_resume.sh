@@ -36,6 +36,10 @@ contents() {
         agreement_spearman, auc FROM metric WHERE parameter IN ('base', 'full_resolution', 'epochs') ORDER BY place, method"
 }
 
+timings() { # timings OUT: what a sweep has timed so far
+    [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT * FROM measurement WHERE quantity <> 'val_psnr'"
+}
+
 same_contents() { # same_contents OUT OUT
     [[ $(contents "$1" | wc -l) -ge 5 ]] && diff <(contents "$1") <(contents "$2") >"$folder/diff" && return
     head -n 5 "$folder/diff"
@@ -49,6 +53,8 @@ intact() { # intact OUT: every ledger in it
 
 start() { exec "$program" "${words[@]}" --out "$folder/$1" --quiet; } # start OUT: the command of the case
 
+has_status() { [[ ! -e $folder/$1/ledger.db || $(query "$1" 'SELECT status FROM run') == "$2" ]]; } # has_status OUT STATUS: of a single run
+
 # stop SIGNAL OUT PROGRESS: starts or resumes, and signals once there is that much. The command must not have ended by then.
 stop() {
     local process code=0
@@ -58,11 +64,11 @@ stop() {
         kill -0 "$process" 2>/dev/null || { cat "$folder/stderr"; echo "it ended before the signal"; return 1; }
         sleep 0.02
     done
-    kill "-$1" "$process" 2>/dev/null
+    kill "-$1" "$process"
     wait "$process" 2>/dev/null || code=$?
     case $1 in
-    KILL) [[ $code -eq 137 ]] ;;
-    INT) [[ $code -eq 1 && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE 'resume|same command' "$folder/stderr" ;;
+    KILL) [[ $code -eq 137 ]] && has_status "$2" running ;;
+    *) [[ $code -eq 1 ]] && grep -qE '^viewworth: .*(--resume|same command)' "$folder/stderr" && has_status "$2" interrupted ;;
     esac && return
     echo "exit code $code:"
     cat "$folder/stderr"
@@ -80,9 +86,11 @@ stops() {
     check "$1: is killed" stop KILL "$1" $(($2 / 8))
     check "$1: what it leaves is intact" intact "$1"
     further=$(($(progress "$1") + 1))
-    check "$1: is resumed, and interrupted" stop INT "$1" $((further > $2 / 3 ? further : $2 / 3))
+    check "$1: is resumed, and interrupted" stop "${signal:-INT}" "$1" $((further > $2 / 3 ? further : $2 / 3))
     check "$1: what it leaves is intact" intact "$1"
+    timings "$1" >"$folder/timings"
     check "$1: is resumed, and ends" finish "$1"
+    check "$1: keeps what it timed" test -z "$(timings "$1" | sort | comm -13 - <(sort "$folder/timings"))"
 }
 
 # resumes NAME WORD...: the words are a command line.
@@ -95,11 +103,11 @@ resumes() {
 }
 
 resumes value value "$scene" --resume --epochs 60 "${small[@]}" --effects occupancy
-resumes train train "$scene" --resume --epochs 150 "${small[@]}"
+signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
 resumes until-stable value "$scene" --resume --epochs 60 "${small[@]}" --until-stable 0.9
 resumes same-state value "$scene" --resume --epochs 24 "${small[@]}" --same-state 3 --first-order
 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
-resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
+signal=TERM resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 6 --views 1 "${tiny_field[@]}"
 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 8 --parameters epochs --halves 0 "${tiny_field[@]}"
 
