@@ -88,30 +88,8 @@ check "does nothing" test "$before" = "$(checksum timed)"
 check "nor without --budget" eval 'run value timed "${tiny[@]}" --resume && [[ $before == "$(checksum timed)" ]]'
 check "another budget is refused" fails 2 'another --accuracy or --budget' value timed --budget 1h "${tiny[@]}" --resume
 
-# With a bound on its epochs, so that on an idle machine it takes no more of the test's time.
-kill_after() { # kill_after STEPS: the run, once so many are recorded
-    value killed --budget 15s --epochs 60 "${tiny[@]}" --resume >/dev/null 2>"$folder/stderr" &
-    until [[ -f $folder/killed/ledger.db && $(steps killed 2>/dev/null || echo 0) -ge $1 ]]; do
-        kill -0 $! 2>/dev/null || { cat "$folder/stderr"; return 1; }
-        sleep 0.05
-    done
-    kill -KILL $(pgrep -P $!) # the program, whose end ends the shell that waits for it
-    wait $! 2>/dev/null
-    [[ $(status killed) == running ]]
-}
-check "a run that is killed on its way" kill_after $((3 * photos + 1))
-choice=$(query killed 'SELECT plan_json FROM run')
-check "goes on without --budget" timed run value killed "${tiny[@]}" --resume
-check "with what was chosen" test "$choice" = "$(query killed 'SELECT plan_json FROM run')"
-check "and ends in time" eval '[[ ${took%.*} -le $((15 + allowance_s)) ]]'
-check "at an epoch's end, and finished" is_whole killed
-check "with no more epochs than were asked for" test "$(config killed epochs)" -le 60
-read -ra killed_options <<<"$(again)"
 check "the printed options for the one" run value plain_timed "${options[@]}" "${tiny[@]}"
 check "give the same, field and all" same_run timed plain_timed
-# The other may have ended elsewhere, or with another setting: what that took is taken again from the start.
-check "and those for the other" run value plain_killed "${killed_options[@]}" "${tiny[@]}"
-check "do, too" same_run killed plain_killed
 epochs=$(($(config timed epochs) + 2))
 check "by --epochs it is extended, whatever the time" run value timed --epochs "$epochs" "${tiny[@]}" --resume
 check "to so many" test "$(steps timed)" = $((epochs * photos))

@@ -194,24 +194,6 @@ check "value gives the validation layer nothing to say" validated "$program" val
     --effects auto --quiet
 check "render gives it nothing to say" validated "$program" render "$folder/validated"
 
-# ---- Interruption -------------------------------------------------------------------------------------------------------
-
-interrupt() { # starts a long run, and stops it once it has recorded steps
-    "$program" value "$scene" --out "$folder/stopped" "${tiny[@]}" --epochs 1000000 2>"$folder/stderr" >/dev/null &
-    local process=$! code=0
-    for ((wait = 0; wait < 600; wait++)); do
-        # Not before the ledger is there: a query would make an empty one.
-        [[ -s $folder/stopped/ledger.db && $(query stopped 'SELECT count(*) > 1 FROM step' 2>/dev/null) == 1 ]] && break
-        sleep 0.1
-    done
-    kill -TERM "$process"
-    wait "$process" || code=$?
-    [[ $code -eq 1 ]] && grep -q '^viewworth: interrupted; ' "$folder/stderr"
-}
-check "a signal stops a run between batches" interrupt
-check "its ledger says so" test "$(query stopped 'SELECT status FROM run')" = interrupted
-check "its steps are kept" test "$(query stopped 'SELECT count(*) > 1 FROM step')" = 1
-
 # ---- Outputs that cannot be written ---------------------------------------------------------------------------------------
 
 blocked() { # blocked OUTPUT: a folder stands where the output belongs

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `viewworth compare` on a tiny recipe: that its metrics are those of train and render, that it resumes after an interrupt, and that it
+# `viewworth compare` on a tiny recipe: that its metrics are those of train and render, and that it
 # trains nothing twice. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -99,17 +99,6 @@ check "a list of names is the list it names" compare whole --list all --list kep
 check "and was trained before" test "$(retrainings whole)" = "$before"
 check "with the same outcome" near "$(column kept 0 8)" "$(awk -F, '$1 == "top:3" && $2 == 0 { print $8 }' first/compare.csv)"
 
-interrupted() {
-    "$program" compare tiny.json --out stopped "${tiny[@]}" --epochs 3 --seeds 2 "${three[@]}" >stdout 2>stderr &
-    local process=$! code=0
-    until [[ $(retrainings stopped) -ge 2 || ! -d /proc/$process ]]; do sleep 0.05; done
-    kill -INT "$process" 2>/dev/null
-    wait "$process" 2>/dev/null || code=$?
-    [[ $code -eq 1 && $(retrainings stopped) -lt 6 ]] && grep -q 'the same command resumes' stderr
-}
-check "a comparison is interrupted" interrupted
-check "it resumes" compare stopped "${three[@]}"
-check "to the same bytes as without, but for the name of the folder" diff -r --exclude=retrainings.db --exclude=report.html first stopped
 check "the paper's way: equal epochs" compare whole --list kept.txt --list all --equal epochs --seeds 1 --views 1
 check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
 check "and are another training" test "$(retrainings whole)" = 7

@@ -51,14 +51,6 @@ cp -r "$folder/both" "$folder/edited"
 query edited "UPDATE probe SET image_id = (SELECT max(image_id) FROM image WHERE split = 'train') WHERE kind = 'same_state' AND probe = 1"
 check "a probe given to another photo is found" fails 1 'step 36 was edited' verify edited
 
-"$program" value "$scene" --out "$folder/stopped" --epochs 10 "${small[@]}" "${probing[@]}" >/dev/null 2>&1 &
-process=$!
-until [[ -s $folder/stopped/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
-kill -TERM $process 2>/dev/null
-wait $process 2>/dev/null
-check "a run that was stopped goes on" run value stopped 10 "${probing[@]}" --resume
-check "and is the run without interruption" same_run both stopped
-
 check "more epochs are another run: its states lie elsewhere" fails 2 'epochs = 10, not 12' value both 12 "${probing[@]}" --resume
 check "and so are fewer states" fails 2 'same_state = 3, not 2' value both 10 --same-state 2 --first-order --resume
 check "and none of the slopes" fails 2 'first_order = true, not nothing' value both 10 --same-state 3 --resume

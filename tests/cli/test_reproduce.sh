@@ -1,11 +1,7 @@
 #!/usr/bin/env bash
-# The same scene valued with several seeds: what agrees, what a seed varies, interruption and resume. Takes the program's path. SEED=N draws
-# other moments to kill.
+# The same scene valued with several seeds: what agrees, what a seed varies, and resume. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-seed=${SEED:-1}
-RANDOM=$seed
-echo "seed $seed"
 scene=$folder/corrupted.json
 sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
 
@@ -82,28 +78,6 @@ check "that are taken further" reproduce short --seeds 3
 check "are those" same_reproduction whole short
 check "longer runs are read as far as asked" eval 'reproduce longer --seeds 3 --epochs 9 && reproduce longer --seeds 3 &&
     same_tables whole longer'
-
-# stop_reproduction SIGNAL OUT: starts or goes on, and signals at a random moment once the second seed's steps are recorded.
-stop_reproduction() {
-    "$program" reproduce "$scene" --out "$folder/$2" --seeds 3 --epochs 30 "${small[@]}" --quiet >"$folder/stdout" 2>"$folder/stderr" &
-    local process=$! code=0
-    until [[ -s $folder/$2/seed_1/ledger.db || ! -d /proc/$process ]]; do sleep 0.02; done
-    sleep "0.$((RANDOM % 25 + 10))"
-    kill "-$1" "$process" 2>/dev/null
-    wait "$process" 2>/dev/null || code=$?
-    [[ ! -e $folder/$2/reproduce.csv ]] || { echo "it was over before it was stopped"; return 1; }
-    case $1 in
-    KILL) [[ $code -eq 137 ]] ;;
-    *) [[ $code -eq 1 ]] && grep -q 'seed_[0-9].*continue by --resume' "$folder/stderr" ;;
-    esac
-}
-check "the long way without interruption" reproduce long --seeds 3 --epochs 30
-for signal in INT KILL; do
-    check "SIG$signal in the midst" stop_reproduction "$signal" "$signal"
-    check "what is there is intact" "$program" verify "$folder/$signal/seed_0" --device llvmpipe --quiet
-    check "it resumes" reproduce "$signal" --seeds 3 --epochs 30
-    check "and is the one without interruption" same_reproduction long "$signal"
-done
 
 same_of_seeds() { # same_of_seeds OUT SQL: "same" or "other"
     local answers=("$(query "$1/seed_0" "$2")" "$(query "$1/seed_1" "$2")")

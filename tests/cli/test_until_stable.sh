@@ -38,21 +38,6 @@ before=$(checksum stable)
 check "the same command again" run value stable 40 --until-stable "$wanted" --resume
 check "does nothing" test "$before" = "$(checksum stable)"
 
-kill_after() { # kill_after STEPS: the run, once so many are recorded; it must not have ended by then
-    value killed 40 --until-stable "$wanted" --resume >/dev/null 2>&1 &
-    until [[ -f $folder/killed/ledger.db && $(steps killed 2>/dev/null || echo 0) -ge $1 ]]; do
-        kill -0 $! 2>/dev/null || return 1
-        sleep 0.05
-    done
-    kill -KILL $(pgrep -P $!) # the program, whose end ends the shell that waits for it
-    wait $! 2>/dev/null
-    [[ $(status killed) == running ]]
-}
-check "a run that is killed on its way" kill_after 13
-check "and once more" kill_after $((12 * epochs / 2))
-check "goes on" run value killed 40 --until-stable "$wanted" --resume
-check "stops at the same place" same_run stable killed
-
 check "it goes on by --resume without the option" run value stable "$((epochs + 2))" --resume
 check "a run of so many epochs" run value plain "$((epochs + 2))" --resume
 check "is that run" same_run plain stable

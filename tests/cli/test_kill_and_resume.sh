@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# Every command that trains can be stopped and resumed: it is killed, resumed, interrupted and resumed again, each time partway, and leaves what
+# the same command leaves without interruption. Takes the program's path, and names of cases to run these alone.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+chosen=("${@:2}")
+scene=$root/scenes/clean.json
+tiny=$root/tests/support/tiny.json
+printf 'view_%03d\n' 0 2 5 >"$folder/half.txt"
+tiny_field=(--rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
+
+ledgers() { find "$folder/$1" -name ledger.db | sort; }
+
+# progress OUT: the steps in all its ledgers, and its retrainings, each of which counts as 20 steps; 0 while nothing can be read.
+progress() {
+    local file sum=0
+    [[ -d $folder/$1 ]] || { echo 0; return; }
+    for file in $(ledgers "$1"); do
+        sum=$((sum + $(sqlite3 -readonly "$file" 'SELECT count(*) FROM step' 2>/dev/null || echo 0)))
+    done
+    file=$folder/$1/retrainings.db
+    [[ ! -e $file ]] || sum=$((sum + 20 * $(sqlite3 -readonly "$file" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0)))
+    echo "$sum"
+}
+
+# contents OUT: all that must be the same after an interruption: rows with their hashes, tables, fields, pictures. Reports name their folder;
+# what was timed differs from run to run.
+contents() {
+    local file
+    (
+        cd "$folder/$1" || exit
+        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv -exec sha256sum {} + | sort -k2
+    )
+    for file in $(ledgers "$1"); do rows "$(dirname "${file#"$folder"/}")" | sed "s|^|${file#"$folder/$1"} |"; done
+    [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT configuration, method, steps, val_psnr, seed_pearson,
+        agreement_spearman, auc FROM metric WHERE parameter IN ('base', 'full_resolution', 'epochs') ORDER BY place, method"
+}
+
+timings() { # timings OUT: what a sweep has timed so far
+    [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT * FROM measurement WHERE quantity <> 'val_psnr'"
+}
+
+same_contents() { # same_contents OUT OUT
+    [[ $(contents "$1" | wc -l) -ge 5 ]] && diff <(contents "$1") <(contents "$2") >"$folder/diff" && return
+    head -n 5 "$folder/diff"
+    return 1
+}
+
+intact() { # intact OUT: every ledger in it
+    local file
+    for file in $(ledgers "$1"); do run "$program" verify "${file%/ledger.db}" || return 1; done
+}
+
+start() { exec "$program" "${words[@]}" --out "$folder/$1" --quiet; } # start OUT: the command of the case
+
+has_status() { [[ ! -e $folder/$1/ledger.db || $(query "$1" 'SELECT status FROM run') == "$2" ]]; } # has_status OUT STATUS: of a single run
+
+# stop SIGNAL OUT PROGRESS: starts or resumes, and signals once there is that much. The command must not have ended by then.
+stop() {
+    local process code=0
+    (start "$2") >"$folder/stdout" 2>"$folder/stderr" &
+    process=$!
+    until [[ $(progress "$2") -ge $3 ]]; do
+        kill -0 "$process" 2>/dev/null || { cat "$folder/stderr"; echo "it ended before the signal"; return 1; }
+        sleep 0.02
+    done
+    kill "-$1" "$process"
+    wait "$process" 2>/dev/null || code=$?
+    case $1 in
+    KILL) [[ $code -eq 137 ]] && has_status "$2" running ;;
+    *) [[ $code -eq 1 ]] && grep -qE '^viewworth: .*(--resume|same command)' "$folder/stderr" && has_status "$2" interrupted ;;
+    esac && return
+    echo "exit code $code:"
+    cat "$folder/stderr"
+    return 1
+}
+
+finish() { (start "$1") >"$folder/stdout" 2>"$folder/stderr" || { cat "$folder/stderr"; return 1; }; } # finish OUT
+
+is_chosen() { [[ ${#chosen[@]} -eq 0 || " ${chosen[*]} " == *" $1 "* ]]; }
+
+# stops NAME TOTAL: kills the command of the case after an eighth of the total progress, and interrupts it when it has gone further, after a
+# third at least.
+stops() {
+    local further
+    check "$1: is killed" stop KILL "$1" $(($2 / 8))
+    check "$1: what it leaves is intact" intact "$1"
+    further=$(($(progress "$1") + 1))
+    check "$1: is resumed, and interrupted" stop "${signal:-INT}" "$1" $((further > $2 / 3 ? further : $2 / 3))
+    check "$1: what it leaves is intact" intact "$1"
+    timings "$1" >"$folder/timings"
+    check "$1: is resumed, and ends" finish "$1"
+    check "$1: keeps what it timed" test -z "$(timings "$1" | sort | comm -13 - <(sort "$folder/timings"))"
+}
+
+# resumes NAME WORD...: the words are a command line.
+resumes() {
+    local name=$1 words=("${@:2}")
+    is_chosen "$name" || return 0
+    check "$name: without interruption" finish "whole_$name"
+    stops "$name" "$(progress "whole_$name")"
+    check "$name: leaves the same" same_contents "whole_$name" "$name"
+}
+
+resumes value value "$scene" --resume --epochs 60 "${small[@]}" --effects occupancy
+signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
+resumes until-stable value "$scene" --resume --epochs 60 "${small[@]}" --until-stable 0.9
+resumes same-state value "$scene" --resume --epochs 24 "${small[@]}" --same-state 3 --first-order
+resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
+signal=TERM resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
+resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 6 --views 1 "${tiny_field[@]}"
+resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 8 --parameters epochs --halves 0 "${tiny_field[@]}"
+
+# A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
+if is_chosen budget; then
+    own=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
+    words=(value "$scene" --resume --budget 15s --epochs 60 "${own[@]}")
+    check "budget: is killed" stop KILL budget 37
+    check "budget: what it leaves is intact" intact budget
+    check "budget: is resumed, and ends" finish budget
+    check "budget: takes no more epochs than were asked for" test "$(query budget 'SELECT max(step) FROM step')" -le $((60 * 12))
+    read -ra printed <<<"$(sed -n 's/.*the same bits by //p' "$folder/stdout")"
+    words=(value "$scene" "${printed[@]}" "${own[@]}")
+    check "budget: the printed options" finish whole_budget
+    check "budget: leave the same" same_contents whole_budget budget
+fi
+conclude "$@"
