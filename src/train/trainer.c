@@ -10,8 +10,7 @@
 #include "train/pixels.h"
 #include "base/clock.h"
 
-// ---- Creation
-// ---------------------------------------------------------------------------------------------------------
+// ---- Creation -------------------------------------------------------------------------------------------------------
 
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
     return trainer->config.rays * probes_draws_per_step(&trainer->config);
@@ -145,8 +144,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     *pointer = NULL;
 }
 
-// ---- Submission
-// -------------------------------------------------------------------------------------------------------
+// ---- Submission -----------------------------------------------------------------------------------------------------
 
 static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step,
                             uint32_t step_in_batch, uint32_t scalar_row) {
@@ -201,8 +199,7 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
     return status;
 }
 
-// ---- Handing out
-// -------------------------------------------------------------------------------------------------------
+// ---- Handing out ----------------------------------------------------------------------------------------------------
 
 static void read_measurement(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *views,
                              struct vw_step_record *record) {

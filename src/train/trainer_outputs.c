@@ -8,8 +8,7 @@
 #include "train/render.h"
 #include "train/trainer_private.h"
 
-// ---- What it trains
-// ----------------------------------------------------------------------------------------------------
+// ---- What it trains -------------------------------------------------------------------------------------------------
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return schedule_total_steps(&trainer->schedule); }
 
@@ -49,8 +48,7 @@ void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost
     pass_costs_list(&passes, costs, count);
 }
 
-// ---- Identity
-// ----------------------------------------------------------------------------------------------------------
+// ---- Identity -------------------------------------------------------------------------------------------------------
 
 static struct run_identity identity_of(const struct vw_trainer *trainer) {
     return (struct run_identity){.device = vw_gpu_get_info(trainer->gpu),
@@ -74,8 +72,7 @@ void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HA
     identity_subset_hash(&identity, hash);
 }
 
-// ---- Files
-// -------------------------------------------------------------------------------------------------------------
+// ---- Files ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path) {
     uint8_t run_id[VW_HASH_BYTES];
@@ -116,8 +113,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
     return field_file_load(path, &trained);
 }
 
-// ---- Views
-// -------------------------------------------------------------------------------------------------------------
+// ---- Views ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
     return render_view(&trainer->field, trainer->scene, view, rgb);

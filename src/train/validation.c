@@ -11,8 +11,7 @@
 
 enum { RAYS_PER_VIEW_MIN = 32 };
 
-// ---- Pixels
-// ------------------------------------------------------------------------------------------------------------
+// ---- Pixels ---------------------------------------------------------------------------------------------------------
 
 enum vw_status validation_list_views(const struct vw_scene *scene, struct validation *validation) {
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_VAL, &validation->views, &validation->view_count);
@@ -82,8 +81,7 @@ static enum vw_status choose_pixels(const struct validation_params *params, stru
     return VW_OK;
 }
 
-// ---- Passes
-// ------------------------------------------------------------------------------------------------------------
+// ---- Passes ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_reduce(const struct validation_params *params, struct validation *validation) {
     const struct field *field = params->field;
@@ -142,8 +140,7 @@ void validation_record(const struct validation *validation, struct vw_batch *bat
     vw_batch_dispatch(batch, validation->reduce_views, &push, sizeof push, 64ull * validation->view_count);
 }
 
-// ---- Reading back
-// ------------------------------------------------------------------------------------------------------
+// ---- Reading back ---------------------------------------------------------------------------------------------------
 
 uint32_t validation_rows_per_measurement(const struct validation *validation) { return 1 + validation->view_count; }
 
