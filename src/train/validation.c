@@ -9,8 +9,6 @@
 #include "train/effects/appearance.h"
 #include "train/pixels.h"
 
-enum { RAYS_PER_VIEW_MIN = 32 };
-
 // ---- Pixels ---------------------------------------------------------------------------------------------------------
 
 enum vw_status validation_list_views(const struct vw_scene *scene, struct validation *validation) {
@@ -23,7 +21,7 @@ enum vw_status validation_list_views(const struct vw_scene *scene, struct valida
 
 static uint32_t rays_of_view(uint64_t total, uint32_t view_count, uint32_t index) {
     uint32_t share = (uint32_t)(total * (index + 1) / view_count - total * index / view_count);
-    return share < RAYS_PER_VIEW_MIN ? RAYS_PER_VIEW_MIN : share;
+    return share < VW_VAL_RAYS_PER_VIEW_MIN ? VW_VAL_RAYS_PER_VIEW_MIN : share;
 }
 
 // The pixels to render and each view's range of them: those that are scored, then those to fit on.
