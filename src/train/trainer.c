@@ -1,5 +1,5 @@
 // Batches of steps: create what they need, draw their pixels, record and submit them, and hand out their records.
-#include "train/trainer_private.h"
+#include "train/trainer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "train/effects/registry.h"
 #include "train/pixels.h"
+#include "train/trainer_private.h"
 #include "base/clock.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
@@ -241,9 +242,9 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
     if (trainer->validate)
         read_measurement(trainer, rows, trainer->view_errors + (size_t)index * trainer->validation.view_count, record);
     blank_nonfinite(record);
-    trainer->stats.nonfinite_steps += record->nonfinite;
-    trainer->stats.clamped_count += record->clamped_count;
-    trainer->stats.floored_steps += record->floored_views > 0;
+    trainer->nonfinite_steps += record->nonfinite;
+    trainer->clamped_count += record->clamped_count;
+    trainer->floored_steps += record->floored_views > 0;
 }
 
 // Waits for the oldest batch in flight, if any, and lends its records.

@@ -6,6 +6,7 @@
 #include "train/measure_views.h"
 #include "train/pass_costs.h"
 #include "train/render.h"
+#include "train/trainer.h"
 #include "train/trainer_private.h"
 
 // ---- What it trains -------------------------------------------------------------------------------------------------
@@ -31,12 +32,14 @@ struct field *vw_trainer_field(struct vw_trainer *trainer) {
 }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
-    *stats = trainer->stats;
-    stats->param_count = trainer->model.param_count;
-    stats->val_rays = trainer->validation.ray_count;
-    stats->device_bytes = vw_gpu_buffer_bytes(trainer->gpu);
-    stats->same_state_steps = trainer->probes.same_state.taken_count;
-    stats->same_state_s = trainer->probes.same_state.taken_s;
+    *stats = (struct vw_trainer_stats){.param_count = trainer->model.param_count,
+                                       .device_bytes = vw_gpu_buffer_bytes(trainer->gpu),
+                                       .clamped_count = trainer->clamped_count,
+                                       .nonfinite_steps = trainer->nonfinite_steps,
+                                       .floored_steps = trainer->floored_steps,
+                                       .val_rays = trainer->validation.ray_count,
+                                       .same_state_steps = trainer->probes.same_state.taken_count,
+                                       .same_state_s = trainer->probes.same_state.taken_s};
 }
 
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
