@@ -11,6 +11,8 @@
 
 VW_PUBLIC_BEGIN
 
+// ---- Configuration -------------------------------------------------------------------------------------------------
+
 enum vw_loss { VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER };
 enum vw_optimizer {
     VW_OPTIMIZER_LAZY_ADAM,  // a grid entry without gradient keeps its moments and its own step count (decision 4)
@@ -18,40 +20,41 @@ enum vw_optimizer {
     VW_OPTIMIZER_SGD,        // plain gradient descent on the mean gradient
 };
 
-// What transparent training pixels are composited on, where the effect `background` is on and no `sky` stands behind
-// the field. Validation and rendering take the scene's colour.
+// What transparent training pixels are composited on when the effect `background` is on and `sky` is off. Validation
+// and rendering use the scene's colour.
 enum vw_background_form {
     VW_BACKGROUND_FIXED,  // the scene's colour
-    VW_BACKGROUND_RANDOM, // one drawn for every ray and step, so that no field can hide floaters of the scene's colour
+    VW_BACKGROUND_RANDOM, // a colour drawn for every ray and step, so that floaters of the scene's colour cannot hide
 };
 
-// What a run's seed decides (decision 12). Where it is but one of these, the others go by the base seed.
+// What a run's seed decides (decision 12). When it decides one kind of draws only, the base seed decides the others.
 enum vw_vary {
     VW_VARY_ALL,
-    VW_VARY_ORDER,  // of the photos in every epoch
-    VW_VARY_PIXELS, // those of every step, redraws included; jitter, random backgrounds, and where occupancy looks
-    VW_VARY_INIT,   // of the params
+    VW_VARY_ORDER,  // the order of the photos in every epoch
+    VW_VARY_PIXELS, // the pixels of every step (resampled ones too), jitter, random backgrounds, occupancy's samples
+    VW_VARY_INIT,   // the initial params
 };
 
-// In which the hash grid's features are stored and read. There is no other copy of them; arithmetic and moments are
-// float32 in both.
+// How the hash grid's features are stored and read; there is no other copy of them. Arithmetic and moments are float32
+// in both.
 enum vw_table_precision {
     VW_TABLE_FLOAT32,
-    VW_TABLE_FLOAT16, // an entry moves to the half nearest to where it should; what would leave the halves (65504)
-                      // stays
+    VW_TABLE_FLOAT16, // an update is rounded to the nearest half; an entry stays when it would leave the range (65504)
 };
 
-// Everything that decides a run's bits besides scene, seed, device and version. Defaults: vw_config_default().
+// At least so many validation rays are taken per view, whatever vw_config.val_rays says.
+enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
+
+// Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
 struct vw_config {
-    uint64_t seed;           // 0 to 2^63-1; of what varies
-    enum vw_vary vary;       // VW_VARY_ALL, but for runs that are to differ in one respect alone
-    uint64_t base_seed;      // 0 to 2^63-1; of what does not vary; 0 with VW_VARY_ALL
+    uint64_t seed;           // 0 to 2^63-1; decides what `vary` names
+    enum vw_vary vary;       // VW_VARY_ALL, except in runs that differ in one kind of draws only
+    uint64_t base_seed;      // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL
     uint32_t epochs;         // not part of the run's identity: a run can be extended
-    uint32_t burn_in_epochs; // first epochs that do not count into scores
+    uint32_t burn_in_epochs; // first epochs, excluded from scores
     uint32_t rays;           // per step, 1 to 65536
     uint32_t samples;        // per ray, 1 to 4096
-    uint32_t
-        val_rays; // in total; at least 32 per validation view are taken. Those that appearance is fitted on come on top
+    uint32_t val_rays;       // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     enum vw_optimizer optimizer;
     double learning_rate;     // 1e-12 to 1e6; constant
@@ -59,31 +62,30 @@ struct vw_config {
     double beta2;             // [0,1)
     uint32_t levels;          // of the hash grid, 1 to 16; levels * features is a multiple of 4
     uint32_t features;        // per entry, 2 or 4
-    uint32_t log2_table;      // entries per level at most 2^log2_table, 0 to 22
+    uint32_t log2_table;      // a level has at most 2^log2_table entries, 0 to 22
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // of the hidden layers: 16, 32 or 64
     enum vw_background_form background;
     enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
-    bool noise_floor;  // probe every photo's steps now and then (vw_step_record.probes); needs validation
-    // From this many states, at ends of epochs evenly spread behind burn-in, probe a step on every photo; at most one
-    // per such epoch, 0: none. Where they lie depends on `epochs`, which then is part of the run's identity. Needs
-    // validation
-    uint32_t same_state;
-    bool first_order; // probe the slope of validation along every step behind burn-in; needs validation
+    // Probes, which need validation (see vw_step_record.probes).
+    bool noise_floor;    // probe some of every photo's steps for measurement noise
+    uint32_t same_state; // states, at ends of epochs spread evenly behind burn-in, from which a step on every photo is
+                         // probed; at most one per epoch; 0: none. Makes `epochs` part of the run's identity
+    bool first_order;    // probe the slope of validation along every step behind burn-in
 };
 
 extern const struct vw_config vw_config_default;
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
-// What an option ("rays", without dashes) admits, in words: "1 to 65536", "a power of two, 16 to 64". False when it
-// sets no number.
+// The values that an option ("rays", without dashes) accepts, in words: "1 to 65536", "a power of two, 16 to 64". False
+// when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 // The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS or VW_VARY_INIT.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
-// The same training without what probes it: it makes the same field.
+// The same training without its probes: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 // Without `vary` and `base_seed` everything varies; without `table_precision` it is float32.
@@ -101,23 +103,23 @@ const char *vw_table_precision_name(enum vw_table_precision precision); // "floa
 enum { VW_EFFECT_COUNT_MAX = 16 };
 
 struct vw_effect_verdict {
-    const char *name; // "distortion", "background"
-    bool called_for;  // evidence >= threshold
-    double evidence;  // what was measured of the scene; NaN where it cannot tell, which calls for nothing
-    double threshold;
+    const char *name;    // "distortion", "background"
+    bool called_for;     // evidence >= threshold
+    double evidence;     // what was measured of the scene; NaN: unknown, which calls for nothing
+    double threshold;    // NaN: nothing was measured
     const char *meaning; // what the evidence is, with its unit
     bool on;             // after --effects
 };
 
 // Every known effect, in registry order, with nothing measured and nothing on.
 void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
-// Switches effects on as they are called for and as `effects` wants it. What +a,-b does not name goes with the effects
-// that it needs, and gives way to those that it cannot stand beside. VW_ERROR_USAGE when `effects` names an unknown
-// one.
+// Switches effects on as they are called for and as `effects` (--effects) says. An effect that +a,-b does not name goes
+// off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
+// an unknown effect.
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
 // Whether the effect of that name is on; false for one that is not in the list.
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
-// Whether an effect is on that fits every measured view by its left half, so that it is scored on its right half alone.
+// Whether an effect is on that fits each measured view on its left half, so that only the right half is scored.
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
 
 VW_PUBLIC_END

@@ -7,8 +7,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 
-// ---- What counts
-// --------------------------------------------------------------------------------------------------------------
+// ---- What counts ----------------------------------------------------------------------------------------------------
 
 bool survey_uses_view(const struct survey *survey, uint32_t view) {
     enum vw_split split = survey->scene->views[view].split;
@@ -28,8 +27,7 @@ bool survey_keeps_track(const struct survey *survey, const struct vw_track *trac
     return survey_keeps(survey, track->view, (uint32_t)track->x_px, (uint32_t)track->y_px);
 }
 
-// ---- Cameras, alpha, masks
-// ------------------------------------------------------------------------------------------------------
+// ---- Cameras, alpha, masks ------------------------------------------------------------------------------------------
 
 static double corner_shift_px(const struct vw_camera *camera, double x_px, double y_px) {
     double direction[3] = {(x_px - camera->centre_x_px) / camera->focal_x_px,
@@ -75,8 +73,7 @@ enum vw_status evidence_masks(const struct survey *survey, double *evidence) {
     return VW_OK;
 }
 
-// ---- Depths
-// -------------------------------------------------------------------------------------------------------------------
+// ---- Depths ---------------------------------------------------------------------------------------------------------
 
 static const double NEAR_SHARE = 0.05, FAR_SHARE = 0.95;
 enum { POINTS_MIN = 32 }; // of a photo, for percentiles to mean something

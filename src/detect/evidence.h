@@ -59,8 +59,7 @@ enum vw_status evidence_appearance_code(const struct survey *survey, double *evi
 // The share of the box that the pilot run found empty.
 enum vw_status evidence_occupancy(const struct survey *survey, double *evidence);
 
-// ---- For the files of the evidence
-// --------------------------------------------------------------------------------------------
+// ---- For the files of the evidence ----------------------------------------------------------------------------------
 
 // A photo that decides: of train or val.
 bool survey_uses_view(const struct survey *survey, uint32_t view);

@@ -85,8 +85,7 @@ static enum vw_status gather_sights(const struct survey *survey, int channel, st
     return status;
 }
 
-// ---- One photo, one channel
-// -----------------------------------------------------------------------------------------------------
+// ---- One photo, one channel -----------------------------------------------------------------------------------------
 
 static double log_gain(const struct sight *sights, uint32_t count, double *room) {
     for (uint32_t i = 0; i < count; i++) room[i] = log(sights[i].here / sights[i].elsewhere);
@@ -122,8 +121,7 @@ static double residual_spread(const struct sight *sights, uint32_t count, double
     return VW_NORMAL_SPREAD * vw_median(room, count);
 }
 
-// ---- All photos
-// -----------------------------------------------------------------------------------------------------------------
+// ---- All photos -----------------------------------------------------------------------------------------------------
 
 typedef double photo_measure(const struct sight *sights, uint32_t count, double *room);
 

@@ -47,8 +47,7 @@ static enum vw_status take_steps(struct vw_trainer *trainer) {
     return status;
 }
 
-// ---- Exposure
-// -----------------------------------------------------------------------------------------------------------------
+// ---- Exposure -------------------------------------------------------------------------------------------------------
 
 // The log gain of either half of a photo, of all that can be compared: log(sum of photo / sum of render), which blur
 // alone does not move.

@@ -21,8 +21,7 @@ struct vw_batch {
     char message[512];
 };
 
-// ---- Barriers
-// ----------------------------------------------------------------------------------------------------------
+// ---- Barriers -------------------------------------------------------------------------------------------------------
 
 static bool must_wait(const struct vw_batch *batch, const struct vw_buffer *buffer, bool writes) {
     return vw_hazard(buffer->last, batch->epoch, writes);
@@ -41,8 +40,7 @@ static void record_barrier(struct vw_batch *batch) {
 
 uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->barrier_count; }
 
-// ---- Recording
-// -----------------------------------------------------------------------------------------------------------
+// ---- Recording ------------------------------------------------------------------------------------------------------
 
 // Keeps a failure just recorded with vw_fail() for vw_batch_submit(); VW_OK leaves the batch as it is.
 static void keep_failure(struct vw_batch *batch, enum vw_status status) {
@@ -179,8 +177,7 @@ void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from
         keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
 }
 
-// ---- Submitting
-// ----------------------------------------------------------------------------------------------------------
+// ---- Submitting -----------------------------------------------------------------------------------------------------
 
 static enum vw_status submit(struct vw_batch *batch) {
     VkResult result = vkEndCommandBuffer(batch->commands);
@@ -214,8 +211,7 @@ enum vw_status vw_batch_wait(struct vw_batch *batch) {
     return status ? status : vw_gpu_check_validation(batch->gpu);
 }
 
-// ---- Life
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Life -----------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_commands(struct vw_batch *batch) {
     VkDevice device = batch->gpu->device;

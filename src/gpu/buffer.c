@@ -9,8 +9,7 @@
 
 enum { STAGING_BYTES = 16 << 20 };
 
-// ---- Memory
-// ------------------------------------------------------------------------------------------------------------
+// ---- Memory ---------------------------------------------------------------------------------------------------------
 
 // The first memory type of `type_bits` that has all `wanted` properties, or -1.
 static int find_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, VkMemoryPropertyFlags wanted) {
@@ -47,8 +46,7 @@ static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_m
     return result ? vw_gpu_fail(result, "vkMapMemory", buffer->name) : VW_OK;
 }
 
-// ---- Transfers that the host waits for
-// -----------------------------------------------------------------------------------
+// ---- Transfers that the host waits for ------------------------------------------------------------------------------
 
 static enum vw_status clear_buffer(struct vw_buffer *buffer) {
     if (buffer->mapped) {
@@ -126,8 +124,7 @@ enum vw_status vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, v
     return status;
 }
 
-// ---- Life
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Life -----------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_handle(struct vw_buffer *buffer) {
     const VkBufferCreateInfo info = {

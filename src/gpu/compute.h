@@ -131,8 +131,7 @@ struct vw_gpu_timer {
 // timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
 
-// ---- Peak throughput
-// ------------------------------------------------------------------------------------------------------
+// ---- Peak throughput ------------------------------------------------------------------------------------------------
 
 // What the device reaches when it does nothing else, measured in about half a second: what times can be compared with.
 struct vw_gpu_peaks {

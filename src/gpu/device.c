@@ -7,8 +7,7 @@
 #include "gpu/shader_cache.h"
 #include "gpu/transfer.h"
 
-// ---- Listing and choosing
-// ----------------------------------------------------------------------------------------------
+// ---- Listing and choosing -------------------------------------------------------------------------------------------
 
 // Most preferred first; devices of one kind stay in the driver's order, which info.index holds until the list is
 // ranked.
@@ -102,8 +101,7 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
     return status;
 }
 
-// ---- Opening
-// -----------------------------------------------------------------------------------------------------------
+// ---- Opening --------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_device(struct vw_gpu *gpu) {
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;

@@ -8,8 +8,7 @@
 #include "gpu/float_controls.h"
 #include "gpu/spirv.h"
 
-// ---- Checks
-// --------------------------------------------------------------------------------------------------------------
+// ---- Checks ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_limit(const char *pass, const char *what, uint64_t value, uint64_t limit) {
     if (value <= limit) return VW_OK;
@@ -88,8 +87,7 @@ static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *s
     return VW_OK;
 }
 
-// ---- Binding
-// -------------------------------------------------------------------------------------------------------------
+// ---- Binding --------------------------------------------------------------------------------------------------------
 
 static VkDescriptorType descriptor_type(const struct vw_spirv_slot *slot) {
     return slot->texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
@@ -187,8 +185,7 @@ static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *sp
     return VW_OK;
 }
 
-// ---- Life
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Life -----------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_layout(struct vw_pass *pass) {
     const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = pass->push_bytes};

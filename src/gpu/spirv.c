@@ -93,8 +93,7 @@ static const uint32_t *next(const struct module *module, const uint32_t *instruc
     return following < module->words + module->count ? following : NULL;
 }
 
-// ---- Opening
-// -------------------------------------------------------------------------------------------------------------
+// ---- Opening --------------------------------------------------------------------------------------------------------
 
 static enum vw_status fail_broken(const struct module *module) {
     return vw_fail(VW_ERROR_DEVICE, "shader %s: broken SPIR-V; build viewworth again", module->name);
@@ -130,8 +129,7 @@ static enum vw_status open_module(const struct vw_shader *shader, struct module 
     return module->definition ? index_definitions(module) : VW_ERROR_MEMORY;
 }
 
-// ---- Decorations and constants
-// ---------------------------------------------------------------------------------------------
+// ---- Decorations and constants --------------------------------------------------------------------------------------
 
 static bool find_decoration(const struct module *module, uint32_t id, uint32_t decoration, uint32_t *value) {
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
@@ -193,8 +191,7 @@ static uint64_t constant_value(const struct module *module, uint32_t id) {
     }
 }
 
-// ---- Sizes of types
-// ----------------------------------------------------------------------------------------------------------
+// ---- Sizes of types -------------------------------------------------------------------------------------------------
 
 struct layout {
     uint64_t bytes;
@@ -253,8 +250,7 @@ static struct layout layout_of(const struct module *module, uint32_t type) {
     }
 }
 
-// ---- What the shader declares
-// ----------------------------------------------------------------------------------------------
+// ---- What the shader declares ---------------------------------------------------------------------------------------
 
 static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
     spirv->needs_int64 |= capability == CAPABILITY_INT64;

@@ -2,7 +2,8 @@
 #ifndef VIEWWORTH_DOWNSCALE_H
 #define VIEWWORTH_DOWNSCALE_H
 
-#include "image/image.h"
+#include "viewworth/status.h"
+#include "viewworth/types.h"
 
 // Replaces the pixels by floor(size / factor) of them, at least 1 each way, UINT16 for integer images. `factor` > 1.
 // On failure the image is as before.

@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "image/image.h"
 #include "viewworth/status.h"
+#include "viewworth/types.h"
 
 #ifdef __cplusplus
 extern "C" {

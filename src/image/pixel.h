@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "image/image.h"
+#include "viewworth/types.h"
 
 static inline size_t vw_pixel_channel_bytes(enum vw_pixel_format format) {
     return format == VW_PIXEL_UINT8 ? 1 : format == VW_PIXEL_UINT16 ? 2 : 4;

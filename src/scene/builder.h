@@ -3,8 +3,9 @@
 #ifndef VIEWWORTH_BUILDER_H
 #define VIEWWORTH_BUILDER_H
 
-#include "scene/formats/photo_list.h"
 #include "viewworth/scene.h"
+
+struct vw_photo_list;
 
 // The files of a view.
 struct vw_scene_builder_photo {
@@ -26,7 +27,7 @@ struct vw_scene_format {
     const char *name;                // as --format takes it
     bool (*probe)(const char *path); // whether the path has this format
     enum vw_status (*load)(struct vw_scene_builder *builder);
-    enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see viewworth/photo_list.h
+    enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see scene/formats/photo_list.h
 };
 
 // Appends a view and returns it; name and image path are copied. NULL when memory is short.
@@ -59,7 +60,7 @@ enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // photo.c: fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the
 // background.
 enum vw_status vw_photos_read(struct vw_scene_builder *builder);
-// injected_corruption.c: corrupts params->corrupt train photos and sets every view's ground_truth.
+// synthetic/injected_corruption.c: corrupts params->corrupt train photos and sets every view's ground_truth.
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
 // scene_hash.c
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);

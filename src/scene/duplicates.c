@@ -1,11 +1,10 @@
-#include "value/duplicate_scores.h"
+#include "scene/duplicates.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "scene/duplicates.h"
 #include "image/image.h"
 #include "viewworth/scene.h"
 

@@ -102,8 +102,7 @@ static enum vw_status see(const struct vw_scene *scene, struct evaluator *evalua
     return status;
 }
 
-// ---- A share of every view
-// --------------------------------------------------------------------------------------------------
+// ---- A share of every view ------------------------------------------------------------------------------------------
 
 static enum vw_status measure_view(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
                                    uint32_t pixels_max, struct seen_view *seen, struct vw_view_error *error) {
@@ -133,8 +132,7 @@ enum vw_status measure_views(const struct measured_field *measured, const uint32
     return status;
 }
 
-// ---- A whole view
-// ------------------------------------------------------------------------------------------------------------
+// ---- A whole view ---------------------------------------------------------------------------------------------------
 
 // All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
 static void choose_all(const struct measured_field *measured, uint32_t view, struct seen_view *seen) {

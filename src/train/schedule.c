@@ -13,8 +13,7 @@ enum {
 static const double BATCH_SECONDS =
     0.25; // long enough to hide submission, short enough for a watchdog and a progress bar
 
-// ---- Views
-// -------------------------------------------------------------------------------------------------------------
+// ---- Views ----------------------------------------------------------------------------------------------------------
 
 static enum vw_status copy_views(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
                                  struct schedule *schedule) {
@@ -49,8 +48,7 @@ void schedule_destroy(struct schedule *schedule) {
     free(schedule->order);
 }
 
-// ---- Steps
-// -------------------------------------------------------------------------------------------------------------
+// ---- Steps ----------------------------------------------------------------------------------------------------------
 
 uint64_t schedule_total_steps(const struct schedule *schedule) {
     return (uint64_t)schedule->epochs * schedule->train_count;
@@ -76,8 +74,7 @@ uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step) {
     return schedule->train_views[schedule_photo_of_step(schedule, step)];
 }
 
-// ---- Batches
-// -----------------------------------------------------------------------------------------------------------
+// ---- Batches --------------------------------------------------------------------------------------------------------
 
 void schedule_set_batches(struct schedule *schedule, uint32_t pixels_per_step, uint32_t steps_per_batch) {
     uint32_t most = PIXELS_PER_BATCH_MAX / pixels_per_step;

@@ -1,5 +1,5 @@
 // Batches of steps: create what they need, draw their pixels, record and submit them, and hand out their records.
-#include "train/trainer_private.h"
+#include "train/trainer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,10 +8,10 @@
 #include "base/memory.h"
 #include "train/effects/registry.h"
 #include "train/pixels.h"
+#include "train/trainer_private.h"
 #include "base/clock.h"
 
-// ---- Creation
-// ---------------------------------------------------------------------------------------------------------
+// ---- Creation -------------------------------------------------------------------------------------------------------
 
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
     return trainer->config.rays * probes_draws_per_step(&trainer->config);
@@ -145,8 +145,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     *pointer = NULL;
 }
 
-// ---- Submission
-// -------------------------------------------------------------------------------------------------------
+// ---- Submission -----------------------------------------------------------------------------------------------------
 
 static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step,
                             uint32_t step_in_batch, uint32_t scalar_row) {
@@ -201,8 +200,7 @@ static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot
     return status;
 }
 
-// ---- Handing out
-// -------------------------------------------------------------------------------------------------------
+// ---- Handing out ----------------------------------------------------------------------------------------------------
 
 static void read_measurement(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *views,
                              struct vw_step_record *record) {
@@ -244,9 +242,9 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
     if (trainer->validate)
         read_measurement(trainer, rows, trainer->view_errors + (size_t)index * trainer->validation.view_count, record);
     blank_nonfinite(record);
-    trainer->stats.nonfinite_steps += record->nonfinite;
-    trainer->stats.clamped_count += record->clamped_count;
-    trainer->stats.floored_steps += record->floored_views > 0;
+    trainer->nonfinite_steps += record->nonfinite;
+    trainer->clamped_count += record->clamped_count;
+    trainer->floored_steps += record->floored_views > 0;
 }
 
 // Waits for the oldest batch in flight, if any, and lends its records.

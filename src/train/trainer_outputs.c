@@ -6,10 +6,10 @@
 #include "train/measure_views.h"
 #include "train/pass_costs.h"
 #include "train/render.h"
+#include "train/trainer.h"
 #include "train/trainer_private.h"
 
-// ---- What it trains
-// ----------------------------------------------------------------------------------------------------
+// ---- What it trains -------------------------------------------------------------------------------------------------
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return schedule_total_steps(&trainer->schedule); }
 
@@ -32,12 +32,14 @@ struct field *vw_trainer_field(struct vw_trainer *trainer) {
 }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
-    *stats = trainer->stats;
-    stats->param_count = trainer->model.param_count;
-    stats->val_rays = trainer->validation.ray_count;
-    stats->device_bytes = vw_gpu_buffer_bytes(trainer->gpu);
-    stats->same_state_steps = trainer->probes.same_state.taken_count;
-    stats->same_state_s = trainer->probes.same_state.taken_s;
+    *stats = (struct vw_trainer_stats){.param_count = trainer->model.param_count,
+                                       .device_bytes = vw_gpu_buffer_bytes(trainer->gpu),
+                                       .clamped_count = trainer->clamped_count,
+                                       .nonfinite_steps = trainer->nonfinite_steps,
+                                       .floored_steps = trainer->floored_steps,
+                                       .val_rays = trainer->validation.ray_count,
+                                       .same_state_steps = trainer->probes.same_state.taken_count,
+                                       .same_state_s = trainer->probes.same_state.taken_s};
 }
 
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
@@ -49,8 +51,7 @@ void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost
     pass_costs_list(&passes, costs, count);
 }
 
-// ---- Identity
-// ----------------------------------------------------------------------------------------------------------
+// ---- Identity -------------------------------------------------------------------------------------------------------
 
 static struct run_identity identity_of(const struct vw_trainer *trainer) {
     return (struct run_identity){.device = vw_gpu_get_info(trainer->gpu),
@@ -74,8 +75,7 @@ void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HA
     identity_subset_hash(&identity, hash);
 }
 
-// ---- Files
-// -------------------------------------------------------------------------------------------------------------
+// ---- Files ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path) {
     uint8_t run_id[VW_HASH_BYTES];
@@ -116,8 +116,7 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
     return field_file_load(path, &trained);
 }
 
-// ---- Views
-// -------------------------------------------------------------------------------------------------------------
+// ---- Views ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
     return render_view(&trainer->field, trainer->scene, view, rgb);

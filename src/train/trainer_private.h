@@ -6,7 +6,6 @@
 #include "train/probes/probes.h"
 #include "train/schedule.h"
 #include "train/step.h"
-#include "train/trainer.h"
 #include "train/validation.h"
 
 enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
@@ -45,7 +44,7 @@ struct vw_trainer {
     struct vw_step_record *records; // of the batch handed out last, with what they lend
     struct vw_view_error *view_errors;
     struct vw_probe *step_probes;
-    struct vw_trainer_stats stats;
+    uint64_t clamped_count, nonfinite_steps, floored_steps; // of the records handed out
 };
 
 #endif

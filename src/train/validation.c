@@ -9,10 +9,7 @@
 #include "train/effects/appearance.h"
 #include "train/pixels.h"
 
-enum { RAYS_PER_VIEW_MIN = 32 };
-
-// ---- Pixels
-// ------------------------------------------------------------------------------------------------------------
+// ---- Pixels ---------------------------------------------------------------------------------------------------------
 
 enum vw_status validation_list_views(const struct vw_scene *scene, struct validation *validation) {
     enum vw_status status = vw_scene_list_views(scene, VW_SPLIT_VAL, &validation->views, &validation->view_count);
@@ -24,7 +21,7 @@ enum vw_status validation_list_views(const struct vw_scene *scene, struct valida
 
 static uint32_t rays_of_view(uint64_t total, uint32_t view_count, uint32_t index) {
     uint32_t share = (uint32_t)(total * (index + 1) / view_count - total * index / view_count);
-    return share < RAYS_PER_VIEW_MIN ? RAYS_PER_VIEW_MIN : share;
+    return share < VW_VAL_RAYS_PER_VIEW_MIN ? VW_VAL_RAYS_PER_VIEW_MIN : share;
 }
 
 // The pixels to render and each view's range of them: those that are scored, then those to fit on.
@@ -82,8 +79,7 @@ static enum vw_status choose_pixels(const struct validation_params *params, stru
     return VW_OK;
 }
 
-// ---- Passes
-// ------------------------------------------------------------------------------------------------------------
+// ---- Passes ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_reduce(const struct validation_params *params, struct validation *validation) {
     const struct field *field = params->field;
@@ -142,8 +138,7 @@ void validation_record(const struct validation *validation, struct vw_batch *bat
     vw_batch_dispatch(batch, validation->reduce_views, &push, sizeof push, 64ull * validation->view_count);
 }
 
-// ---- Reading back
-// ------------------------------------------------------------------------------------------------------
+// ---- Reading back ---------------------------------------------------------------------------------------------------
 
 uint32_t validation_rows_per_measurement(const struct validation *validation) { return 1 + validation->view_count; }
 

@@ -10,7 +10,7 @@
 #include "run/plan/presets.h"
 
 enum how { TIMES, PLUS, SET };
-enum { VALUES_MAX = 8, VALUE_BYTES = 32, VAL_RAYS_PER_VIEW = 32 }; // which validation takes at least
+enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
 enum { TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
@@ -148,7 +148,7 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
     const struct vw_config *base = &configurations->configurations[0].config;
     uint32_t of_base = *(const uint32_t *)((const char *)base + sweep->offset);
     bool val_rays = sweep->offset == offsetof(struct vw_config, val_rays);
-    uint32_t least = val_rays ? VAL_RAYS_PER_VIEW * session->scene->split_count[VW_SPLIT_VAL] : 0;
+    uint32_t least = val_rays ? VW_VAL_RAYS_PER_VIEW_MIN * session->scene->split_count[VW_SPLIT_VAL] : 0;
     uint64_t most = val_pixels(session->scene);
     for (int i = 0; i < VALUES_MAX && sweep->values[i] != 0 && !status; i++) {
         struct vw_config config = *base;

@@ -136,8 +136,6 @@ static enum vw_status read_scores(const struct reading *reading, double least) {
     return status;
 }
 
-// -------------------------------------------------------------------------------------------------------------------------
-
 enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path, const double *least, bool *chosen,
                                   uint32_t *passed_over) {
     struct reading reading = {scene, path, chosen, passed_over};

@@ -5,8 +5,8 @@
 #include <stdbool.h>
 
 #include "interface.h"
-#include "scene/synthetic/recipe.h"
 #include "scene/synthetic/recipe_json.h"
+#include "viewworth/scene.h"
 
 enum {
     VW_RECIPE_SHAPES_MAX = 256,

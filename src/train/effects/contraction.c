@@ -106,8 +106,7 @@ enum vw_status contraction_box(const struct vw_scene *scene, const uint32_t *tra
     return status;
 }
 
-// ---- Depths
-// --------------------------------------------------------------------------------------------------------------
+// ---- Depths ---------------------------------------------------------------------------------------------------------
 
 // In box edges; the inner region's radius is half of one. Of samples spaced in disparity from a near distance n on, 1 -
 // 2 n lie within half an edge of the camera. So n decides how many are left for the rest: at 1/16 four of 32, at 1/8

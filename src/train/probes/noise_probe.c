@@ -6,8 +6,7 @@
 
 enum { PROBE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: a run takes not quite twice the time
 
-// ---- Creation
-// ---------------------------------------------------------------------------------------------------------
+// ---- Creation -------------------------------------------------------------------------------------------------------
 
 enum vw_status noise_probe_create(const struct probe_context *context, struct noise_probe **out) {
     struct noise_probe *probe = vw_allocate(1, sizeof *probe);
@@ -31,8 +30,7 @@ void noise_probe_destroy(struct noise_probe **pointer) {
     *pointer = NULL;
 }
 
-// ---- Probing
-// ----------------------------------------------------------------------------------------------------------
+// ---- Probing --------------------------------------------------------------------------------------------------------
 
 bool noise_probe_due(const struct probe_context *context, uint64_t step) {
     uint32_t epoch = schedule_epoch_of_step(context->schedule, step);

@@ -1,7 +1,6 @@
 #include "train/probes/probes.h"
 
-// ---- Creation
-// ---------------------------------------------------------------------------------------------------------
+// ---- Creation -------------------------------------------------------------------------------------------------------
 
 enum vw_status probes_check(const struct vw_config *config, bool validates) {
     const char *option = config->noise_floor   ? "noise-floor"
@@ -47,8 +46,7 @@ void probes_destroy(struct probes *probes) {
     snapshot_destroy(&probes->snapshot);
 }
 
-// ---- Probes of a step
-// --------------------------------------------------------------------------------------------------
+// ---- Probes of a step -----------------------------------------------------------------------------------------------
 
 static uint32_t noise_row(const struct probe_context *context) {
     return validation_rows_per_measurement(context->validation);
@@ -90,8 +88,7 @@ void probes_read(const struct probes *probes, const vw_float4 *rows, struct vw_p
     first_order_read(context, rows + first_order_row(context), record->nonfinite, &values[index]);
 }
 
-// ---- Probes of a state
-// -------------------------------------------------------------------------------------------------
+// ---- Probes of a state ----------------------------------------------------------------------------------------------
 
 bool probes_state_due(const struct probes *probes, uint64_t step) {
     return step > probes->same_state.probed_step && same_state_due(&probes->context, step);
