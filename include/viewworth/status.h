@@ -37,6 +37,12 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) __attribu
 // Puts "<formatted>: " before the recorded message and returns `status` unchanged.
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// clang's analyzer does not see that what fails is never VW_OK.
+#ifdef __clang_analyzer__
+#define vw_fail(status, ...) (vw_fail(status, __VA_ARGS__), (status))
+#define vw_fail_context(status, ...) (vw_fail_context(status, __VA_ARGS__), (status))
+#endif
+
 // Replaces line ends and other control characters by '?', in place: names come from files, and a message is one line
 // that no name can break or use to command a terminal. vw_fail() and vw_fail_context() do it themselves.
 void vw_text_make_line(char *text);
