@@ -7,7 +7,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 
-// Whether a spreadsheet would calculate a text, or would once an apostrophe before it was taken away.
+// Whether a spreadsheet would evaluate the text, with or without its leading apostrophes.
 static bool looks_like_formula(const char *text) {
     text += strspn(text, "'");
     return *text && strchr("=+-@\t\r\n", *text);
@@ -22,8 +22,7 @@ enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *
     enum vw_status status = vw_file_read(path, limit_bytes, &text, &csv->size_bytes);
     if (status) return status;
     csv->text = text;
-    if (memchr(text, 0, csv->size_bytes))
-        return vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
+    if (memchr(text, 0, csv->size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
     csv->next =
         csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
     return VW_OK;
@@ -35,12 +34,12 @@ void vw_csv_close(struct vw_csv *csv) {
     *csv = (struct vw_csv){0};
 }
 
-// How many bytes end a line here: 0 where none ends, also at the end of the file.
+// The number of bytes of the line end here; 0: no line end, or the end of the file.
 static size_t line_end_bytes(const char *text) {
     return text[0] == '\n' ? 1 : text[0] == '\r' && text[1] == '\n' ? 2 : 0;
 }
 
-// Takes a field that begins behind a quote, in place, and moves csv->next behind its closing one.
+// Reads a field that begins after a quote, in place, and moves csv->next behind the closing quote.
 static enum vw_status take_quoted(struct vw_csv *csv) {
     char *from = csv->next, *to = csv->next;
     uint32_t line = csv->next_line;
@@ -50,11 +49,11 @@ static enum vw_status take_quoted(struct vw_csv *csv) {
         *to++ = *from++;
     }
     if (!*from)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote stays open; close it, and double quotes within", csv->path,
-                       line);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: a quote is not closed; close it, and double the quotes within the field",
+                       csv->path, line);
     csv->next = from + 1;
     if (*csv->next && *csv->next != ',' && !line_end_bytes(csv->next))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: text follows a closing quote; double quotes within a quoted field",
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: text follows a closing quote; double the quotes within a quoted field",
                        csv->path, csv->next_line);
     *to = 0; // it cannot reach csv->next
     return VW_OK;
@@ -64,11 +63,11 @@ static enum vw_status take_plain(struct vw_csv *csv) {
     while (*csv->next && *csv->next != ',' && *csv->next != '"' && !line_end_bytes(csv->next)) csv->next++;
     if (*csv->next != '"') return VW_OK;
     return vw_fail(VW_ERROR_INPUT,
-                   "%s:%u: a quote within a field; put the whole field in quotes and double those within", csv->path,
-                   csv->next_line);
+                   "%s:%u: a quote within a field; put the whole field in quotes and double the quotes within it",
+                   csv->path, csv->next_line);
 }
 
-// Takes one field; `*more` when another one follows in the record. What ends the field becomes its end.
+// Reads one field; `*more`: another field follows in the record. The separator is overwritten by the field's end.
 static enum vw_status take_field(struct vw_csv *csv, bool *more) {
     enum vw_status status =
         vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);

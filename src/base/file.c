@@ -14,7 +14,7 @@ static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes,
     char *text = NULL;
     size_t capacity = 0, used = 0;
     enum vw_status status = VW_OK;
-    for (;;) { // by growing rather than by the file's size, which a pipe does not have
+    for (;;) { // grows the buffer, because a pipe has no size
         status = vw_grow((void **)&text, &capacity, used + 4096, 1);
         if (status) break;
         size_t got = fread(text + used, 1, capacity - used - 1, file);
@@ -59,8 +59,8 @@ static bool write_all(int descriptor, const void *data, size_t size_bytes) {
     return fsync(descriptor) == 0;
 }
 
-// Makes a rename survive a power cut. Not every file system can sync a folder; where it cannot, the rename itself
-// stands.
+// Makes a rename survive a power cut. Some file systems cannot sync a folder; failures are ignored, since the rename
+// itself was done.
 static void sync_folder_of(const char *path) {
     char *folder = vw_path_folder(path);
     int descriptor = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
@@ -77,7 +77,7 @@ enum vw_status vw_file_write(const char *path, const void *data, size_t size_byt
     int descriptor = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     bool opened = descriptor >= 0;
     bool done = opened && write_all(descriptor, data, size_bytes);
-    int cause = errno; // of the first failure; closing and removing may change it
+    int cause = errno; // errno of the first failure, which closing and removing may change
     if (opened && close(descriptor) && done) {
         done = false;
         cause = errno;
@@ -138,8 +138,7 @@ char *vw_path_folder(const char *path) {
     return vw_format_text("%.*s", (int)(slash - path), path);
 }
 
-// How many bytes the UTF-8 character at `text` has; 0 when it is none. Overlong forms, surrogates and what lies beyond
-// U+10FFFF are none.
+// The number of bytes of the UTF-8 character at `text`; 0 if it is invalid (overlong, a surrogate, or beyond U+10FFFF).
 static int utf8_length(const unsigned char *text) {
     int length = text[0] < 0x80                      ? 1
                  : text[0] >= 0xf0 && text[0] < 0xf5 ? 4

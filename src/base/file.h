@@ -10,17 +10,17 @@
 
 // Reads a whole file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after its end.
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
-// Writes to `path` through a temporary file beside it: write, fsync, rename. On failure nothing is left behind.
+// Writes `path` through a temporary file beside it: write, fsync, rename. After a failure no file remains.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
-bool vw_file_exists(const char *path); // a plain file: no folder, and no device or pipe, which might never end
+bool vw_file_exists(const char *path); // a plain file: not a folder, and not a device or pipe, which might never end
 bool vw_folder_exists(const char *path);
 // Creates a folder and its parents; an existing folder is fine.
 enum vw_status vw_folder_create(const char *path);
-// "folder/name", owned by the caller; NULL when memory is short. An absolute `name` is returned as it is.
+// "folder/name", owned by the caller; NULL if memory is short. An absolute `name` is returned unchanged.
 char *vw_path_join(const char *folder, const char *name);
-// The folder part of a path ("." when it has none), owned by the caller.
+// The folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
-// Whether a name is UTF-8 without control characters, so that it fits in JSON and in messages of one line.
+// Whether a name is UTF-8 without control characters, so that it can be in JSON and in one-line messages.
 bool vw_name_is_clean(const char *name);
 
 #endif

@@ -51,7 +51,7 @@ static void add_word(struct vw_hasher *hasher, uint64_t word) {
 }
 
 void vw_hasher_begin(struct vw_hasher *hasher) {
-    int ready = sodium_init(); // picks the fastest code for this CPU; further calls, from any thread, do nothing
+    int ready = sodium_init(); // selects the fastest code for this CPU; repeated calls, from any thread, do nothing
     assert(ready >= 0);
     (void)ready;
     crypto_generichash_init(state_of(hasher), NULL, 0, HASH_BYTES);

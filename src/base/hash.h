@@ -1,4 +1,4 @@
-// Hashes, through libsodium: SHA-256 for files, BLAKE2b-256 for everything of our own.
+// Hashes, with libsodium: SHA-256 for files, BLAKE2b-256 for everything else.
 #ifndef VIEWWORTH_HASH_H
 #define VIEWWORTH_HASH_H
 
@@ -11,8 +11,8 @@
 enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
 void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);
 
-// An incremental BLAKE2b-256. Values are added with a type tag and in little-endian, texts with their length, so that
-// different sequences never give the same bytes.
+// An incremental BLAKE2b-256. Values are added with a type tag and in little-endian order, texts with their length, so
+// that different sequences give different bytes.
 struct vw_hasher {
     _Alignas(64) unsigned char state[384];
 };

@@ -9,7 +9,7 @@
 
 json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 
-// The bytes of the UTF-8 character at `text`; 0 when there is none. jansson knows what is one.
+// The number of bytes of the UTF-8 character at `text`; 0 if it is invalid, as jansson decides.
 static size_t character_bytes(const char *text) {
     for (size_t count = 1; count <= 4 && text[count - 1]; count++) {
         json_t *character = json_stringn(text, count);

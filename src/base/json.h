@@ -4,9 +4,9 @@
 
 #include <jansson.h>
 
-// A number, or null for what JSON cannot say (NaN, infinity). NULL when memory is short.
+// A number, or null for NaN and infinity. NULL if memory is short.
 json_t *vw_json_real(double value);
-// A text, null for NULL. Bytes that are no UTF-8 become U+FFFD, the replacement character. NULL when memory is short.
+// A text, or null for NULL. Invalid UTF-8 becomes U+FFFD, the replacement character. NULL if memory is short.
 json_t *vw_json_string(const char *text);
 
 // Append `value` to an array, or set it in an object; the container owns it then. When memory is short, or `value` is

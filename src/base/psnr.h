@@ -1,4 +1,4 @@
-// What PSNR means here: pixel values in [0,1], L = 1, and a floor that keeps a perfect match finite.
+// PSNR (decision 5): pixel values in [0,1], L = 1, and a floor of the MSE that keeps a perfect match finite.
 #ifndef VIEWWORTH_PSNR_H
 #define VIEWWORTH_PSNR_H
 

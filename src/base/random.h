@@ -1,6 +1,5 @@
 // Counter-based random numbers (Philox4x32-10: Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
-// The same numbers come from shaders/random.glsl: a draw is a pure function of (seed, purpose, step, a, b), whatever
-// the order.
+// shaders/random.glsl gives the same numbers: a draw is a pure function of (seed, purpose, step, a, b), in any order.
 #ifndef VIEWWORTH_RANDOM_H
 #define VIEWWORTH_RANDOM_H
 
@@ -11,8 +10,8 @@ enum vw_random_purpose {
     VW_RANDOM_ORDER,          // step = epoch, a = position
     VW_RANDOM_PIXEL,          // step = step, a = ray, b = draw
     VW_RANDOM_JITTER,         // step = step, a = ray, b = sample / 4
-    VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0, so that every run sees the same pixels
-    VW_RANDOM_RECIPE,         // a = view, b = what for
+    VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0, so that every run validates on the same pixels
+    VW_RANDOM_RECIPE,         // a = view, b = use
     VW_RANDOM_BACKGROUND,     // step = step, a = ray: rgb
     VW_RANDOM_OCCUPANCY,      // step = step, a = cell
 };
@@ -23,7 +22,7 @@ void vw_random_words(uint64_t seed, enum vw_random_purpose purpose, uint64_t ste
                      uint32_t words[4]);
 // The top 24 bits as a float in [0,1), the same on host and device.
 float vw_random_unit(uint32_t word);
-// A number in [0, limit) without bias worth mentioning: (word * limit) >> 32.
+// A number in [0, limit) with negligible bias: (word * limit) >> 32.
 uint32_t vw_random_below(uint32_t word, uint32_t limit);
 // A permutation of 0..count-1 (Fisher-Yates) into `order`.
 void vw_random_order(uint64_t seed, uint64_t epoch, uint32_t count, uint32_t *order);

@@ -59,8 +59,7 @@ static bool varies(const double *values, uint32_t count) {
 
 double vw_pearson(const double *a, const double *b, uint32_t count) {
     double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
-    if (!varies(a, count) || !varies(b, count))
-        return NAN; // the rounded mean of equal values need not be equal to them
+    if (!varies(a, count) || !varies(b, count)) return NAN; // the rounded mean of equal values may differ from them
     for (uint32_t i = 0; i < count; i++) {
         mean_a += a[i] / count;
         mean_b += b[i] / count;

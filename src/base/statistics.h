@@ -6,32 +6,32 @@
 
 #include "viewworth/status.h"
 
-void vw_sort(double *values, uint32_t count);          // ascending
-void vw_sort_places(uint32_t *places, uint32_t count); // likewise
-// A value and its place in an array.
+void vw_sort(double *values, uint32_t count);          // sorts ascending
+void vw_sort_places(uint32_t *places, uint32_t count); // sorts ascending
+// A value and its index in an array.
 struct vw_ordered {
     double value;
     uint32_t place;
 };
-// Lists the values in ascending order; of equal ones the earlier first.
+// Lists the values in ascending order; of equal values the earlier one first.
 void vw_order(const double *values, uint32_t count, struct vw_ordered *ordered);
-// Of sorted values, linear between neighbours; count > 0, share in [0,1].
+// The quantile of sorted values, linear between neighbours; count > 0, share in [0,1].
 double vw_quantile_of_sorted(const double *sorted, uint32_t count, double share);
-double vw_median(double *values, uint32_t count); // sorts them; NaN of none
+double vw_median(double *values, uint32_t count); // sorts the values; NaN if there are none
 // Standard deviation / median absolute deviation of normal values.
 #define VW_NORMAL_SPREAD 1.4826
-// VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN of none.
+// VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN if there are none.
 double vw_robust_spread(double *values, uint32_t count);
 
-// Pearson's correlation. NaN below two values, or where one side does not vary.
+// Pearson's correlation. NaN for fewer than two values, or if one side does not vary.
 double vw_pearson(const double *a, const double *b, uint32_t count);
-// Spearman's: Pearson's of the ranks. VW_ERROR_MEMORY.
+// Spearman's correlation: Pearson's of the ranks. VW_ERROR_MEMORY.
 enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, double *correlation);
 // Ranks from 1 for the smallest; equal values share the mean of their ranks. VW_ERROR_MEMORY.
 enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 
-// Student's t, 97.5 %, so that 95 % lie within +-t, for `degrees` >= 1 of freedom: exact for 1 and 2, else by the
-// expansion of Cornish and Fisher, good to 0.2 % from 3 on.
+// Student's t, 97.5 % quantile (95 % are within +-t), for `degrees` >= 1 of freedom: exact for 1 and 2, otherwise by
+// the expansion of Cornish and Fisher, with an error of at most 0.2 %.
 double vw_student_quantile(double degrees);
 
 #endif

@@ -1,4 +1,4 @@
-// The time of day, for the ledger's columns; it decides nothing.
+// The current time, for the ledger's columns only.
 #ifndef VIEWWORTH_UTC_H
 #define VIEWWORTH_UTC_H
 

@@ -13,7 +13,7 @@ uint32_t vw_downscaled_px(uint32_t side_px, uint32_t factor) {
 
 static float clamp_unit(float value) { return value > 0 ? (value < 1 ? value : 1) : 0; }
 
-// Colour times alpha, so that what lies hidden under transparent or masked pixels does not bleed into its neighbours.
+// Multiplies colour by alpha, so that hidden colours of transparent or masked pixels do not affect their neighbours.
 static float *premultiplied(const struct vw_image *image) {
     size_t pixel_count = (size_t)image->width_px * image->height_px;
     float *rgba = vw_allocate(pixel_count * 4, sizeof *rgba);
@@ -25,17 +25,17 @@ static float *premultiplied(const struct vw_image *image) {
     return rgba;
 }
 
-// Back to straight alpha. An image without transparency has alpha below 1 only from unusable pixels: what is usable is
-// opaque.
+// Converts back to straight alpha. In an image without transparency, alpha is below 1 only because of unusable pixels,
+// so usable pixels become opaque.
 static void straighten(const float premultiplied[4], bool has_alpha, bool unusable, float rgba[4]) {
-    const float alpha_min = 0.5f / 65535.0f; // what rounds to a 16-bit zero
-    float alpha = premultiplied[3]; // the filter's lobes may take it a little out of [0,1], and the colour with it
+    const float alpha_min = 0.5f / 65535.0f; // rounds to 0 in 16 bits
+    float alpha = premultiplied[3];          // the filter can leave [0,1] a little, as can the colour
     bool visible = alpha >= alpha_min && !unusable;
     for (int c = 0; c < 3; c++) rgba[c] = visible ? clamp_unit(premultiplied[c] / alpha) : 0;
     rgba[3] = !visible ? 0 : has_alpha ? clamp_unit(alpha) : 1;
 }
 
-// Which of the small pixels are at least half unusable; NULL when memory is short.
+// Marks the small pixels that are at least half unusable; NULL if memory is short.
 static uint8_t *downscale_unusable(const struct vw_image *image, uint32_t width_px, uint32_t height_px) {
     uint32_t *bad = vw_allocate((size_t)width_px * height_px, 2 * sizeof *bad),
              *all = bad + (size_t)width_px * height_px;

@@ -13,7 +13,7 @@
 #include "base/memory.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28;
-static const uint32_t CHANNEL_LIMIT = 64; // renderers put depth, normals and more into EXR files
+static const uint32_t CHANNEL_LIMIT = 64; // renderers write depth, normals and more to EXR files
 static const double MASKED_SHARE_LIMIT = 0.05;
 
 static enum vw_status read_header(const char *path, struct vw_oiio_result *header) {
@@ -50,7 +50,7 @@ static bool is_usable(const float rgba[4]) {
     return true;
 }
 
-// Linear light to what the trainer sees, counting the values above 1 that it cannot.
+// Encodes linear light as sRGB, clamps it to 1 and counts the clamped values.
 static void encode_and_clamp(float rgba[4], uint64_t *clamped_count) {
     for (int c = 0; c < 4; c++) {
         if (rgba[c] > 1) {
@@ -123,7 +123,7 @@ enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_ima
     return status;
 }
 
-// What OpenEXR wants: linear light, premultiplied.
+// Converts to linear light with premultiplied colour, as OpenEXR needs it.
 static float *to_linear(size_t pixel_count, uint32_t channels, const float *pixels) {
     float *linear = vw_allocate(pixel_count * channels, sizeof *linear);
     if (!linear) return NULL;

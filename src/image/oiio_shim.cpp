@@ -1,4 +1,4 @@
-// The only C++ of the program, and the only file that sees OpenImageIO.
+// The only C++ file, and the only one that uses OpenImageIO.
 #include "image/oiio_shim.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -32,7 +32,7 @@ void *allocate(size_t size_bytes) {
     return memory;
 }
 
-// libpng writes its errors to stderr as well as through OpenImageIO; users are to see one line, ours.
+// libpng writes its errors to stderr too; this keeps it to our one line.
 class quiet_stderr {
   public:
     quiet_stderr() : kept(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)) {
@@ -52,7 +52,7 @@ class quiet_stderr {
     int kept;
 };
 
-// Runs `work` on an empty result and turns whatever it throws into a status and a message.
+// Runs `work` on an empty result and converts exceptions into a status and a message.
 template <typename Work> vw_oiio_result guard(Work work) {
     vw_oiio_result result{};
     std::string message;
@@ -112,7 +112,7 @@ void find_channels(const OIIO::ImageSpec &spec, int rgba_channel[4]) {
 
 std::unique_ptr<OIIO::ImageInput> open_header(const char *path, vw_oiio_result &result) {
     OIIO::ImageSpec config;
-    config["oiio:UnassociatedAlpha"] = 1; // colour as stored, where the format stores it straight
+    config["oiio:UnassociatedAlpha"] = 1; // do not premultiply
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
     if (!input) throw failure{VW_ERROR_INPUT, or_else(OIIO::geterror(), "not an image that OpenImageIO can read")};
     const OIIO::ImageSpec &spec = input->spec();

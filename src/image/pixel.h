@@ -20,7 +20,7 @@ static inline float vw_pixel_get(enum vw_pixel_format format, const void *values
     }
 }
 
-// `value` lies in [0,1]; integers are rounded to nearest, so that what vw_pixel_get gave comes back exactly.
+// `value` is in [0,1]; integers are rounded to nearest, so that a value from vw_pixel_get is restored exactly.
 static inline void vw_pixel_set(enum vw_pixel_format format, void *values, size_t index, float value) {
     switch (format) {
     case VW_PIXEL_UINT8: ((uint8_t *)values)[index] = (uint8_t)lrintf(value * 255.0f); break;

@@ -10,7 +10,7 @@ enum { WINDOW = VW_SSIM_WINDOW_PX };
 static const double SIGMA_PX = 1.5;
 static const double C1 = 0.01 * 0.01, C2 = 0.03 * 0.03;
 
-// What a window is evaluated by: weighted means of the values, their squares and their product.
+// The moments of a window: weighted means of the values, their squares and their product.
 struct moments {
     double a, b, aa, bb, ab;
 };
@@ -18,10 +18,10 @@ struct moments {
 struct images {
     const float *a, *b;
     const uint8_t *usable;
-    uint32_t width_px, height_px, columns; // columns: places of a window along a row
+    uint32_t width_px, height_px, columns; // columns: positions of a window along a row
 };
 
-// Weights along one axis; they add up to 1. The window's weights are their products.
+// Weights along one axis, with sum 1. The window's weights are their products.
 static void make_weights(double weights[WINDOW]) {
     double sum = 0;
     for (int i = 0; i < WINDOW; i++) {
@@ -39,7 +39,7 @@ static void add(struct moments *sum, double weight, const struct moments *moment
     sum->ab += weight * moments->ab;
 }
 
-// The moments along a row, for every place of a window.
+// The moments along a row, for every position of a window.
 static void filter_row(const struct images *images, uint32_t y_px, uint32_t channel, const double weights[WINDOW],
                        struct moments *row) {
     for (uint32_t x = 0; x < images->columns; x++) {
@@ -59,7 +59,8 @@ static double evaluate(const struct moments *mean) {
     return (2 * mean->a * mean->b + C1) * (2 * covariance + C2) / ((squares + C1) * (variances + C2));
 }
 
-// Counts, for every place of a window along a row, the rows above and with this one whose pixels are all usable there.
+// Counts, for every position of a window along a row, the consecutive rows up to this one whose pixels there are all
+// usable.
 static void count_usable_rows(const struct images *images, uint32_t y_px, uint32_t *heights) {
     uint32_t run = 0;
     for (uint32_t x = 0; x < images->width_px; x++) {
@@ -70,7 +71,7 @@ static void count_usable_rows(const struct images *images, uint32_t y_px, uint32
     }
 }
 
-// Adds up one channel. `rows` holds the moments of the last rows, by row modulo WINDOW; `heights` is zero.
+// Sums over one channel. `rows` holds the moments of the last rows, by row modulo WINDOW; `heights` is zero.
 static void sum_channel(const struct images *images, uint32_t channel, struct moments *rows, uint32_t *heights,
                         double *sum, uint64_t *count) {
     double weights[WINDOW];

@@ -1,11 +1,11 @@
-// How alike two images look: the structural similarity index (SSIM) of Wang, Bovik, Sheikh and Simoncelli, "Image
-// quality assessment: from error visibility to structural similarity", IEEE Transactions on Image Processing 13 (4),
-// 2004. As published: windows of 11 x 11 pixels with Gaussian weights of standard deviation 1.5 px, K1 = 0.01, K2 =
-// 0.03, and L = 1, the range of the values. In each window
+// The structural similarity index (SSIM) of two images: Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment:
+// from error visibility to structural similarity", IEEE Transactions on Image Processing 13 (4), 2004. As published:
+// windows of 11 x 11 pixels with Gaussian weights of standard deviation 1.5 px, K1 = 0.01, K2 = 0.03, and L = 1, the
+// range of the values. In each window
 //     ssim = (2 mean_a mean_b + C1) (2 covariance + C2) / ((mean_a^2 + mean_b^2 + C1) (variance_a + variance_b + C2)),
-// C1 = (K1 L)^2, C2 = (K2 L)^2, and moments are the window's weighted means (not those of a sample). Only windows count
-// that lie wholly inside the image, so that nothing is made up behind its edges. Channels are taken one by one and
-// averaged, as papers on radiance fields do.
+// with C1 = (K1 L)^2, C2 = (K2 L)^2 and weighted means as moments (not sample moments). Only windows that are
+// completely inside the image count, so that no padding is needed. The result is the mean over the channels, as is
+// usual in papers on radiance fields.
 #ifndef VIEWWORTH_SSIM_H
 #define VIEWWORTH_SSIM_H
 
@@ -15,9 +15,9 @@
 
 enum { VW_SSIM_WINDOW_PX = 11 };
 
-// The mean over all windows of two RGB images (rows top to bottom, values in [0,1]; others are taken as they are), in
-// double. `usable`: a byte per pixel, 0 for those that are not to be looked at; NULL: all are. A window counts when all
-// its pixels are usable. NaN where no window counts, as in images smaller than one. VW_ERROR_MEMORY.
+// The mean over all windows of two RGB images (rows top to bottom; values should be in [0,1]), in double. `usable`: a
+// byte per pixel, 0 for pixels to ignore; NULL: use all. A window counts if all its pixels are usable. NaN if no window
+// counts, for example in images smaller than a window. VW_ERROR_MEMORY.
 enum vw_status vw_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px,
                        double *ssim);
 

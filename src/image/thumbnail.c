@@ -4,11 +4,11 @@
 #include "image/image.h"
 #include "base/memory.h"
 
-// A thumbnail's pixel is the mean of so many by so many of the photo's, evenly spread over what it covers: the time
-// does not grow with the photo, and is a tenth of what a proper filter takes.
+// A thumbnail's pixel is the mean of this many samples along each axis, evenly spread over the photo pixels that it
+// covers. So the time does not grow with the photo, and is a tenth of that of a proper filter.
 enum { SEEN_PER_SIDE = 4, WIDEST = 4 };
 
-// Where the `place`-th of `count` evenly spread samples lies on a side.
+// The position of the `place`-th of `count` evenly spread samples along a side.
 static uint32_t place_on(uint32_t side_px, uint64_t place, uint64_t count) {
     return (uint32_t)((2 * place + 1) * side_px / (2 * count));
 }

@@ -186,8 +186,8 @@ check "other paths of it, too" file_says "$folder/elsewhere/list.json" "j ->> '\
 check "the scene's own folder is refused" refuses 'read as another scene' select "$folder/single.run" --top 5 --to "$single"
 check "names by which it would be another scene are, too" refuses 'read as another scene' select "$folder/single.run" --top 5 \
     --to "$single/transforms_val.json"
-check "what is there is not written over" refuses 'best\.json: is there already' select "$folder/single.run" --top 5 --to "$best"
-check "not even the scene" refuses 'is there already|another scene' select "$folder/single.run" --top 5 --to "$single/transforms.json"
+check "what is there is not written over" refuses 'best\.json: exists' select "$folder/single.run" --top 5 --to "$best"
+check "not even the scene" refuses 'exists; name a new|another scene' select "$folder/single.run" --top 5 --to "$single/transforms.json"
 
 # ---- transforms_{train,val,test}.json -------------------------------------------------------------------------------------
 
@@ -198,7 +198,7 @@ check "their cameras are the same" same_cameras "$blender" "$folder"
 check "each file has its keys" file_says "$folder/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.8 AND
     json_array_length(j, '\$.frames') = 4 AND j ->> '\$.frames[0].file_path' = 'blender/pictures/p00.png' AND
     j -> '\$.train_filenames' IS NULL"
-check "three files are not written over" refuses 'transforms_train\.json: is there already' select "$folder/blender.run" --top 5 \
+check "three files are not written over" refuses 'transforms_train\.json: exists' select "$folder/blender.run" --top 5 \
     --to "$folder"
 rm "$folder"/transforms_*.json
 sed -i 's/0\.8/0.9/' "$blender/transforms_test.json"
@@ -230,7 +230,7 @@ check "a transforms.json would make another scene of its folder" refuses 'read a
 check "no other row is there" test "$(wc -l <"$folder/picked.tsv")" = "$((1 + 5 + $(grep -cP '\ttest\t' "$tourism/tiny.tsv")))"
 check "it is a list for --train" trains tourism.again "$tourism" --train "$folder/picked.tsv"
 check "it holds the photos in their splits" kept tourism.run tourism.again
-check "a second TSV in the scene's folder is refused" refuses 'may hold one TSV' select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
+check "a second TSV in the scene's folder is refused" refuses 'may have only one TSV' select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
 
 # ---- Names, one a line ----------------------------------------------------------------------------------------------------
 
@@ -249,9 +249,9 @@ check "it has their names" test "$(sort "$folder/imported.txt")" = "$(query impo
 check "names for spreadsheets are guarded" grep -qE "^'(=cmd|\+1)" "$folder/imported/scores.csv"
 query imported "UPDATE image SET name = 'two
 lines.png' WHERE image_id = (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 1)"
-check "a name of two lines is refused" refuses 'is no line of a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+check "a name of two lines is refused" refuses 'cannot be in a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
 query imported "UPDATE image SET name = ' spaced.png' WHERE name LIKE 'two%'"
-check "a name that readers would trim, too" refuses 'is no line of a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+check "a name that readers would trim, too" refuses 'cannot be in a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
 check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------

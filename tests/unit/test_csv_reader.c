@@ -72,13 +72,13 @@ static void broken_records_are_refused(void **state) {
     static const struct {
         const char *text, *said;
     } cases[] = {
-        {"a\nb,\"c\n", "a.csv:2: a quote stays open"},
-        {"a\n\"b\n\n\nc", "a.csv:2: a quote stays open"}, // where it begins
+        {"a\nb,\"c\n", "a.csv:2: a quote is not closed"},
+        {"a\n\"b\n\n\nc", "a.csv:2: a quote is not closed"}, // where it begins
         {"\"a\"b,c\n", "a.csv:1: text follows a closing quote"},
         {"\"a\n\n\"b,c\n", "a.csv:3: text follows a closing quote"},
         {"x\na\"b\"\n", "a.csv:2: a quote within a field"},
-        {"\"", "a.csv:1: a quote stays open"},
-        {"\"a\"\"", "a.csv:1: a quote stays open"},
+        {"\"", "a.csv:1: a quote is not closed"},
+        {"\"a\"\"", "a.csv:1: a quote is not closed"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_csv csv;

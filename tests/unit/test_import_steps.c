@@ -103,7 +103,7 @@ static void malformed_lines_are_refused(void **state) {
         {HEADER "0,0,,10,0.5\n1,0,a,11\n", "log.csv:3: 4 fields, but the header has 5 columns"},
         {HEADER "0,0,,10,0.5\n1,0,a,11,0.4,7\n", "log.csv:3: 6 fields, but the header has 5 columns"},
         {HEADER "0,0,,10,0.5\n1,0,a,11,0.4\n2,0,a", "log.csv:4: 3 fields"}, // cut off
-        {HEADER "0,0,,10,0.5\n1,0,\"a,11,0.4\n2,0,a,12,0.3\n", "log.csv:3: a quote stays open"},
+        {HEADER "0,0,,10,0.5\n1,0,\"a,11,0.4\n2,0,a,12,0.3\n", "log.csv:3: a quote is not closed"},
         {HEADER "0,0,,10,0.5\n1,0,a\"b,11,0.4\n", "log.csv:3: a quote within a field"},
         {HEADER "0,0,,10,0.5\nx,0,a,11,0.4\n", "log.csv:3: field step: \"x\" is not a whole number"},
         {HEADER "0,0,,10,0.5\n-1,0,a,11,0.4\n", "log.csv:3: field step: \"-1\" is not a whole number"},

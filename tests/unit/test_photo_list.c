@@ -92,7 +92,7 @@ static void splits_of_the_file_are_kept(void **state) {
     static const struct {
         const char *keys, *said;
     } cases[] = {
-        {"\"fl_x\": 7, \"val_filenames\": \"images/01.png\",", "field val_filenames is no list"},
+        {"\"fl_x\": 7, \"val_filenames\": \"images/01.png\",", "field val_filenames is not a list"},
         {"\"fl_x\": 7, \"train_filenames\": [\"images/01.png\", 3],", "field train_filenames: entry 1 is not a text"},
         {"\"fl_x\": 7, \"train_filenames\": [\"images/01.png\"], \"test_filenames\": [\"./images/01.png\"],",
          "images/01.png is in two splits, train_filenames and test_filenames"},
@@ -113,7 +113,7 @@ static void transforms_keep_the_splits_of_lists(void **state) {
     check_written(write_list(&lists, "ynyyny", to, "transforms", true));
     check_scene(&(struct vw_scene_params){.path = to, .headers_only = true},
                 "images/00.png:t images/01.png:v images/02.png:t images/03.png:t images/04.png:T images/05.png:t");
-    check_refused(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "is there already");
+    check_refused(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
 }
 
 // Where three files say the splits, photos go to the file of their split, as long as all else in the files is the same.
@@ -132,7 +132,7 @@ static void three_files_hold_a_split_each(void **state) {
     check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
     check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE,
-                  "transforms_train.json: is there already");
+                  "transforms_train.json: exists");
     check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
     check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
                   "another scene");
@@ -253,14 +253,14 @@ static void a_tsv_holds_the_chosen_photos(void **state) {
         &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = to},
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    check_refused(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "is there already");
+    check_refused(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
     assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
     check_scene(
         &(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     check_refused(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
-                  "may hold one TSV");
+                  "may have only one TSV");
 }
 
 // What lists moved from one split to another: nobody trains on what validates or tests.
@@ -387,7 +387,7 @@ static void names_unfit_for_lists_are_refused(void **state) {
     assert_string_equal(format, "text");
     assert_false(opens);
     check_text(list.to, "=a, \"b\"\né/d e\n");
-    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "is there already");
+    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "exists; name a new");
     list.to = temporary_path(*state, "bad.txt");
     for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++) {
         const struct vw_listed_photo photos[] = {{"fine", VW_SPLIT_TRAIN, true}, {bad[i], VW_SPLIT_TRAIN, true}};
@@ -399,7 +399,7 @@ static void names_unfit_for_lists_are_refused(void **state) {
     assert_int_equal(symlink("nowhere", temporary_path(*state, "link")), 0);
     list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link")};
     check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
-                  "is there already"); // also a link to nothing
+                  "exists; name a new"); // also a link to nothing
 }
 
 int main(void) {

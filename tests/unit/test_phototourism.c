@@ -139,7 +139,7 @@ static void bad_scenes_are_refused(void **state) {
     tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "no TSV", NULL);
     temporary_file(*state, "splits.tsv", rows);
     unlink(temporary_path(*state, "dense/sparse/images.txt"));
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "not a whole COLMAP model", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "the COLMAP model is not complete", NULL);
     unlink(temporary_path(*state, "dense/sparse/cameras.txt"));
     unlink(temporary_path(*state, "dense/sparse/points3D.txt"));
     tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "no COLMAP model", NULL);

@@ -166,7 +166,7 @@ static void bad_providers_are_refused(void **state) {
         {"provider,name\n", "p.csv:1", "header"},
         {"name,provider\nimages/00.png\n", "p.csv:2", "two fields"},
         {"name,provider\nimages/00.png,a,b\n", "p.csv:2", "two fields"},
-        {"name,provider\n\nimages/00.png,\"a\n", "p.csv:3", "quote stays open"},
+        {"name,provider\n\nimages/00.png,\"a\n", "p.csv:3", "quote is not closed"},
         {"name,provider\nimages/00.png,\"a\nb\"\n", "p.csv:2", "control characters"},
         {"name,provider\n\"images/9\n9.png\",a\nimages/00.png,a,b\n", "p.csv:2", "images/9?9.png"},
         {"name,provider\nimages/00.png,a\"b\n", "p.csv:2", "a quote within a field"},

@@ -61,7 +61,7 @@ static void plain_names(void **state) {
                   "images/11.png is not in the scene");
     check_refusal(*state, "list.txt", "03.png\n04.png\n", NULL, "list.txt:2", "its split is test");
     check_refusal(*state, "list.txt", "00.png\n", NULL, "list.txt:1", "its split is val");
-    check_refusal(*state, "list.txt", " \n\n", NULL, "list.txt", "names no photo");
+    check_refusal(*state, "list.txt", " \n\n", NULL, "list.txt", "names no train photo");
 }
 
 // Rows without an id, test rows, photos that do not train and photos that are not there: none of them is chosen.
@@ -71,7 +71,7 @@ static void nerfw_rows_with_an_id(void **state) {
         "00.png\t5\ttrain\tx\ngone.png\t6\ttrain\tx\n09.png\t8\ttrain\tx\n";
     check_list(*state, "list.tsv", rows, NULL, "39", 2);
     check_list(*state, "list.txt", rows, NULL, "39", 2); // known by its header
-    check_refusal(*state, "list.tsv", "filename\tid\tsplit\n03.png\t\ttrain\n", NULL, "list.tsv", "names no photo");
+    check_refusal(*state, "list.tsv", "filename\tid\tsplit\n03.png\t\ttrain\n", NULL, "list.tsv", "names no train photo");
 }
 
 static void frames_of_a_transforms_file(void **state) {
@@ -85,7 +85,7 @@ static void frames_of_a_transforms_file(void **state) {
     check_refusal(*state, "chosen.json", "{\"frames\": [{\"file\": \"02.png\"}]}", NULL, "frame 0", "file_path");
     check_refusal(*state, "chosen.json", "{\"frames\": {}}", NULL, "chosen.json", "frames");
     check_refusal(*state, "chosen.json", "{\"frames\": [}", NULL, "chosen.json:1:13", "not valid JSON");
-    check_refusal(*state, "chosen.json", "{\"frames\": []}", NULL, "chosen.json", "names no photo");
+    check_refusal(*state, "chosen.json", "{\"frames\": []}", NULL, "chosen.json", "names no train photo");
 }
 
 // Photo 8 validates.
@@ -94,7 +94,7 @@ static void photos_scored_so_highly(void **state) {
     static const char rows[] = "name,score\nimages/01.png,3\n\"images/02.png\",2.99\n08.png,8\n03.png,1e1\n";
     check_list(*state, "nima.csv", rows, &three, "13", 2);
     check_list(*state, "nima.csv", rows, &nine, "3", 3);
-    check_refusal(*state, "nima.csv", "name,score\n01.png,3\n", &nine, "nima.csv", "no photo");
+    check_refusal(*state, "nima.csv", "name,score\n01.png,3\n", &nine, "nima.csv", "no train photo");
     check_refusal(*state, "nima.csv", "name,value\n01.png,3\n", &three, "nima.csv:1", "name,score");
     check_refusal(*state, "nima.csv", "", &three, "nima.csv:1", "name,score");
     check_refusal(*state, "nima.csv", "name,score\n01.png,3\n31.png,3\n", &three, "nima.csv:3",

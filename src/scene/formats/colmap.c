@@ -23,7 +23,7 @@ bool vw_colmap_probe(const char *path) {
 
 // ---- Points ----
 
-// A feature's place in a view's photo, which may have another size than the model's.
+// The position of a feature in a view's photo, which may have another size than the model's.
 static struct vw_track track_in_view(const struct vw_colmap_model *model, const struct vw_colmap_track *track,
                                      uint32_t view_index, const struct vw_scene *scene) {
     const struct vw_colmap_image *image = &model->images[track->image];
@@ -36,7 +36,7 @@ static struct vw_track track_in_view(const struct vw_colmap_model *model, const 
     };
 }
 
-// Appends a point, unless too few of the scene's views see it; there is room for it.
+// Appends a point, unless too few of the scene's views see it. The array has room for it.
 static void take_point(const struct vw_colmap_model *model, const struct vw_colmap_point *given, const uint32_t *views,
                        struct vw_scene *scene) {
     struct vw_point point = {.first_track = scene->track_count};
@@ -103,7 +103,7 @@ static enum vw_status add_view(struct vw_scene_builder *builder, const struct vw
     return VW_OK;
 }
 
-// Leaves *view alone when the photo is missing.
+// Leaves *view unchanged if the photo is missing.
 static enum vw_status add_image(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
                                 const struct vw_colmap_image *image, const char *photo_folder, struct repairs *repairs,
                                 uint32_t *view) {
@@ -144,7 +144,7 @@ enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struc
     if (status) return status;
     if (repairs.missing_count == model->image_count)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s/%s: none of the %zu photos of the COLMAP model is there (first: %s); put them there",
+                       "%s/%s: none of the %zu photos of the COLMAP model exists (first: %s); put them there",
                        builder->folder, photo_folder, model->image_count, repairs.missing_name);
     return note_repairs(&repairs, photo_folder, builder->scene);
 }
@@ -172,7 +172,7 @@ enum vw_status vw_colmap_load(struct vw_scene_builder *builder) {
     char *model_folder = vw_colmap_find(builder->folder);
     if (!model_folder)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s: no COLMAP model; give a folder with sparse/0 that holds cameras, images and points3D",
+                       "%s: no COLMAP model; give a folder whose sparse/0 contains cameras, images and points3D",
                        builder->folder);
     enum vw_status status = load_model(builder, model_folder, &model, &views);
     vw_colmap_clear(&model);

@@ -1,7 +1,7 @@
 // COLMAP models: cameras, images and points3D, binary or text, in sparse/0, sparse/ or dense/sparse.
 //
-// vw_colmap_read() reads a model as it stands and checks it; vw_colmap_load() makes a scene of one. PhotoTourism and
-// transforms.json read a model for their poses or for its points alone.
+// vw_colmap_read() reads and checks a model; vw_colmap_load() makes a scene from it. PhotoTourism scenes use a model
+// for poses and points, transforms.json scenes for points.
 #ifndef VIEWWORTH_COLMAP_H
 #define VIEWWORTH_COLMAP_H
 
@@ -15,7 +15,7 @@ struct vw_colmap_camera {
     struct vw_camera camera; // all numbers finite; sizes and focal lengths above 0
 };
 
-// Where an image sees something. COLMAP and viewworth agree that the centre of the top left pixel is (0.5, 0.5).
+// A feature of an image. In COLMAP as in viewworth, the centre of the top left pixel is (0.5, 0.5).
 struct vw_colmap_feature {
     double x_px, y_px;
 };
@@ -29,7 +29,7 @@ struct vw_colmap_image {
     uint64_t first_feature, feature_count; // range in features
 };
 
-// That an image's feature is the picture of a point.
+// An observation: an image's feature shows a point.
 struct vw_colmap_track {
     uint32_t image;   // index in images
     uint32_t feature; // index among the image's features
@@ -38,7 +38,7 @@ struct vw_colmap_track {
 struct vw_colmap_point {
     double position_world[3]; // finite
     uint8_t rgb[3];
-    double error_px;                   // mean reprojection error as COLMAP wrote it; below 0 when unknown
+    double error_px;                   // mean reprojection error as COLMAP wrote it; below 0: unknown
     uint64_t first_track, track_count; // range in tracks
 };
 
@@ -52,18 +52,16 @@ struct vw_colmap_model {
     size_t camera_count, image_count, feature_count, point_count, track_count;
 };
 
-// The folder of the model within a scene folder, to be freed by the caller: the first of sparse/0, sparse,
-// dense/sparse/0 and dense/sparse that holds cameras.bin or cameras.txt. NULL when there is none; no message is
-// recorded for that.
+// The folder of the model in a scene folder, owned by the caller: the first of sparse/0, sparse, dense/sparse/0 and
+// dense/sparse that has cameras.bin or cameras.txt. NULL if there is none (without a message).
 char *vw_colmap_find(const char *scene_folder);
 
-// Where the photos of a model lie that was found in a scene folder, relative to that: "images" or "dense/images".
+// The folder of the photos of such a model, relative to the scene folder: "images" or "dense/images".
 const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder);
 
-// Reads a model; binary files win over text. `scene_folder` is what nothing may lie outside of: model files that leave
-// it through links are refused, and so are image names that would. Whether photos exist is not looked at. Fails with
-// VW_ERROR_INPUT and one line naming file and field; `*model` is then untouched. The caller frees a model with
-// vw_colmap_clear().
+// Reads a model; binary files take precedence over text. Refuses model files and image names that leave `scene_folder`,
+// also through links. Does not check whether the photos exist. VW_ERROR_INPUT with one line that names file and field;
+// `*model` is then unchanged. The caller frees the model with vw_colmap_clear().
 enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder, struct vw_colmap_model *model);
 // Frees what a model owns and empties it; accepts an empty or half-read one.
 void vw_colmap_clear(struct vw_colmap_model *model);
@@ -71,17 +69,17 @@ void vw_colmap_clear(struct vw_colmap_model *model);
 // Index in images of the one with that name (a leading "./" is ignored); -1 when the model has none.
 ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *name);
 
-// Appends a view for each image whose photo is in `photo_folder` ("images"), which is relative to the scene folder as
-// the views' names are: "images/<name of the image>". Cameras are fitted to photos of another size. views[i] becomes
-// the view of image i, UINT32_MAX where the photo is missing; what was skipped or rescaled is noted. Refused when no
-// photo is there.
+// Appends a view for each image whose photo is in `photo_folder` (for example "images"), which is relative to the scene
+// folder. The view's name is photo_folder/image name. Cameras are fitted to photos of another size. views[i] becomes
+// the view of image i, UINT32_MAX if its photo is missing. Adds notes about skipped and rescaled photos. VW_ERROR_INPUT
+// if no photo exists.
 enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
                                    const char *photo_folder, uint32_t *views);
 
-// Takes the model's points into the scene and measures near and far of its views from them: image i is view views[i] of
-// the scene, UINT32_MAX when it is none of them. A feature's place is scaled from the model's camera to the view's
-// (which may have another size, of the same shape). Points that fewer than two views see are left out. Replaces points
-// the scene had. Call it once all views are there and before --downscale is applied.
+// Copies the model's points into the scene, replacing its points, and measures near and far of its views from them.
+// Image i is view views[i] of the scene; UINT32_MAX: none. Feature positions are scaled from the model's camera to the
+// view's, which may have another size of the same shape. Points that fewer than two views see are left out. Call it
+// after all views are there and before --downscale is applied.
 enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const uint32_t *views,
                                      struct vw_scene *scene);
 

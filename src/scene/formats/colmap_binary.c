@@ -1,5 +1,5 @@
-// COLMAP's binary files: little-endian numbers without padding. Every count is held against the bytes that are left
-// before anything is allocated or read, so that a lie costs nothing.
+// COLMAP's binary files: little-endian numbers without padding. Every count is compared with the number of remaining
+// bytes before anything is allocated or read, so that a false count costs no memory.
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
-enum { // the least that one record takes
+enum { // smallest size of a record
     CAMERA_BYTES_MIN = 4 + 4 + 8 + 8 + 3 * 8,
     IMAGE_BYTES_MIN = 4 + 7 * 8 + 4 + 1 + 8,
     FEATURE_BYTES = 2 * 8 + 8,
@@ -17,7 +17,7 @@ enum { // the least that one record takes
     TRACK_BYTES = 4 + 4,
 };
 
-// A file that is being taken apart. After a failure nothing more is taken and all numbers are 0.
+// A file while it is parsed. After a failure nothing more is read and all numbers are 0.
 struct bytes {
     const uint8_t *next, *end, *begin;
     enum vw_status status;
@@ -57,7 +57,7 @@ static uint64_t take_u64(struct bytes *bytes, const char *field) {
     return value;
 }
 
-// How many records follow, each of at least `record_bytes`.
+// Reads the number of records that follow, each of at least `record_bytes`.
 static uint64_t take_count(struct bytes *bytes, const char *field, size_t record_bytes) {
     uint64_t count = take_u64(bytes, field);
     if (!bytes->status && count > left(bytes) / record_bytes)
@@ -101,7 +101,7 @@ static enum vw_status read_features(struct bytes *bytes, struct colmap_builder *
     for (uint64_t i = 0; !status && i < count; i++) {
         double position_px[2];
         take(bytes, "points2D", position_px, sizeof position_px);
-        take_u64(bytes, "point3D_id"); // the tracks say the same
+        take_u64(bytes, "point3D_id"); // the tracks have the same information
         status = colmap_add_feature(builder, position_px[0], position_px[1]);
     }
     return status;
@@ -153,7 +153,7 @@ static enum vw_status read_file(const char *path, const struct file_kind *kind, 
     for (uint64_t i = 0; !status && i < count; i++) status = kind->read(&bytes, builder);
     if (!status && left(&bytes))
         status = vw_fail(VW_ERROR_INPUT,
-                         "%zu bytes follow the %" PRIu64 " records that field %s announces; export the file again",
+                         "%zu bytes follow the %" PRIu64 " records that field %s states; export the file again",
                          left(&bytes), count, kind->count_field);
     if (!status) status = kind->done(builder);
     free(data);

@@ -9,9 +9,9 @@
 #include "base/file.h"
 #include "base/memory.h"
 
-static const double NORM_TOLERANCE = 1e-3; // of a quaternion; COLMAP writes 17 digits, hand-made models fewer
+static const double NORM_TOLERANCE = 1e-3; // of a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
 
-// As in transforms.json: beyond these, sums and products of the numbers would overflow or lose their meaning.
+// As in transforms.json: sums and products of larger numbers would overflow or lose precision.
 static const double POSITION_LIMIT_WORLD = 1e12, FEATURE_LIMIT_PX = 1e9;
 
 // False for NaN, too.
@@ -66,8 +66,8 @@ enum vw_status colmap_cameras_done(struct colmap_builder *builder) {
 
 // ---- Images ----
 
-// From COLMAP's world to camera (x right, y down, z forward) to camera to world with OpenGL axes (x right, y up, z
-// backward).
+// Converts COLMAP's world-to-camera pose (x right, y down, z forward) to camera-to-world with OpenGL axes (x right, y
+// up, z backward).
 static enum vw_status invert_pose(const struct colmap_image_fields *fields, double camera_to_world[3][4]) {
     const double *given = fields->rotation, *t = fields->translation;
     double norm = sqrt(given[0] * given[0] + given[1] * given[1] + given[2] * given[2] + given[3] * given[3]);

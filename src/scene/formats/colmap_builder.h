@@ -1,6 +1,6 @@
-// A COLMAP model while it is read: what the binary and the text reader share. They take files apart; what the numbers
-// mean and whether they can be true is decided here, once, so that both give the same model and the same refusals.
-// Messages of this file name the record and the field; the readers put the file, and the line of a text, before them.
+// A COLMAP model while it is read. The binary and the text reader parse files; this builder interprets and checks the
+// numbers, so that both give the same model and the same messages. Messages of this file name the record and the field;
+// the readers add the file, and the line of a text file.
 #ifndef VIEWWORTH_COLMAP_BUILDER_H
 #define VIEWWORTH_COLMAP_BUILDER_H
 
@@ -17,7 +17,7 @@ struct colmap_builder {
     size_t point_id_capacity;
 };
 
-// Where the camera or image of an id is.
+// The index of the camera or image with an id.
 struct colmap_id {
     uint32_t id, index;
 };
@@ -35,7 +35,7 @@ struct colmap_point_fields {
     uint8_t rgb[3];
 };
 
-// colmap_camera.c: the model with that number or name, refused unless it is supported. `camera` in messages is its id.
+// colmap_camera.c: the model with that number or name; refused if it is not supported. `camera` is the id for messages.
 struct colmap_camera_model;
 enum vw_status colmap_camera_model_by_id(uint32_t camera, int32_t id, const struct colmap_camera_model **model);
 enum vw_status colmap_camera_model_by_name(uint32_t camera, const char *name, const struct colmap_camera_model **model);
@@ -43,7 +43,7 @@ uint32_t colmap_camera_param_count(const struct colmap_camera_model *model);
 enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_model *model, uint64_t width_px,
                                   uint64_t height_px, const double params[COLMAP_PARAMS_MAX], struct vw_camera *made);
 
-// colmap_builder.c: one record after another. The features and tracks that are added belong to the last image or point.
+// colmap_builder.c: adds one record after another. Features and tracks belong to the image or point added last.
 enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera);
 enum vw_status colmap_cameras_done(struct colmap_builder *builder);
 enum vw_status colmap_add_image(struct colmap_builder *builder, const struct colmap_image_fields *fields);
@@ -54,7 +54,7 @@ enum vw_status colmap_add_track(struct colmap_builder *builder, uint32_t image_i
 enum vw_status colmap_points_done(struct colmap_builder *builder);
 void colmap_builder_clear(struct colmap_builder *builder); // its own memory, not the model's
 
-// colmap_binary.c and colmap_text.c: one file each.
+// colmap_binary.c and colmap_text.c: the readers of one file each.
 struct colmap_file_reader {
     const char *extension;
     enum vw_status (*cameras)(const char *path, struct colmap_builder *builder);

@@ -1,4 +1,4 @@
-// Finding a COLMAP model and reading its three files.
+// Finds a COLMAP model and reads its three files.
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 static const char *const folders[] = {"sparse/0", "sparse", "dense/sparse/0", "dense/sparse"};
 static const char *const files[] = {"cameras", "images", "points3D"};
 static const struct colmap_file_reader *const readers[] = {&colmap_binary_reader,
-                                                           &colmap_text_reader}; // in the order they are tried
+                                                           &colmap_text_reader}; // in the order in which they are tried
 
 static bool has_file(const char *folder, const char *name, const char *extension) {
     char *path = vw_format_text("%s/%s.%s", folder, name, extension);
@@ -60,9 +60,10 @@ enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder
     for (size_t i = 0; !reader && i < VW_ARRAY_COUNT(readers); i++)
         if (has_all_files(model_folder, readers[i]->extension)) reader = readers[i];
     if (!reader)
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: not a whole COLMAP model; put cameras, images and points3D there, all .bin or all .txt",
-                       model_folder);
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "%s: the COLMAP model is not complete; put cameras, images and points3D there, all .bin or all .txt",
+            model_folder);
     struct vw_colmap_model read = {0};
     struct colmap_builder builder = {.model = &read};
     enum vw_status status =

@@ -1,4 +1,4 @@
-// COLMAP's text files: one record a line (two for an image), fields between spaces, comments after #.
+// COLMAP's text files: one record per line (an image has two), fields separated by spaces, comments after #.
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,10 +9,10 @@
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
 static const char SPACES[] = " \t\r";
 
-// A file that is being taken apart. After a failure nothing more is taken and all numbers are 0.
+// A file while it is parsed. After a failure nothing more is read and all numbers are 0.
 struct text {
     char *next_line; // NULL at the end
-    char *rest;      // of the line under way
+    char *rest;      // rest of the current line
     int line;
     enum vw_status status;
 };
@@ -23,7 +23,7 @@ static bool next_line(struct text *text) {
     return text->rest != NULL;
 }
 
-// The next line that holds a record; false at the end.
+// Moves to the next line with a record; false at the end.
 static bool next_record(struct text *text) {
     while (next_line(text)) {
         text->rest += strspn(text->rest, SPACES);
@@ -71,7 +71,7 @@ static uint64_t take_whole(struct text *text, const char *field, uint64_t most) 
     errno = 0;
     unsigned long long value = strtoull(word, &end, 10);
     if (*end || *word == '-' || errno || value > most)
-        refuse_word(text, field, word, "give a whole number that is not negative nor too large");
+        refuse_word(text, field, word, "give a whole number that is neither negative nor too large");
     return text->status ? 0 : value;
 }
 
@@ -81,7 +81,7 @@ static void take_reals(struct text *text, const char *field, double *values, uin
     for (uint32_t i = 0; i < count; i++) values[i] = take_real(text, field);
 }
 
-// The rest of the line, which may hold spaces.
+// The rest of the line, which may contain spaces.
 static const char *take_name(struct text *text) {
     const char *name = text->status || line_ended(text) ? take_word(text, "name") : text->rest;
     char *end = text->rest + strlen(text->rest);
@@ -115,7 +115,7 @@ static enum vw_status read_camera(struct text *text, struct colmap_builder *buil
     return status ? status : colmap_add_camera(builder, id, &camera);
 }
 
-// The line after an image: its points, none when it is empty.
+// Reads the line after an image: its points; an empty line has none.
 static enum vw_status read_features(struct text *text, struct colmap_builder *builder) {
     if (!next_line(text))
         return vw_fail(VW_ERROR_INPUT,
@@ -123,7 +123,7 @@ static enum vw_status read_features(struct text *text, struct colmap_builder *bu
     enum vw_status status = VW_OK;
     while (!status && !line_ended(text)) {
         double x_px = take_real(text, "points2D"), y_px = take_real(text, "points2D");
-        take_real(text, "point3D_id"); // -1 where there is none; the tracks say the same
+        take_real(text, "point3D_id"); // -1: none; the tracks have the same information
         status = text->status ? text->status : colmap_add_feature(builder, x_px, y_px);
     }
     return status;
@@ -165,7 +165,7 @@ static enum vw_status read_file(const char *path, struct colmap_builder *builder
     if (status) return status; // its message names the file
     struct text text = {.next_line = data};
     if (strlen(data) < size_bytes)
-        status = vw_fail(VW_ERROR_INPUT, "has zero bytes, so it is no text; export the file again");
+        status = vw_fail(VW_ERROR_INPUT, "has zero bytes, so it is not a text file; export the file again");
     while (!status && next_record(&text)) status = read(&text, builder);
     bool at_line = status && text.line;
     if (!status) status = done(builder);

@@ -26,7 +26,7 @@ static int count_fields(const char *line) {
     return count;
 }
 
-// Finds the columns in a header without cutting it.
+// Finds the columns in a header without changing it.
 static struct vw_tsv_columns find_columns(const char *line) {
     struct vw_tsv_columns columns = {-1, -1, -1, 0};
     for (const char *name = line; name; columns.count++) {
@@ -41,7 +41,7 @@ static struct vw_tsv_columns find_columns(const char *line) {
 
 static bool is_header(const struct vw_tsv_columns *columns) { return columns->filename >= 0 && columns->split >= 0; }
 
-// Reads the row whose fields were taken last.
+// Reads the row of the fields that were split last.
 static enum vw_status take_row(const char *path, int line, const struct vw_tsv *tsv, struct vw_tsv_row *row) {
     char *const *fields = vw_tsv_fields(tsv, tsv->row_count);
     const char *filename = fields[tsv->columns.filename], *split = fields[tsv->columns.split];
@@ -83,7 +83,7 @@ static enum vw_status check_unique(const char *path, const struct vw_tsv *tsv) {
     return status;
 }
 
-// Cuts a line into the next fields; it has as many as the header.
+// Splits a line into fields, as many as the header has.
 static enum vw_status take_fields(char *line, struct vw_tsv *tsv, size_t *capacity) {
     size_t count = (size_t)tsv->columns.count, used = count * (tsv->row_count + (tsv->fields != NULL));
     enum vw_status status = vw_grow((void **)&tsv->fields, capacity, used + count, sizeof *tsv->fields);
@@ -95,7 +95,7 @@ static enum vw_status take_fields(char *line, struct vw_tsv *tsv, size_t *capaci
 static enum vw_status read_row(const char *path, int line, char *text, struct vw_tsv *tsv, size_t *row_capacity,
                                size_t *field_capacity) {
     if (count_fields(text) != tsv->columns.count)
-        return vw_fail(VW_ERROR_INPUT, "%s:%d: %d fields under a header of %d columns; separate them by tabs", path,
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %d fields, but the header has %d columns; separate fields by tabs", path,
                        line, count_fields(text), tsv->columns.count);
     enum vw_status status = take_fields(text, tsv, field_capacity);
     if (!status) status = vw_grow((void **)&tsv->rows, row_capacity, tsv->row_count + 1, sizeof *tsv->rows);
@@ -117,7 +117,7 @@ static enum vw_status read_rows(const char *path, struct vw_tsv *tsv) {
         if (*text) status = read_row(path, line, text, tsv, &row_capacity, &field_capacity);
     }
     if (status) return status;
-    if (!tsv->row_count) return vw_fail(VW_ERROR_INPUT, "%s: lists no photo below its header; add rows", path);
+    if (!tsv->row_count) return vw_fail(VW_ERROR_INPUT, "%s: has no rows after the header; add rows", path);
     return check_unique(path, tsv);
 }
 
@@ -128,7 +128,7 @@ enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv) {
     enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     read.text = text;
-    if (memchr(text, 0, size_bytes)) status = vw_fail(VW_ERROR_INPUT, "%s: holds a zero byte; give a text file", path);
+    if (memchr(text, 0, size_bytes)) status = vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
     if (!status) status = read_rows(path, &read);
     if (status) vw_tsv_clear(&read);
     else *tsv = read;

@@ -1,6 +1,6 @@
 // The split files of NeRF-W: tab-separated, with a header that has at least the columns filename and split, in any
-// order. The column id tells nothing: ids are written as whole numbers or as "1091.0", are empty for some rows, and do
-// not match the COLMAP models; photos are known by their file names.
+// order. Photos are identified by their file names. The column id is not used for that: it may be a whole number,
+// "1091.0" or empty, and does not match the COLMAP models.
 #ifndef VIEWWORTH_NERFW_TSV_H
 #define VIEWWORTH_NERFW_TSV_H
 
@@ -12,11 +12,11 @@
 struct vw_tsv_row {
     const char *name; // of the photo; relative and safe (see vw_path_leaves_folder), unique in the file
     bool test;        // split is test; else train
-    bool has_id;      // programs that look photos up by id drop the rows without
+    bool has_id;      // programs that look photos up by id ignore rows without one
     int line;
 };
 
-// Which column holds what; -1: none.
+// Column indices; -1: none.
 struct vw_tsv_columns {
     int filename, split, id, count;
 };
@@ -29,7 +29,7 @@ struct vw_tsv {
     char **fields; // owned: the header's, then those of each row, by column
 };
 
-// Fails with VW_ERROR_INPUT and one line that names the file and the line. The caller ends it with vw_tsv_clear().
+// VW_ERROR_INPUT with one line that names the file and the line. The caller frees it with vw_tsv_clear().
 enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv);
 void vw_tsv_clear(struct vw_tsv *tsv); // accepts an empty one
 // All fields of a row.

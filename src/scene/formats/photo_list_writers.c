@@ -31,8 +31,8 @@ enum vw_status vw_photo_list_refuse_missing(const struct vw_photo_list *list, co
 
 enum vw_status vw_photo_list_check_new(const char *path) {
     struct stat info;
-    if (lstat(path, &info) != 0) return VW_OK; // what else is wrong with the path, writing finds out
-    return vw_fail(VW_ERROR_USAGE, "--to %s: is there already; name a new file, or remove that one", path);
+    if (lstat(path, &info) != 0) return VW_OK; // writing reports any other problem with the path
+    return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", path);
 }
 
 // ---- Folders ----
@@ -41,7 +41,7 @@ char *vw_photo_list_scene_folder(const struct vw_photo_list *list) {
     return vw_folder_exists(list->scene_path) ? vw_copy_text(list->scene_path) : vw_path_folder(list->scene_path);
 }
 
-// The way from one folder to another, both without links; "/" counts as "".
+// The relative path between two folders, both without links; "/" counts as "".
 static char *way_between(const char *from, const char *to) {
     size_t common = 0;
     for (size_t i = 0; from[i] == to[i] || ((!from[i] || from[i] == '/') && (!to[i] || to[i] == '/')); i++) {
@@ -70,7 +70,7 @@ enum vw_status vw_photo_list_way(const struct vw_photo_list *list, const char *f
         if (!made) status = VW_ERROR_MEMORY;
     }
     if (!status && !vw_name_is_clean(made))
-        status = vw_fail(VW_ERROR_USAGE, "--to: the way from there to %s (%s) is no UTF-8; write the list elsewhere",
+        status = vw_fail(VW_ERROR_USAGE, "--to: the path from there to %s (%s) is not UTF-8; write the list elsewhere",
                          folder, made);
     if (status) free(made);
     else *way = made;
@@ -80,7 +80,7 @@ enum vw_status vw_photo_list_way(const struct vw_photo_list *list, const char *f
     return status;
 }
 
-// Of any format: where such a file is, a folder is read as transforms.json before all else.
+// For any format: a folder with such a file would be read as a transforms scene.
 enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
     const char *to = list->to, *slash = strrchr(to, '/');
     bool is_folder = vw_folder_exists(to);
@@ -89,9 +89,9 @@ enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
     char *folder = is_folder ? vw_copy_text(to) : vw_path_folder(to);
     enum vw_status status = folder ? vw_photo_list_way(list, folder, &way) : VW_ERROR_MEMORY;
     if (!status && !*way)
-        status =
-            vw_fail(VW_ERROR_USAGE,
-                    "--to %s: by that name the scene's own folder would be read as another scene; choose another", to);
+        status = vw_fail(
+            VW_ERROR_USAGE,
+            "--to %s: with this file, the scene's folder would be read as another scene; choose another name", to);
     free(way);
     free(folder);
     return status;
@@ -99,7 +99,7 @@ enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
 
 // ---- A name a line ----
 
-// Whether a reader of lines, which trims them, gets the name back.
+// Whether a reader that trims lines reads the name back.
 static bool fits_a_line(const char *name) {
     size_t length = strlen(name);
     return length > 0 && vw_name_is_clean(name) && !isspace((unsigned char)name[0]) &&
@@ -108,7 +108,7 @@ static bool fits_a_line(const char *name) {
 
 struct lines {
     const struct vw_photo_list *list;
-    size_t prefix_bytes; // of the names, which is left out
+    size_t prefix_bytes; // length of the names' prefix, which is left out
 };
 
 static void print_lines(FILE *stream, const void *context) {
@@ -122,8 +122,8 @@ static enum vw_status write_lines(const struct vw_photo_list *list, size_t prefi
         if (list->photos[i].chosen && !fits_a_line(list->photos[i].name + prefix_bytes))
             return vw_fail(
                 VW_ERROR_INPUT,
-                "photo %u (%s) has a name that is no line of a list: line ends or spaces around it; rename it", i,
-                list->photos[i].name);
+                "photo %u (%s): the name has a line end, or a space at its start or end, and cannot be in a list; rename it",
+                i, list->photos[i].name);
     enum vw_status status = vw_photo_list_check_new(list->to);
     return status ? status : vw_csv_write_file(list->to, print_lines, &(struct lines){list, prefix_bytes});
 }
@@ -133,7 +133,7 @@ enum vw_status vw_names_write_list(const struct vw_photo_list *list, bool *opens
     return write_lines(list, 0);
 }
 
-// The model has the name of every photo that was valued, behind that of their folder.
+// Checks that the model has every valued photo; its names omit the folder of the photos.
 static enum vw_status check_names(const struct vw_photo_list *list, const struct vw_colmap_model *model,
                                   const char *photo_folder) {
     size_t length = strlen(photo_folder);

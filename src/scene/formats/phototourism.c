@@ -1,5 +1,5 @@
-// PhotoTourism scenes as NeRF-W uses them: dense/images, a COLMAP model in dense/sparse, and a TSV that says which
-// photos test.
+// PhotoTourism scenes as NeRF-W uses them: dense/images, a COLMAP model in dense/sparse, and a TSV that names the test
+// photos.
 #include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,8 +14,8 @@
 
 // ---- Finding the TSV ----
 
-// Looks for *.tsv with the header of a NeRF-W TSV; `*path` (owned by the caller) is the first by name, `*count` how
-// many there are.
+// Finds *.tsv files with the header of a NeRF-W TSV; `*path` (owned by the caller) is the first by name, `*count` their
+// number.
 static enum vw_status find_tsv(const char *folder, char **path, int *count) {
     struct dirent **entries = NULL;
     int entry_count = scandir(folder, &entries, NULL, alphasort);
@@ -51,10 +51,9 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
     if (!status && !count)
         status = vw_fail(
             VW_ERROR_INPUT,
-            "%s: holds no TSV with the columns filename and split; add the one of NeRF-W, or use --format colmap",
-            folder);
+            "%s: has no TSV with the columns filename and split; add the NeRF-W TSV, or use --format colmap", folder);
     if (!status && count > 1)
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds %d TSV files with the columns filename and split; keep one of them",
+        status = vw_fail(VW_ERROR_INPUT, "%s: has %d TSV files with the columns filename and split; keep one of them",
                          folder, count);
     if (!status) status = vw_tsv_read(path, tsv);
     free(path);
@@ -63,7 +62,7 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
 
 // ---- Rows to splits ----
 
-// A registered photo, to be looked up by name.
+// A registered photo, for lookup by name.
 struct registered {
     const char *name;
     uint32_t view;
@@ -112,7 +111,7 @@ static void assign_row(const struct vw_tsv_row *row, struct assignment *assignme
     if (row->test) assignment->test_views[assignment->test_count++] = photo->view;
 }
 
-// The first half of the test rows validates, the second tests.
+// The first half of the test rows is for validation, the second for tests.
 static void apply(struct assignment *assignment, bool list_only) {
     struct vw_view *views = assignment->scene->views;
     for (uint32_t v = 0; v < assignment->scene->view_count; v++)
@@ -128,7 +127,7 @@ static enum vw_status note_rows(const struct vw_tsv *tsv, const struct assignmen
     if (assignment->skipped_count)
         status = vw_scene_note(
             scene,
-            "%zu of %zu TSV rows skipped (%zu of them test): their photo is not registered or not there (first: %s)",
+            "%zu of %zu TSV rows skipped (%zu of them test): their photo is not registered or does not exist (first: %s)",
             assignment->skipped_count, tsv->row_count, assignment->skipped_test_count, assignment->first_skipped);
     if (!status && assignment->no_id_count)
         status = vw_scene_note(scene, "%zu TSV rows have no id and are used: photos are known by file name",
@@ -160,7 +159,7 @@ static enum vw_status assign_splits(const struct vw_scene_builder *builder, cons
 
 // ---- Loading ----
 
-// The scene from its TSV and its model, which lies in `model_folder`.
+// Makes the scene from its TSV and the model in `model_folder`.
 static enum vw_status load_model(struct vw_scene_builder *builder, const struct vw_tsv *tsv, const char *model_folder,
                                  struct vw_colmap_model *model) {
     enum vw_status status = vw_colmap_read(model_folder, builder->folder, model);

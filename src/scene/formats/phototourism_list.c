@@ -10,19 +10,19 @@
 #include "base/file.h"
 #include "base/memory.h"
 
-static const char photo_folder[] = "dense/images/"; // what the names of views begin with and those in the TSV do not
+static const char photo_folder[] = "dense/images/"; // names of views begin with it, names in the TSV do not
 
 struct tsv_list {
     const struct vw_photo_list *list;
     struct vw_tsv tsv;
     struct vw_colmap_model model;
-    const struct vw_listed_photo **photos; // owned: of each row; NULL where it was not valued
+    const struct vw_listed_photo **photos; // owned; per row; NULL: the photo was not valued
     bool *has_row;                         // owned: of each photo
 };
 
 // ---- Reading ----
 
-// The photo's name as the TSV and the model have it; NULL when it is none of theirs.
+// The photo's name in the TSV and in the model; NULL if it is not in this folder.
 static const char *name_of(const struct vw_listed_photo *photo) {
     size_t length = strlen(photo_folder);
     return strncmp(photo->name, photo_folder, length) == 0 ? vw_view_name_of(photo->name + length) : NULL;
@@ -56,14 +56,15 @@ static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
     return status;
 }
 
-// A second TSV in the scene's folder would make it ambiguous.
+// A second TSV in the scene's folder would make the scene ambiguous.
 static enum vw_status check_target(const struct vw_photo_list *list, const char *folder) {
     const char *dot = strrchr(list->to, '.');
     char *way = NULL, *parent = vw_path_folder(list->to);
     enum vw_status status = parent ? vw_photo_list_check_new(list->to) : VW_ERROR_MEMORY;
     if (!status) status = vw_photo_list_way(list, parent, &way);
     if (!status && !*way && dot && strcmp(dot, ".tsv") == 0)
-        status = vw_fail(VW_ERROR_USAGE, "--to %s: a scene folder may hold one TSV, and %s does; write it elsewhere",
+        status = vw_fail(VW_ERROR_USAGE,
+                         "--to %s: a scene folder may have only one TSV, and it has %s; write the list elsewhere",
                          list->to, folder);
     free(way);
     free(parent);
@@ -72,7 +73,7 @@ static enum vw_status check_target(const struct vw_photo_list *list, const char 
 
 // ---- Writing ----
 
-// What becomes of a row: NULL when it is left out. Rows of photos that were not valued stay when they test.
+// The row to write; NULL: it is left out. Rows of photos that were not valued stay if they are test rows.
 static const char *split_of(const struct vw_tsv_row *row, const struct vw_listed_photo *photo) {
     if (photo && photo->chosen) return "train";
     if (photo && photo->split == VW_SPLIT_TRAIN) return NULL;
@@ -97,7 +98,7 @@ static void print_row(FILE *stream, const struct tsv_list *made, size_t row, con
     fputc('\n', stream);
 }
 
-// A row of a photo that the TSV lacks; its dataset is that of the others.
+// Makes a row for a photo that is not in the TSV; its dataset is that of the other rows.
 static void print_added(FILE *stream, const struct tsv_list *made, const char *name) {
     const struct vw_tsv_columns *columns = &made->tsv.columns;
     char *const *header = made->tsv.fields, *const *first = vw_tsv_fields(&made->tsv, 0);

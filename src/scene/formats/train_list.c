@@ -18,8 +18,8 @@ static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
 struct reading {
     const struct vw_scene *scene;
     const char *path;
-    bool *chosen;          // by view
-    uint32_t *passed_over; // photos that do not train
+    bool *chosen;          // per view
+    uint32_t *passed_over; // photos that are not train photos
 };
 
 static enum vw_status refuse_unknown(const struct reading *reading, uint32_t line, const char *name) {
@@ -27,7 +27,7 @@ static enum vw_status refuse_unknown(const struct reading *reading, uint32_t lin
                    reading->path, line, name);
 }
 
-// Takes a photo that is known, if it trains.
+// Chooses a photo if it is a train photo.
 static void take(const struct reading *reading, const struct vw_view *view) {
     if (view->split == VW_SPLIT_TRAIN) reading->chosen[view - reading->scene->views] = true;
     else ++*reading->passed_over;
@@ -40,7 +40,7 @@ static enum vw_status take_name(void *context, int line, const char *name) {
     const struct vw_view *view = vw_scene_find_named(reading->scene, name);
     if (!view) return refuse_unknown(reading, (uint32_t)line, name);
     if (view->split != VW_SPLIT_TRAIN)
-        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is no photo to train on: its split is %s; remove the line",
+        return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not a train photo, its split is %s; remove the line",
                        reading->path, line, name, vw_split_name(view->split));
     take(reading, view);
     return VW_OK;
@@ -104,14 +104,14 @@ static enum vw_status read_transforms(const struct reading *reading) {
 
 static enum vw_status take_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
     if (csv->field_count != 2)
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: not two fields; write name,score", csv->path, csv->line);
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,score", csv->path, csv->line);
     const char *name = csv->fields[0];
     const struct vw_view *view = vw_scene_find_named(reading->scene, name);
     char *end = NULL;
     double score = strtod(csv->fields[1], &end);
     if (!view) return refuse_unknown(reading, csv->line, name);
     if (end == csv->fields[1] || *end || !isfinite(score))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: field score: \"%s\" is no number; correct it", csv->path, csv->line,
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: field score: \"%s\" is not a number; correct it", csv->path, csv->line,
                        csv->fields[1]);
     if (scored[view - reading->scene->views])
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a score already; keep one row of it", csv->path, csv->line, name);
@@ -129,7 +129,7 @@ static enum vw_status read_scores(const struct reading *reading, double least) {
     if (!status) status = vw_csv_next(&csv, &found);
     if (!status &&
         (!found || csv.field_count != 2 || strcmp(csv.fields[0], "name") != 0 || strcmp(csv.fields[1], "score") != 0))
-        status = vw_fail(VW_ERROR_INPUT, "%s:1: the header is not name,score; add it", reading->path);
+        status = vw_fail(VW_ERROR_INPUT, "%s:1: the header must be name,score; add it", reading->path);
     while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = take_score(reading, &csv, least, scored);
     vw_csv_close(&csv);
     free(scored);
@@ -150,7 +150,7 @@ enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path
     for (uint32_t v = 0; v < scene->view_count; v++) any |= chosen[v];
     if (status || any) return status;
     if (least)
-        return vw_fail(VW_ERROR_INPUT, "%s: no photo to train on is scored %g or more; take a lower threshold", path,
+        return vw_fail(VW_ERROR_INPUT, "%s: no train photo has a score of %g or more; use a lower threshold", path,
                        *least);
-    return vw_fail(VW_ERROR_INPUT, "%s: names no photo to train on; give another list", path);
+    return vw_fail(VW_ERROR_INPUT, "%s: names no train photo; give another list", path);
 }

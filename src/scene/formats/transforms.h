@@ -1,5 +1,5 @@
-// The parts of reading transforms.json: its files, which photo is in which split, the intrinsics and the pose of one
-// frame. `where` names file and frame in messages.
+// Reading transforms.json, in parts: its files, the splits of its photos, and the intrinsics and pose of a frame. In
+// messages, `where` names file and frame.
 #ifndef VIEWWORTH_TRANSFORMS_H
 #define VIEWWORTH_TRANSFORMS_H
 
@@ -10,15 +10,16 @@
 enum { VW_TRANSFORMS_FILES_MOST = 3 };
 struct vw_transforms_file {
     char *path;          // owned
-    enum vw_split split; // that of its name; of a single file train
+    enum vw_split split; // by the file's name; train for a single file
 };
-// The files that make up the scene at `path`: itself, unless it is a folder, or transforms_{train,val,test}.json as far
-// as they are there, or transforms.json, which need not be. Free the paths also after a failure.
+// The files of the scene at `path`: the path itself if it is not a folder, otherwise the existing files of
+// transforms_{train,val,test}.json, otherwise transforms.json, which may be missing. Free the paths also after a
+// failure.
 enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
                                   size_t *count);
-// Whether a folder that holds a file of that name is a scene of that format.
+// Whether a folder with a file of that name is a transforms scene.
 bool vw_transforms_is_scene_file(const char *name);
-// Parses one of them, which may not leave `folder` through a link (NULL: the user named the very file); `*file` is
+// Parses one of them; it must not leave `folder` through a link (NULL: the user named the file itself). `*file` is
 // owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);
 
@@ -29,11 +30,11 @@ enum vw_status vw_transforms_read_splits(const char *path, const json_t *file, j
 // "train_filenames" and so on.
 const char *vw_transforms_split_key(enum vw_split split);
 
-// Refuses what would change the meaning of poses or rays and is not modelled: panoramic lenses, rolling shutters.
+// Refuses features that change the meaning of poses or rays and are not supported: panoramic lenses, rolling shutters.
 enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *object);
-// The camera of a frame for an image of the given size. Keys of the frame win over those of the file. A camera model
-// that is not known, or distortion that the model does not have, is refused. `*rescaled` tells that the intrinsics were
-// given for another size of the same shape.
+// The camera of a frame for an image of the given size. Keys of the frame override those of the file. An unknown camera
+// model, or distortion that the model does not have, is refused. Sets `*rescaled` if the intrinsics are for another
+// size of the same shape.
 enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px,
                                     uint32_t height_px, struct vw_camera *camera, bool *rescaled);
 // The frame's transform_matrix: camera to world, OpenGL axes, a rotation up to one scale (which is divided out)

@@ -33,8 +33,8 @@ static const char *const refused_keys[] = {"latlong",   "orthographic", "equirec
                                            "ftheta_p0", "ftheta_p1",    "ftheta_p2",       "ftheta_p3",
                                            "ftheta_p4", "from_mitsuba"};
 
-// What distorts in each camera model. Without a model, and as OPENCV is used with these files, k1 to k3 are those of a
-// polynomial; a k4 could be the fourth of that polynomial or the first of FULL_OPENCV's denominator, and is refused.
+// The distortion params of each camera model. OPENCV, as these files use it, and files without a model have the k1 to
+// k3 of a polynomial. A k4 is refused there: it could belong to that polynomial or to FULL_OPENCV's denominator.
 static const struct model {
     const char *name;
     enum vw_lens lens;
@@ -42,7 +42,7 @@ static const struct model {
 } models[] = {
     {"OPENCV",
      VW_LENS_POLYNOMIAL,
-     {[K1] = true, [K2] = true, [K3] = true, [P1] = true, [P2] = true}}, // also stands for no model
+     {[K1] = true, [K2] = true, [K3] = true, [P1] = true, [P2] = true}}, // also for files without a model
     {"OPENCV_FISHEYE", VW_LENS_FISHEYE, {[K1] = true, [K2] = true, [K3] = true, [K4] = true}},
     {"FULL_OPENCV",
      VW_LENS_POLYNOMIAL,
@@ -54,7 +54,8 @@ static const struct model {
 };
 enum { MODEL_OPENCV, MODEL_OPENCV_FISHEYE };
 
-static const double NUMBER_LIMIT = 1e9; // of every field; beyond it products lose their meaning in 32-bit floats
+static const double NUMBER_LIMIT =
+    1e9; // largest value of a field: with larger ones, products lose precision in 32-bit floats
 
 static bool is_set(const json_t *value) {
     if (json_is_number(value)) return json_number_value(value) != 0;
@@ -74,7 +75,7 @@ enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *obj
     return VW_OK;
 }
 
-// The model that one object names; `*model` is left alone when it names none.
+// The model that an object names; leaves `*model` unchanged if it names none.
 static enum vw_status read_model(const char *where, const json_t *object, const struct model **model) {
     const json_t *given = json_object_get(object, "camera_model");
     const char *name = json_string_value(given);
@@ -97,7 +98,7 @@ static enum vw_status read_model(const char *where, const json_t *object, const 
     return VW_OK;
 }
 
-// The intrinsics that an object holds; NaN where it does not.
+// The intrinsics in an object; NaN: missing.
 static enum vw_status read_keys(const char *where, const json_t *object, double values[KEY_COUNT]) {
     for (int key = 0; key < KEY_COUNT; key++) {
         const json_t *value = json_object_get(object, key_names[key]);
@@ -130,8 +131,8 @@ static enum vw_status check_keys(const char *where, const double values[KEY_COUN
 
 static double first_known(double first, double second) { return isnan(first) ? second : first; }
 
-// In pixels of an image `scale` times as large as the fields w and h say; NaN when the object tells nothing of this
-// axis. A focal length wins over an angle.
+// The focal length in pixels of an image that is `scale` times as large as fields w and h; NaN if the object has none
+// for this axis. A focal length overrides an angle.
 static double focal_px(const double values[KEY_COUNT], enum key axis, double side_px, double scale) {
     double from_fov = 0.5 * side_px / tan(0.5 * values[FOV_X + axis] * M_PI / 180);
     double from_angle = 0.5 * side_px / tan(0.5 * values[ANGLE_X + axis]);
@@ -172,7 +173,7 @@ static enum vw_status check_distortion(const char *where, const double given[KEY
     return VW_OK;
 }
 
-// How many times as large as the fields w and h say the image is; they must have its shape.
+// The size of the image relative to fields w and h, which must have its shape.
 static enum vw_status find_scale(const char *where, double given_width_px, double given_height_px, uint32_t width_px,
                                  uint32_t height_px, double *scale) {
     *scale = first_known(width_px / given_width_px, first_known(height_px / given_height_px, 1));
@@ -188,7 +189,7 @@ enum vw_status vw_transforms_camera(const char *where, const json_t *file, const
     double of_file[KEY_COUNT], of_frame[KEY_COUNT], given[KEY_COUNT], scale = 1;
     const struct model *model = &models[MODEL_OPENCV];
     enum vw_status status = read_model(where, file, &model);
-    if (!status) status = read_model(where, frame, &model); // the frame's wins
+    if (!status) status = read_model(where, frame, &model); // the frame overrides the file
     if (!status) status = read_keys(where, file, of_file);
     if (!status) status = read_keys(where, frame, of_frame);
     if (!status) status = check_keys(where, of_file);

@@ -21,8 +21,8 @@ static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_tr
 
 struct reader {
     struct vw_scene_builder *builder;
-    struct vw_ngp_box box;   // of the first file that has one
-    json_t *splits;          // of the file being read, by its own keys; NULL without
+    struct vw_ngp_box box;   // of the first file with one
+    json_t *splits;          // of the current file, from its own keys; NULL: none
     uint32_t missing_count;  // frames without an image
     char *missing_name;      // owned; of the first of them
     uint32_t rescaled_count; // frames whose intrinsics are for another image size
@@ -64,8 +64,8 @@ enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file fi
     return whole ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// Refuses what is there but may not be read: `field` names the path, which is relative to the scene folder, and `file`
-// is where it leads.
+// Refuses an existing file that must not be read. `field` names the field with the path, which is relative to the scene
+// folder; `file` is the file itself.
 static enum vw_status check_file(const struct vw_scene_builder *builder, const char *where, const char *field,
                                  const char *file) {
     if (!vw_path_lies_inside(builder->folder, file))
@@ -79,17 +79,17 @@ static enum vw_status check_file(const struct vw_scene_builder *builder, const c
 
 static enum vw_status check_name(const char *where, const char *field, const char *name) {
     if (!vw_name_is_clean(name))
-        return vw_fail(VW_ERROR_INPUT, "%s: field %s holds control characters; rename the file", where, field);
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s has control characters; rename the file", where, field);
     if (!vw_path_leaves_folder(name)) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder; use a path relative to it without ..", where,
                    field);
 }
 
-// The photo that a frame names, its extension perhaps left out; `*path` (owned by the caller) stays NULL when there is
-// none.
+// Finds the photo that a frame names, possibly without its extension; `*path` (owned by the caller) stays NULL if there
+// is none.
 static enum vw_status find_image(const struct reader *reader, const char *where, const char *name, char **path) {
     enum vw_status status = check_name(where, "file_path", name);
-    bool other_kind = false; // a folder, pipe or device has the very name
+    bool other_kind = false; // a folder, pipe or device has this name
     for (size_t i = 0; !status && !*path && i < VW_ARRAY_COUNT(extensions); i++) {
         char *file = vw_format_text("%s/%s%s", reader->builder->folder, name, extensions[i]);
         if (!file) return VW_ERROR_MEMORY;
@@ -103,7 +103,7 @@ static enum vw_status find_image(const struct reader *reader, const char *where,
     return status;
 }
 
-// Gives the view added last the mask that its frame names, if it does.
+// Sets the mask of the view added last, if its frame names one.
 static enum vw_status take_mask(const struct reader *reader, const char *where, const json_t *frame) {
     const json_t *given = json_object_get(frame, "mask_path");
     if (!given || json_is_null(given)) return VW_OK;
@@ -265,14 +265,14 @@ static enum vw_status load_file(struct reader *reader, const char *path, enum vw
     return status;
 }
 
-// Test rows stand in for missing validation rows: the first half, in file order.
+// Without validation rows, the first half of the test rows (in file order) is used for validation.
 static void halve_test(struct vw_scene *scene) {
     uint32_t count = 0, test_count = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         if (scene->views[v].split == VW_SPLIT_VAL) return;
         test_count += scene->views[v].split == VW_SPLIT_TEST;
     }
-    if (test_count == scene->view_count) return; // none trains
+    if (test_count == scene->view_count) return; // there is no train view
     for (uint32_t v = 0; v < scene->view_count; v++)
         if (scene->views[v].split == VW_SPLIT_TEST && count++ < (test_count + 1) / 2)
             scene->views[v].split = VW_SPLIT_VAL;

@@ -1,4 +1,4 @@
-// transforms.json of chosen photos: one file, or transforms_{train,val,test}.json.
+// Writes transforms.json with the chosen photos: one file, or transforms_{train,val,test}.json.
 #include <errno.h>
 #include <jansson.h>
 #include <stdio.h>
@@ -14,18 +14,18 @@
 #include "viewworth/log.h"
 #include "base/memory.h"
 
-// A file being made.
+// A file while it is written.
 struct target {
     char *path;         // owned
-    json_t *keys;       // owned: all of the scene's file but its frames and splits; NULL until a frame comes
+    json_t *keys;       // owned: all keys of the scene's file except frames and splits; NULL until the first frame
     json_t *frames;     // owned
-    const char *source; // the file that the keys are from, while the scene's files are taken
+    const char *source; // the file that the keys are from, while the scene's files are read
 };
 
 struct writer {
     const struct vw_photo_list *list;
     bool single;
-    char *way; // owned; from where the files go to the scene's folder
+    char *way; // owned; relative path from the new files to the scene's folder
     struct target targets[VW_TRANSFORMS_FILES_MOST];
     json_t *splits[VW_TRANSFORMS_FILES_MOST]; // owned: the names of a single file's frames, by split
     bool *seen;                               // owned: of each photo
@@ -45,7 +45,7 @@ static bool is_path_key(const char *key) {
     return length > suffix_length && strcmp(key + length - suffix_length, suffix) == 0;
 }
 
-// Makes the relative paths of an object lead from where the list goes.
+// Makes the relative paths of an object relative to the place of the list.
 static enum vw_status lead_paths(const struct writer *writer, json_t *object) {
     const char *key;
     json_t *value;
@@ -60,9 +60,9 @@ static enum vw_status lead_paths(const struct writer *writer, json_t *object) {
     return VW_OK;
 }
 
-// All of a file that is not by frame.
+// All keys of a file that do not belong to frames or splits.
 static enum vw_status copy_keys(const struct writer *writer, const json_t *file, json_t **keys) {
-    json_t *copy = json_copy((json_t *)file); // the values are shared, but only replaced, never changed
+    json_t *copy = json_copy((json_t *)file); // the copy shares the values, which are replaced but never changed
     if (!copy) return out_of_memory(writer);
     json_object_del(copy, "frames");
     for (enum vw_split split = 0; split < VW_SPLIT_EXCLUDED; split++)
@@ -75,7 +75,7 @@ static enum vw_status copy_keys(const struct writer *writer, const json_t *file,
 
 // ---- Frames ----
 
-// Where a frame belongs; frames of several files may come together only if all else in these is the same.
+// The file for a frame. Frames of several files may go to one file only if their other keys are equal.
 static enum vw_status open_target(struct writer *writer, enum vw_split split, const char *path, json_t *keys,
                                   struct target **target) {
     *target = &writer->targets[writer->single ? 0 : split];
@@ -86,11 +86,12 @@ static enum vw_status open_target(struct writer *writer, enum vw_split split, co
         return (*target)->frames ? VW_OK : out_of_memory(writer);
     }
     if (json_equal((*target)->keys, keys)) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT,
-                   "%s: has other keys than %s beside its frames, so that one file cannot hold frames of both; %s",
-                   path, (*target)->source,
-                   writer->single ? "name a folder in place of a .json file"
-                                  : "give all files the same, or value without lists of splits");
+    return vw_fail(
+        VW_ERROR_INPUT,
+        "%s: its keys other than frames differ from those of %s, so that one file cannot have the frames of both; %s",
+        path, (*target)->source,
+        writer->single ? "name a folder in place of a .json file"
+                       : "give all files the same, or value without lists of splits");
 }
 
 static enum vw_status add_frame(struct writer *writer, const json_t *frame, enum vw_split split,
@@ -108,13 +109,13 @@ static enum vw_status count_unknown(struct writer *writer, const char *name) {
     if (writer->unknown_count++) return VW_OK;
     writer->first_unknown = vw_copy_text(name);
     if (!writer->first_unknown) return VW_ERROR_MEMORY;
-    vw_text_make_line(writer->first_unknown); // for the warning; nothing has checked the name
+    vw_text_make_line(writer->first_unknown); // for the warning: the name is not checked
     return VW_OK;
 }
 
 static enum vw_status take_frame(struct writer *writer, const char *path, json_t *keys, const json_t *frame) {
     const char *name = json_string_value(json_object_get(frame, "file_path"));
-    if (!name) return vw_fail(VW_ERROR_INPUT, "%s: a frame lacks file_path; restore the scene that was valued", path);
+    if (!name) return vw_fail(VW_ERROR_INPUT, "%s: a frame has no file_path; restore the scene that was valued", path);
     const struct vw_listed_photo *photo = vw_photo_list_find(writer->list, name);
     if (!photo) return count_unknown(writer, name);
     writer->seen[photo - writer->list->photos] = true;
@@ -164,21 +165,20 @@ static bool ends_with(const char *text, const char *suffix) {
 
 static const char *last_part(const char *path) { return strrchr(path, '/') ? strrchr(path, '/') + 1 : path; }
 
-// Whoever names a file of another kind thinks of another scene. Makes no more than one folder, which is removed again
+// Refuses a file of another kind: the user may have another scene in mind. Creates at most one folder, which is removed
 // after a failure.
 static enum vw_status make_folder(const char *to) {
     if (vw_folder_exists(to)) return VW_OK;
     if (strchr(last_part(to), '.'))
         return vw_fail(
             VW_ERROR_USAGE,
-            "--to %s: the scene is read from transforms.json; name a .json file, or a folder for one file per split",
-            to);
+            "--to %s: the scene has the format transforms; name a .json file, or a folder for one file per split", to);
     if (!mkdir(to, 0777)) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--to %s: cannot create the folder: %s; name one in a folder that exists", to,
                    strerror(errno));
 }
 
-// Names the files that may be made: none may be there.
+// Names the files to write; none may exist.
 static enum vw_status name_targets(struct writer *writer) {
     const char *to = writer->list->to;
     char *folder = writer->single ? vw_path_folder(to) : vw_copy_text(to);
@@ -201,7 +201,7 @@ static enum vw_status write_target(const struct writer *writer, const struct tar
     failed |= json_object_set(target->keys, "frames", target->frames) != 0;
     char *bare =
         failed ? NULL
-               : json_dumps(target->keys, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // reads back to the same numbers
+               : json_dumps(target->keys, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // numbers read back unchanged
     char *text = bare ? vw_format_text("%s\n", bare) : NULL;
     enum vw_status status = text ? vw_file_write(target->path, text, strlen(text)) : out_of_memory(writer);
     free(bare);
@@ -209,7 +209,7 @@ static enum vw_status write_target(const struct writer *writer, const struct tar
     return status;
 }
 
-// All files, or none.
+// Writes all files or none.
 static enum vw_status write_targets(const struct writer *writer) {
     enum vw_status status = VW_OK;
     size_t written = 0;
@@ -245,7 +245,7 @@ enum vw_status vw_transforms_write_list(const struct vw_photo_list *list, bool *
     if (!status) status = name_targets(&writer);
     if (!status) status = take_scene(&writer);
     if (!status) status = write_targets(&writer);
-    if (status && !writer.single && !existed) rmdir(list->to); // leaves it when something else came to be in it
+    if (status && !writer.single && !existed) rmdir(list->to); // fails if the folder has other files, which is fine
     if (!status) *opens = strncmp(writer.way, "../", 3) != 0;
     close_writer(&writer);
     return status;

@@ -4,7 +4,7 @@
 #include "scene/formats/transforms.h"
 
 static const double TOLERANCE = 1e-3; // poses are often written with few digits
-enum { POLAR_STEPS = 3 };             // from 1e-3 away: 1e-6, 1e-12, exact
+enum { POLAR_STEPS = 3 };             // errors from 1e-3: 1e-6, 1e-12, exact
 static const double POSITION_LIMIT_WORLD = 1e12;
 
 static enum vw_status read_matrix(const char *where, const json_t *value, double matrix[4][4]) {
@@ -28,7 +28,7 @@ static double determinant(double m[4][4]) {
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// How far the columns, divided by `scale`, are from orthonormal.
+// The largest deviation of the columns, divided by `scale`, from orthonormality.
 static double distance_from_rotation(double m[4][4], double scale) {
     double worst = 0;
     for (int i = 0; i < 3; i++) {
@@ -41,9 +41,9 @@ static double distance_from_rotation(double m[4][4], double scale) {
     return worst;
 }
 
-// Makes the nearest rotation of a matrix that almost is one, by Newton's iteration for the polar decomposition: R = (R
-// + inverse transpose of R) / 2. Written with few digits, a matrix bends rays by its own rounding; other exports of the
-// same pose are rounded differently.
+// Replaces a matrix that is almost a rotation by the nearest rotation, by Newton's iteration for the polar
+// decomposition: R = (R + inverse transpose of R) / 2. Otherwise, the rounding of a matrix with few digits would
+// distort rays, and other exports of the same pose would give other rays.
 static void make_rotation(double m[4][4], double scale) {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) m[i][j] /= scale;
@@ -67,7 +67,7 @@ static enum vw_status check_matrix(const char *where, double m[4][4], double *sc
                            where);
     for (int i = 0; i < 3; i++)
         if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
-            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g lies beyond %g; correct the pose",
+            return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g is beyond %g; correct the pose",
                            where, m[i][3], POSITION_LIMIT_WORLD);
     *scale = cbrt(determinant(m));
     if (*scale < 0)

@@ -10,7 +10,7 @@ const char *vw_transforms_split_key(enum vw_split split) { return keys[split]; }
 
 static enum vw_status read_names(const char *path, const json_t *names, enum vw_split split, json_t *splits) {
     if (!json_is_array(names))
-        return vw_fail(VW_ERROR_INPUT, "%s: field %s is no list of file paths; correct it or leave it out", path,
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a list of file paths; correct it or leave it out", path,
                        keys[split]);
     for (size_t i = 0; i < json_array_size(names); i++) {
         const char *name = json_string_value(json_array_get(names, i));
