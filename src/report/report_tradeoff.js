@@ -30,7 +30,8 @@ function timeOf(seconds) {
 // file.
 function tradeoffOf(table) {
   const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_pareto_front: row.psnr_pareto_front === '1',
-    score_pareto_front: row.score_pareto_front === '1', ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
+    score_pareto_front: row.score_pareto_front === '1',
+    ...Object.fromEntries(TRADEOFF_NUMBERS.map(name => [name, bounded(number(row[name]))]))}));
   const configurations = new Map();
   for (const row of rows) if (!configurations.has(row.configuration)) configurations.set(row.configuration, row);
   return {rows, methods: [...new Set(rows.map(row => row.method).filter(Boolean))],
@@ -48,7 +49,8 @@ function rowsOfMethod({rows, configurations}, method) {
 function tradeoffSummary({configurations, methods}) {
   const times = configurations.map(row => row.run_seconds).filter(drawable), base = configurations.find(row => row.base);
   const range = [...new Set([Math.min(...times), Math.max(...times)].map(timeOf))].join(' to ');
-  return plural(configurations.length, 'configuration') + ', ' + plural(methods.length, 'method') + (times.length ? '; a run takes ' + range : '') +
+  return plural(configurations.length, 'configuration') + ', ' + plural(methods.length, 'method') +
+    (times.length ? '; a run takes ' + range : '') +
     (base ? '. The base takes ' + timeOf(base.run_seconds) + ' and reaches ' + fixed(base.val_psnr, 2) + ' dB' : '') + '.';
 }
 
@@ -232,7 +234,8 @@ function drawTradeoff(one) {
     draw('parameter-score', {...measure, caption: 'By ' + method + ': where the line is flat, a cheaper value does as well.',
       also: agrees ? {key: 'all_pixels_pearson', title: 'with all validation pixels, r'} : undefined});
   draw('parameter-psnr', {key: 'val_psnr', title: 'validation PSNR, dB', caption: 'How quality depends on the parameter.'});
-  draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true, caption: 'How the time of a run depends on it; dashed is the base.'});
+  draw('parameter-time', {key: 'run_seconds', title: 'seconds of a run', log: true,
+    caption: 'How the time of a run depends on it; dashed is the base.'});
 }
 
 function addTradeoff(table, place) {

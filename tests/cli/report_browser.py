@@ -298,7 +298,8 @@ def parameters_are_right(browser, folder):
     points = [(point['value'], point['y']) for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
     expect(points == wanted, f'with the base among the rays: {points}, not {wanted}')
     page.choose('tradeoff-0-choose-parameter', 'val-rays')
-    for chart, title, key in (('parameter-score', 'agreement r', 'agreement_pearson'), ('parameter-psnr', 'validation PSNR, dB', 'val_psnr'),
+    for chart, title, key in (('parameter-score', 'agreement r', 'agreement_pearson'),
+                              ('parameter-psnr', 'validation PSNR, dB', 'val_psnr'),
                               ('parameter-time', 'seconds of a run', 'run_seconds')):
         points, rows = drawn(page, chart)[title], read_tradeoff(folder, 'trade', 'dv_psnr')
         wanted = [(row['value'], float(row[key])) for row in rows if row['parameter'] == 'val-rays']
@@ -306,7 +307,8 @@ def parameters_are_right(browser, folder):
         x = [point['x'] for point in points]
         expect(abs(x[1] - x[0] - 0.602) < 0.001 and x[2] > x[1], x) # log10(1024 / 256)
         expect({point['y'] for point in drawn(page, chart)['base']} == {float(rows[0][key])}, drawn(page, chart))
-    expect([point['y'] for point in drawn(page, 'parameter-score')['with all validation pixels, r']] == [0.9] * 3, drawn(page, 'parameter-score'))
+    scores = drawn(page, 'parameter-score')
+    expect([point['y'] for point in scores['with all validation pixels, r']] == [0.9] * 3, scores)
 
 
 @check('the table of configurations is that of the method, and sorts')

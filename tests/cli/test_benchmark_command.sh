@@ -22,8 +22,8 @@ check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,metric,method,value,ci_low,ci_high,count
 for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/corrupted,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
     seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,ground_truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
-    harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,ground_truth leave_one_out/spearman,sfm_points \
-    cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
+    harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,ground_truth \
+    leave_one_out/spearman,sfm_points cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
     check "a row $wanted" test "$(row "$wanted")" = 1
 done
 rows=$(wc -l <"$folder/whole/benchmark.csv")
@@ -31,8 +31,8 @@ check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM met
 check "ground truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,,,8$" "$folder/whole/benchmark.csv"
 check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM retraining WHERE view_count = 3 AND retraining_id IN
     (SELECT retraining_id FROM retraining ORDER BY rowid LIMIT 17)')" = 16
-check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (SELECT views FROM retraining WHERE view_count = 3 GROUP BY views
-    HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
+check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (
+    SELECT views FROM retraining WHERE view_count = 3 GROUP BY views HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
 check "no retraining has a seed whose scores are evaluated" test "$(ask whole 'SELECT count(*) FROM retraining WHERE seed < 2')" = 0
 check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed) || max(seed) FROM retraining WHERE view_count = 5
     AND seed > 3')" = 45

@@ -104,7 +104,8 @@ check "which are said" grep -q '^kept,0,3,3,' whole/compare.csv
 check "and are another training" test "$(retrainings whole)" = 7
 check "one seed says nothing of noise" grep -q '^all,kept,test_psnr,[-0-9.e]*,,,,false$' whole/pairs.csv
 
-check "appearance is fitted on left halves" compare halves --list not-harmful --scores valued --seed 1 --seeds 1 --views 0 --effects appearance
+check "appearance is fitted on left halves" compare halves --list not-harmful --scores valued --seed 1 --seeds 1 --views 0 \
+    --effects appearance
 check "which is said" grep -q 'test photos, their right halves: appearance' stdout
 check "and in JSON" grep -q '"half_views": true' halves/compare.json
 check "of another seed nothing is warned" test "$(grep -c '^warning' stderr)" = 0
@@ -142,7 +143,8 @@ check "scores of other photos" refuses 'which is no photo to train on' --scores 
 check "imported scores that are too low" refuses 'no photo' --list nima.csv@6
 query() { sqlite3 "$1/ledger.db" "$2"; }
 cp -r valued twice
-query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, ground_truth FROM image WHERE name = 'view_005'"
+query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, ground_truth FROM image
+    WHERE name = 'view_005'"
 check "an image_id of two scenes" refuses 'single photo' --scores twice --list top:6 --list one.txt
 
 # vanishing: a list is removed while a scene loads that takes a while.

@@ -77,11 +77,14 @@ compare_json() { # compare_json RENDER
    "photo_count": 18}], "mean": {"test_psnr": 18.05, "val_psnr": null}, "stderr": {"test_psnr": 0.05}},
   {"name": "significant", "photos": [], "outcomes": [{"seed": 0, "test_psnr": 18.2, "photo_count": 9}, {"seed": 1, "test_psnr": 18.3,
    "photo_count": 9}], "mean": {"test_psnr": 18.25}, "stderr": {"test_psnr": 0.1}}],
- "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "ci_low": 0.1, "ci_high": 0.3,
+ "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "ci_low": 0.1,
+   "ci_high": 0.3,
   "beyond_noise": true},
-  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "ci_low": -0.3, "ci_high": -0.1, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "ci_low": -0.3, "ci_high": -0.1,
+   "beyond_noise": true},
   {"list": "significant", "against": "all", "measure": "val_l1", "difference": 0.1, "ci_low": 0.05, "ci_high": 0.2, "beyond_noise": true},
-  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "ci_low": -0.1, "ci_high": 0.3, "beyond_noise": false}],
+  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "ci_low": -0.1, "ci_high": 0.3,
+   "beyond_noise": false}],
  "half_views": true,
  "disagreements": [{"photo": "$photo", "in": ["all"], "not_in": ["significant"]}],
  "renders": [{"view": "view_002", "split": "test", "file": "$1", "columns": ["photo", "all"]}]}
@@ -163,20 +166,21 @@ check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?ht
 
 # ---- What accuracy costs in time ----------------------------------------------------------------------------------------
 
-# tradeoff NAME [KIND]: a folder as tradeoff writes it. Its configurations are the base, one parameter after another, and full_resolution; the
-# rows of a configuration are its methods. Without KIND: 11 configurations by 2 methods, no ground truth; "one": 1 by 1; "many": 60 by 20;
-# "hostile": texts that would run as scripts, and numbers that no axis can show.
+# tradeoff NAME [KIND]: a folder as tradeoff writes it. Its configurations are the base, one parameter after another, and
+# full_resolution; the rows of a configuration are its methods. Without KIND: 11 configurations by 2 methods, no ground truth; "one": 1 by
+# 1; "many": 60 by 20; "hostile": texts that would run as scripts, and numbers that no axis can show.
 tradeoff() {
     mkdir -p "$folder/$1"
     awk -v kind="${2-}" 'BEGIN {
         OFS = ","
-        print "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method," \
-            "score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds," \
-            "lds_ci_low,lds_ci_high"
+        print "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr," \
+            "psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman," \
+            "all_pixels_pearson,all_pixels_spearman,auc,lds,lds_ci_low,lds_ci_high"
         count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
             "full_resolution:all", configurations, " ")
         if (kind == "one") count = 1
-        if (kind == "many") for (count = 1; count < 60; count++) configurations[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
+        if (kind == "many") for (count = 1; count < 60; count++)
+            configurations[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
         method_count = kind == "one" ? 1 : kind == "many" ? 20 : 2
         for (p = 1; p <= count; p++)
             for (m = 1; m <= method_count; m++) {
@@ -191,14 +195,15 @@ tradeoff() {
                 psnr = 20 + p / 4
                 if (kind == "hostile") {
                     hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
-                    configuration = "\"" hurt configuration "\""; parameter = "\"" hurt parameter "\""; value = "\"__proto__" hurt value "\""
+                    configuration = "\"" hurt configuration "\""; parameter = "\"" hurt parameter "\""
+                    value = "\"__proto__" hurt value "\""
                     method = "\"" hurt m "\""
                     split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
                     seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
                     psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
                 }
-                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, 0.9, \
-                    0.8, agreement, agreement, all_pixels, all_pixels, "", lds
+                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, \
+                    0.9, 0.8, agreement, agreement, all_pixels, all_pixels, "", lds
             }
     }' >"$folder/$1/tradeoff.csv"
 }
@@ -209,7 +214,8 @@ for name in trade trade_one trade_many trade_hostile; do
 done
 check "shows none of the runs of its configurations" test "$(runs_of "$folder/trade/report.html")" -eq 0
 check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
-check "a tradeoff that lacks any column it needs" eval 'for column in configuration run_seconds psnr_pareto_front score_pareto_front lds_ci_high; do
+check "a tradeoff that lacks any column it needs" eval 'for column in configuration run_seconds psnr_pareto_front \
+    score_pareto_front lds_ci_high; do
     sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'

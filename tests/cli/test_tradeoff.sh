@@ -17,19 +17,22 @@ metric() { ask whole "SELECT $2 FROM metric WHERE method = 'dv_psnr' AND configu
 parameters=(--parameters rays,val-rays,epochs,downscale --halves 8)
 check "a sweep" sweep whole "${parameters[@]}"
 check "it says beforehand how long it takes" grep -qE '^tradeoff [0-9]+ configurations with 2 seeds each.*about [0-9]+ min' "$folder/stderr"
-check "the table has a row per configuration" test "$(grep -cE '^(base|full_resolution|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")" = \
-    "$(ask whole 'SELECT count(DISTINCT configuration) FROM metric')"
-check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,\
+rows=$(grep -cE '^(base|full_resolution|rays-|val-rays-|epochs-|downscale-)' "$folder/stdout")
+check "the table has a row per configuration" test "$rows" = "$(ask whole 'SELECT count(DISTINCT configuration) FROM metric')"
+check "the CSV has its header" test "$(head -n 1 "$folder/whole/tradeoff.csv")" = "configuration,parameter,value,base,epochs,steps,\
+train_ms,value_ms,\
 scoring_ratio,run_seconds,device_mib,val_psnr,psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,\
 agreement_spearman,all_pixels_pearson,all_pixels_spearman,auc,lds,lds_ci_low,lds_ci_high"
 knees=$(grep -cE "^knee .*: (base|rays-|val-rays-|epochs-|downscale-).* reaches [0-9.]+ in " "$folder/stdout")
 check "it says where the knees are" test "$knees" = 3
 check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM metric')" = "$(($(wc -l <"$folder/whole/tradeoff.csv") - 1))"
 for configuration in base full_resolution rays-2 rays-32 val-rays-128 val-rays-all epochs-2 epochs-16 downscale-4; do
-    check "a configuration $configuration with its runs" test -f "$folder/whole/configurations/$configuration/seed_1/scores.csv" -a -n "$(metric $configuration val_psnr)"
+    check "a configuration $configuration with its runs" test -f "$folder/whole/configurations/$configuration/seed_1/scores.csv" \
+        -a -n "$(metric $configuration val_psnr)"
 done
 check "no parameter that was not named" test ! -e "$folder/whole/configurations/width-32"
-check "a value like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" -a ! -e "$folder/whole/configurations/rays-16"
+check "a value like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" \
+    -a ! -e "$folder/whole/configurations/rays-16"
 check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT configuration) FROM metric WHERE base")" = base
 check "it lists all parameters" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
     "$folder/whole/tradeoff.csv"
@@ -74,7 +77,8 @@ for front in psnr_pareto_front,val_psnr score_pareto_front,agreement_pearson; do
             AND (b.parameter <> 'full_resolution' OR '$worth' = 'val_psnr') AND b.run_seconds <= a.run_seconds AND b.$worth >= a.$worth
             AND (b.run_seconds < a.run_seconds OR b.$worth > a.$worth)))")" = 0
 done
-check "some configuration is on each front" test "$(metric base "(SELECT max(psnr_pareto_front) + max(score_pareto_front) FROM metric)")" = 2
+check "some configuration is on each front" test \
+    "$(metric base "(SELECT max(psnr_pareto_front) + max(score_pareto_front) FROM metric)")" = 2
 check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/whole/retrainings.db" \
     'SELECT count(*) || min(seed) || max(seed) FROM retraining')" = 1623
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
@@ -92,7 +96,8 @@ check "a finished sweep is repeated" sweep whole "${parameters[@]}" --json
 check "with the same bytes" cmp "$folder/first.csv" "$folder/whole/tradeoff.csv"
 check "JSON has every row" test "$(sqlite3 :memory: "SELECT json_array_length(CAST(readfile('$folder/stdout') AS TEXT), '\$.metrics')")" = \
     "$(ask whole 'SELECT count(*) FROM metric')"
-check "and without a step" test -z "$(find "$folder/whole/configurations" "$folder/whole/retrainings.db" -name '*.db' -newer "$folder/after")"
+check "and without a step" test -z \
+    "$(find "$folder/whole/configurations" "$folder/whole/retrainings.db" -name '*.db' -newer "$folder/after")"
 check "without halves there is no LDS" test -z "$(ask late 'SELECT max(lds) FROM metric')"
 ask late "UPDATE measurement SET value = 1 WHERE quantity = 'val_psnr'"
 check "an edited measurement is refused" fails 1 'tradeoff.db: measurement val_psnr of .* was edited' \

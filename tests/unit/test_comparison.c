@@ -1,4 +1,4 @@
-// Lists held against one another: cases whose means, errors and intervals are known.
+// Paired comparison: cases with known means, errors and intervals.
 #include "support/cmocka_test.h"
 
 #include <math.h>

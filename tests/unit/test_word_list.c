@@ -1,10 +1,5 @@
 // Lists of words with commas between.
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "support/cmocka_test.h"
 
 #include "base/word_list.h"
 
