@@ -1,59 +1,59 @@
-// What a scene shows of each effect: one number per effect, which decide.c compares with a threshold.
-// Deterministic, from the photos of the splits train and val alone, so that what is tested on decides nothing (lenses
-// apart: those of tests are undone too). NaN where the scene cannot tell.
+// The evidence of effects: one number per effect and scene, which decide.c compares with a threshold. It is
+// deterministic and uses the photos of the splits train and val only, so that test photos decide nothing (except that
+// the lenses of test photos count as well). NaN: the scene cannot tell.
 #ifndef VIEWWORTH_DETECT_EVIDENCE_H
 #define VIEWWORTH_DETECT_EVIDENCE_H
 
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// What the pilot run found (pilot_run.h); NaN where there was none.
+// What the pilot run found (pilot_run.h); NaN without one.
 struct pilot_findings {
-    double gain_spread; // as evidence_appearance, of rendered against actual pixels
+    double gain_spread; // as evidence_appearance, of photos compared with renders
     double empty_share; // of the box's cells, by density
 };
 
 struct survey {
     const struct vw_scene *scene;
-    bool masks; // masked pixels are not looked at, as in a training with the effect `masks`
+    bool masks; // masked pixels are left out, as in a training with the effect `masks`
     struct pilot_findings pilot;
 };
 
-// VW_ERROR_MEMORY is the only failure of all these.
+// The only failure of these functions is VW_ERROR_MEMORY.
 
-// Pixels: the largest shift of a photo's corner by its lens, over all photos. A hundredth of a pixel is less than any
-// photo resolves.
+// The largest shift of a photo's corner by its lens, in pixels, over all photos. No photo resolves a hundredth of a
+// pixel.
 enum vw_status evidence_distortion(const struct survey *survey, double *evidence);
 
 // The share of photos that have transparent pixels.
 enum vw_status evidence_background(const struct survey *survey, double *evidence);
 
-// The share of photos that have a mask file. Masks are obeyed exactly where there are some, so any share calls for it.
+// The share of photos that have a mask file. Any share calls for the effect.
 enum vw_status evidence_masks(const struct survey *survey, double *evidence);
 
-// How deep a photo sees: the ratio of the 95th to the 5th percentile of the depths of the SfM points that it sees,
-// median over photos. Samples that lie evenly between near and far resolve far content by that factor better than near
-// one.
+// The range of depths that a photo sees: the ratio of the 95th to the 5th percentile of the depths of its SfM points,
+// median over photos. Samples spaced evenly between near and far resolve far content by that factor better than near
+// content.
 enum vw_status evidence_unbounded(const struct survey *survey, double *evidence);
 
-// Open sky: of cells of 1/8 x 1/8 of a photo, the share that shows no SfM point of the whole cloud, nor does any cell
-// above it in the photo, and that is smooth and not black; among the cells whose rays rise above the middle of their
-// photo, less the share among the others, whose columns are followed down instead: a turntable in front of a backdrop
-// is as empty below as above. Black is what rays that meet nothing render as anyway. "Above" is by the mean of the
-// cameras' up axes. This is the test of unboundedness for rays: depth percentiles of points cannot be, since they know
-// nothing of rays without points (two in-the-wild scenes have smaller ones than a room).
+// Open sky. A photo has 8 x 8 cells. A cell is open if it is smooth and not black, and no SfM point of the whole cloud
+// lies in it or in a cell above it. Evidence is the share of open cells among those whose rays rise above the middle of
+// their photo, less the share among the other cells, which are followed down instead of up: a turntable in front of a
+// backdrop is as empty below as above. Rays that meet nothing render black anyway. "Above" is by the mean of the
+// cameras' up axes. Depths of points cannot replace this test, since they do not know rays without points (two
+// in-the-wild scenes have smaller depth ratios than a room).
 enum vw_status evidence_sky(const struct survey *survey, double *evidence);
 
-// Robust spread over photos of their exposure: of each SfM point and channel, the log of its colour in a photo less the
-// median of that in the other photos that see it; its median over the photo's points is the photo's log gain; 1.4826
-// times the median absolute deviation over photos and channels. Half of the photos would have to be corrupted to move
-// it far. Without enough points: from the pilot run.
+// The robust spread of exposure over photos. For each SfM point and channel, the log of its colour in a photo minus the
+// median of that in the other photos that see it; the median over a photo's points is the photo's log gain. Evidence is
+// 1.4826 times the median absolute deviation of log gains over photos and channels. Fewer than half of the photos
+// cannot move it far by being corrupted. The pilot run replaces it if there are too few points.
 enum vw_status evidence_appearance(const struct survey *survey, double *evidence);
 
-// What is left when each photo's gain and bias per channel are taken out: they are fitted (least absolute deviations)
-// to the points' colours in the photo by their medians in the others; 1.4826 times the median of |residual| / fitted
-// colour is the photo's, and the median over photos and channels the scene's. Errors of matching alone make 0.058 in a
-// real room (fox); photos in the wild make 0.093 and more.
+// The spread of colours that a gain and a bias per photo and channel do not explain. They are fitted (least absolute
+// deviations) from the points' medians in other photos to their colours in the photo; a photo's spread is 1.4826 times
+// the median of |residual| / fitted colour. Evidence is the median over photos and channels. Matching errors alone give
+// 0.058 in a real room (fox); photos in the wild give 0.093 and more.
 enum vw_status evidence_appearance_code(const struct survey *survey, double *evidence);
 
 // The share of the box that the pilot run found empty.
@@ -61,11 +61,11 @@ enum vw_status evidence_occupancy(const struct survey *survey, double *evidence)
 
 // ---- For the files of the evidence ----------------------------------------------------------------------------------
 
-// A photo that decides: of train or val.
+// Whether a photo counts: it is of train or val.
 bool survey_uses_view(const struct survey *survey, uint32_t view);
 // Whether a pixel would be trained or validated on.
 bool survey_keeps(const struct survey *survey, uint32_t view, uint32_t x_px, uint32_t y_px);
-// The same for where a photo sees a point; false also beyond the photo's border.
+// The same for the pixel where a photo sees a point; false beyond the photo's border.
 bool survey_keeps_track(const struct survey *survey, const struct vw_track *track);
 
 // Beyond these a channel says little of the exposure.

@@ -69,8 +69,8 @@ static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, 
     return used[0] >= PIXELS_MIN && used[1] >= PIXELS_MIN;
 }
 
-// A photo's exposure moves both halves alike; what the short run has not fitted yet moves each in its own way, by as
-// much as they differ.
+// A photo's exposure changes both halves equally; what the short run has not fitted yet changes each on its own. Their
+// difference estimates that part.
 static double common_spread(double *means, double *halved_differences, uint32_t count) {
     double all = vw_robust_spread(means, count), own = vw_robust_spread(halved_differences, count);
     return sqrt(fmax(all * all - own * own - MISFIT * MISFIT, 0.0));

@@ -15,14 +15,14 @@
 // The camera of a view in box coordinates, computed in double.
 struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
-// One pixel with its target; one that is to be left out (vw_view_keeps) weighs 0.
+// One pixel with its target. Its weight is 0 if the pixel is left out (vw_view_keeps).
 struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
 
-// What a training that ignores mask files looks at: gives their weight back to pixels that only a mask hides.
+// For a training that ignores mask files: gives pixels that only a mask hides their weight back.
 void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
-// is the step's own, the others are what it might have drawn instead.
+// is the step's own; probes take the others.
 void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw,
                  uint32_t count, struct vw_pixel *pixels);
 

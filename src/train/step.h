@@ -1,4 +1,4 @@
-// One training step on the device: from the pixels of one photo to moved params.
+// One training step on the device: from the pixels of one photo to updated params.
 //   rays of one photo -> field forward -> composite + loss -> field backward -> optimiser
 #ifndef VIEWWORTH_TRAIN_STEP_H
 #define VIEWWORTH_TRAIN_STEP_H
@@ -28,8 +28,8 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                            struct vw_buffer *scalars, struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
-// Everything a step changes that the next one starts from: params, moments, visits, and what effects carry. With it and
-// the step's number, training goes on. Returns how many buffers there are.
+// The state of a training: everything that a step changes and the next one starts from (params, moments, visits, and
+// what effects carry). Training resumes from it and the step's number. Returns how many buffers there are.
 enum { TRAINING_STATE_BUFFERS_MAX = 16 };
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 

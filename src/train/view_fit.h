@@ -1,7 +1,6 @@
-// Validation where photos differ in exposure: a gain and a bias fitted to each view on rays of the left half of its
-// photo, at every measurement anew; the errors are then taken on rays of the right half (shaders/fit_views.comp). A
-// function of the params alone, as all of validation (decision 1). Of an odd width the middle column is in neither
-// half.
+// Validation of photos that differ in exposure. Every measurement fits a gain and a bias to each view on rays of the
+// photo's left half and takes the errors on rays of its right half (shaders/fit_views.comp). The fit is a function of
+// the params alone, as all of validation (decision 1). If the width is odd, the middle column is in neither half.
 #ifndef VIEWWORTH_TRAIN_VIEW_FIT_H
 #define VIEWWORTH_TRAIN_VIEW_FIT_H
 
@@ -9,7 +8,7 @@
 #include "gpu/compute.h"
 #include "train/pixels.h"
 
-struct view_fit {             // zero when validation takes whole views as they are
+struct view_fit {             // all zero when validation fits nothing
     struct vw_buffer *ranges; // vw_ray_range per validation view: the rays to fit on
     struct vw_buffer *fits;   // vw_appearance per validation view
     struct vw_pass *pass;
@@ -18,8 +17,8 @@ struct view_fit {             // zero when validation takes whole views as they 
 struct pixel_columns view_fit_left_half(const struct vw_scene *scene, uint32_t view);
 struct pixel_columns view_fit_right_half(const struct vw_scene *scene, uint32_t view);
 
-// Writes the fixed pixels to fit each view on behind the `*written` pixels that are scored: as many of each view, but
-// at most VIEW_FIT_RAYS_MAX, since more do not find two numbers better.
+// Writes the fixed pixels to fit each view on, behind the `*written` pixels that are scored: as many per view as are
+// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers.
 enum { VIEW_FIT_RAYS_MAX = 128 };
 void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
                             const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,

@@ -35,7 +35,7 @@ static const struct vw_step_record *before(const struct test_run *run, const str
     return &run->records[probe->step - 1];
 }
 
-static void repeats_and_still_steps_are_exactly_nothing(void **state) {
+static void repeated_and_zero_rate_probes_change_nothing(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
@@ -54,12 +54,12 @@ static void repeats_and_still_steps_are_exactly_nothing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void redraws_differ_as_steps_do(void **state) {
+static void resampled_steps_differ_as_steps_do(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
     struct test_run *run = test_run(scene, &config, true, 0);
-    uint32_t redraws = 0;
+    uint32_t resampled = 0;
     for (uint32_t i = 0; i < run->probe_count; i++) {
         const struct vw_probe *probe = &run->probes[i];
         if (probe->kind != VW_PROBE_RESAMPLED) continue;
@@ -69,15 +69,15 @@ static void redraws_differ_as_steps_do(void **state) {
         assert_false(test_same_bits(probe->val_psnr, run->probes[i - 1].val_psnr)); // than the draw before, too
         assert_true(fabs(probe->val_psnr - own->val_psnr) < 1.0);                   // from the same state
         assert_true(own->epoch >= config.burn_in_epochs);
-        redraws++;
+        resampled++;
     }
-    assert_int_equal(redraws, PROBE_RESAMPLES * 5);
+    assert_int_equal(resampled, PROBE_RESAMPLES * 5);
     test_run_free(run);
     vw_scene_close(&scene);
 }
 
-// A redraw that happens to be the step's own pixels gives the step's own bits: here every pixel of every photo is the
-// same one.
+// A resampled step that happens to have the step's own pixels gives the step's own bits: here every pixel of every
+// photo is the same one.
 static void the_same_pixels_give_the_step_itself(void **state) {
     (void)state;
     struct vw_scene *scene = synthetic_scene(
@@ -108,8 +108,8 @@ static void without_validation_there_is_nothing_to_probe(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(probes_leave_the_run_alone),
-        cmocka_unit_test(repeats_and_still_steps_are_exactly_nothing),
-        cmocka_unit_test(redraws_differ_as_steps_do),
+        cmocka_unit_test(repeated_and_zero_rate_probes_change_nothing),
+        cmocka_unit_test(resampled_steps_differ_as_steps_do),
         cmocka_unit_test(the_same_pixels_give_the_step_itself),
         cmocka_unit_test(without_validation_there_is_nothing_to_probe),
     };

@@ -1,4 +1,4 @@
-// What the effect unbounded sees: the inner region that its contraction leaves as it is, and how near and how far rays
+// The effect `unbounded`: the inner region that its contraction leaves unchanged, and the range of depths in which rays
 // are sampled.
 #ifndef VIEWWORTH_TRAIN_CONTRACTION_H
 #define VIEWWORTH_TRAIN_CONTRACTION_H

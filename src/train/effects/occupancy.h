@@ -2,8 +2,8 @@
 // never does. The kept samples of a chunk move together, by a prefix sum, so that the passes over them are shorter:
 //   mark_samples: bits and counts per ray -> place_rays: where rays begin, how many workgroups -> list_samples: slot to
 //   sample
-// What is empty is asked of the field every OCCUPANCY_STEPS steps; the answers so far (field->occupancy) are training
-// state.
+// Every OCCUPANCY_STEPS steps the field is sampled to find what is empty; the result (field->occupancy) is part of the
+// training's state.
 #ifndef VIEWWORTH_TRAIN_OCCUPANCY_H
 #define VIEWWORTH_TRAIN_OCCUPANCY_H
 
