@@ -11,6 +11,9 @@ void vw_text_make_line(char *text) {
         if ((unsigned char)*text < ' ' || *text == 0x7f) *text = '?';
 }
 
+#undef vw_fail // what the header says to the analyzer
+#undef vw_fail_context
+
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
     char text[VW_ERROR_MESSAGE_BYTES]; // the arguments may point into `message`
     va_list arguments;
