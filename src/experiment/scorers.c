@@ -133,8 +133,9 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
                                                   .seed_count = seed_count}};
     enum vw_status status = list_ground_truths(retrainer, scorers);
     scorers->evaluation.ground_truths = scorers->ground_truths;
-    for (uint32_t i = 0; !status && i < 2 * seed_count; i++) // the methods of all seeds come before the baselines
-        status = take_seed(params, retrainer->params.session->scene, i % seed_count, i >= seed_count, scorers);
+    for (uint32_t pass = 0; pass < 2; pass++) // the methods of all seeds come before the baselines
+        for (uint32_t seed = 0; !status && seed < seed_count; seed++)
+            status = take_seed(params, retrainer->params.session->scene, seed, pass == 1, scorers);
     if (!status) drop_incomplete(scorers);
     return status;
 }

@@ -32,7 +32,7 @@ static enum vw_status list_candidates(const struct vw_instance *instance, struct
     else if (!found)
         status = vw_fail(VW_ERROR_NO_DEVICE, "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers)");
     else if (!(list = vw_allocate(found, sizeof *list))) status = VW_ERROR_MEMORY;
-    if (status) goto done;
+    if (!list) goto done;
 
     for (uint32_t i = 0; i < found; i++) {
         vw_candidate_query(physical[i], &list[i]);
