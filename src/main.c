@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "cli/commands/commands.h"
 #include "cli/help.h"
+#include "cli/parse_options.h"
 #include "cli/manual.h"
 #include "cli/output/progress.h"
 #include "viewworth/log.h"
@@ -18,17 +19,19 @@ static const struct vw_command commands[] = {
     {VW_COMMANDS_VALUE, "devices", NULL, "List the Vulkan devices in order of preference", NULL,
      VW_OPTIONS_JSON, vw_command_devices},
     {VW_COMMANDS_VALUE, "info", "SCENE", "Show what a scene contains and which effects it calls for",
-     "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside dense/; "
-     "a transforms file; a recipe (.json).\n"
+     "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside "
+     "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if the measured evidence reaches its threshold; the command prints both.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
-    {VW_COMMANDS_VALUE, "value", "SCENE", "Train a radiance field, one photo per step, and score what each photo is worth",
-     "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train photo "
-     "did for each validation photo), report.html, field.vwf (the trained field) and checkpoints. Also writes "
-     "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are near-duplicates.\n"
-     "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report and "
-     "the tables are written again, except scores.csv.",
+    {VW_COMMANDS_VALUE, "value", "SCENE",
+     "Train a radiance field, one photo per step, and score what each photo is worth",
+     "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
+     "photo did for each validation photo), report.html, field.vwf (the trained field) and checkpoints. Also writes "
+     "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are "
+     "near-duplicates.\n"
+     "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report "
+     "and the tables are written again, except scores.csv.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
@@ -37,69 +40,71 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON,
      vw_command_train},
     {VW_COMMANDS_VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
-     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names the "
-     "photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 is the "
-     "untrained state. Writes ledger.db and scores.csv to the --out folder.",
+     "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names "
+     "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 "
+     "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
      "Needs one of --positive, --significant, --not-harmful, --top and --drop. Needs neither a GPU nor the images.\n"
-     "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. For "
-     "transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, val_filenames and "
-     "test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. Validation and test photos "
-     "stay as they are.\n"
-     "To train on the selection, pass a list to value --train. Image paths in transforms.json are relative to PATH, so "
-     "viewworth opens it as a scene if PATH is in the scene's folder or in a parent of it.\n"
+     "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. "
+     "For transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, "
+     "val_filenames and test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. "
+     "Validation and test photos stay as they are.\n"
+     "To train on the selection, pass a list to value --train. Image paths in transforms.json are relative to PATH, "
+     "so viewworth opens it as a scene if PATH is in the scene's folder or in a parent of it.\n"
      "The scene must still name all valued photos. This command does not check whether photos or poses have changed; "
      "verify --replay does. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
-     "OUT is the --out folder of value, reproduce, benchmark, compare or tradeoff. The report shows thumbnails if the "
-     "scene can be opened. " NEEDS_SCENE_FOLDER,
+     "OUT is the --out folder of value, reproduce, benchmark, compare or tradeoff. The report shows thumbnails if "
+     "the scene can be opened. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
     {VW_COMMANDS_USE, "render", "OUT", "Render a view with the trained field, beside its photo",
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
 
     {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the ledger of OUT was not changed",
-     "Finds rows that were edited, removed, added or reordered: recomputes every hash and every score. A ledger that was "
-     "rewritten as a whole is detected by --expect HEAD, or by --replay N, which opens the scene. " NEEDS_SCENE_FOLDER,
+     "Finds rows that were edited, removed, added or reordered: recomputes every hash and every score. A ledger that "
+     "was rewritten as a whole is detected by --expect HEAD, or by --replay N, which opens the scene. "
+     NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
-    {VW_COMMANDS_CHECK, "reproduce", "SCENE", "Value the photos with several seeds and measure how well the scores agree",
-     "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv (metrics of "
-     "agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair side by side). "
-     "Resumes runs that are not finished and reuses finished ones.",
+    {VW_COMMANDS_CHECK, "reproduce", "SCENE",
+     "Value the photos with several seeds and measure how well the scores agree",
+     "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "
+     "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
+     "side by side). Resumes runs that are not finished and reuses finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS |
          VW_OPTIONS_REPRODUCE | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},
 
     {VW_COMMANDS_EXPERIMENT, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",
-     "Trains on every --list with the same seeds. Measures PSNR, SSIM and L1 of whole validation and test photos, and "
-     "whether lists differ by more than noise. If an appearance effect is on, it is fitted on the left half of a photo, "
-     "and only the right half is measured.\n"
-     "Lists that use --scores were selected with the validation photos: only the test photos are a fair comparison, with "
-     "other seeds than those of the valued run. The list random draws as many photos as the list before it, again for "
-     "each seed.\n"
-     "Writes to the --out folder: retrainings.db, compare.json, compare.csv, pairs.csv, disagreements.csv, renders/ and "
-     "report.html. Run the same command again to resume it.",
+     "Trains on every --list with the same seeds. Measures PSNR, SSIM and L1 of whole validation and test photos, "
+     "and whether lists differ by more than noise. If an appearance effect is on, it is fitted on the left half of a "
+     "photo, and only the right half is measured.\n"
+     "Lists that use --scores were selected with the validation photos: only the test photos are a fair comparison, "
+     "with other seeds than those of the valued run. The list random draws as many photos as the list before it, "
+     "again for each seed.\n"
+     "Writes to the --out folder: retrainings.db, compare.json, compare.csv, pairs.csv, disagreements.csv, renders/ "
+     "and report.html. Run the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_compare},
     {VW_COMMANDS_EXPERIMENT, "benchmark", "SCENE", "Evaluate the scoring methods against ground truth",
-     "Values the scene with two seeds and trains on random halves of its photos with two other seeds. Then measures how "
-     "well the scores of each method find corrupted photos and predict the results of those trainings.\n"
+     "Values the scene with two seeds and trains on random halves of its photos with two other seeds. Then measures "
+     "how well the scores of each method find corrupted photos and predict the results of those trainings.\n"
      "Writes to the --out folder: seed_N/, retrainings.db and benchmark.csv. Run the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK |
          VW_OPTIONS_JSON,
      vw_command_benchmark},
     {VW_COMMANDS_EXPERIMENT, "tradeoff", "SCENE", "Measure what accuracy costs in time, one parameter at a time",
-     "Values the scene with the configuration that the options give, the base, and with configurations that change one "
-     "parameter each. A full-resolution reference (all validation pixels, twice the rays) shows how accurate the scores "
-     "of the others are.\n"
+     "Values the scene with the configuration that the options give, the base, and with configurations that change "
+     "one parameter each. A full-resolution reference (all validation pixels, twice the rays) shows how accurate the "
+     "scores of the others are.\n"
      "Times the steps of all configurations first, interleaved with the base, and prints how long the rest takes; a "
      "higher --downscale makes it shorter.\n"
-     "Writes to the --out folder: configurations/, tradeoff.db, retrainings.db, tradeoff.csv and report.html. Run the "
-     "same command again to resume it.",
+     "Writes to the --out folder: configurations/, tradeoff.db, retrainings.db, tradeoff.csv and report.html. Run "
+     "the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF |
          VW_OPTIONS_JSON,
      vw_command_tradeoff},

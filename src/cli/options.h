@@ -101,10 +101,4 @@ struct vw_command {
     enum vw_status (*run)(const struct vw_options *options);
 };
 
-// Reads a command's arguments (argv[0] is the command's name) over the defaults. VW_ERROR_USAGE names the option and
-// what it takes. With --help or --help-all nothing is required.
-enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options);
-// Whether the command line contains the option of that name (without dashes).
-bool vw_options_have(const struct vw_options *options, const char *name);
-
 #endif

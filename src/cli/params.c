@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "base/memory.h"
+#include "cli/parse_options.h"
 #include "run/plan/budget.h"
 
 struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {

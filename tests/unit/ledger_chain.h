@@ -71,7 +71,8 @@ static inline bool chain_holds(const char *path) {
     feed_rows(&state, raw,
               "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);
     feed_rows(&state, raw,
-              "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER BY image_id", 0);
+              "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER BY image_id",
+              0);
     bool holds = hash_is(&state, raw, "SELECT row_hash FROM run", 0, head);
     int64_t count = count_steps(raw);
     for (int64_t step = 0; step < count; step++) {

@@ -151,7 +151,8 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(path, "SELECT resampling_stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(
-        path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2", "1");
+        path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2",
+        "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
     assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9",
                   "repeated,zero_learning_rate,resampled,resampled,same_state,first_order");

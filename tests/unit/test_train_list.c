@@ -71,7 +71,8 @@ static void nerfw_rows_with_an_id(void **state) {
         "00.png\t5\ttrain\tx\ngone.png\t6\ttrain\tx\n09.png\t8\ttrain\tx\n";
     check_list(*state, "list.tsv", rows, NULL, "39", 2);
     check_list(*state, "list.txt", rows, NULL, "39", 2); // known by its header
-    check_refusal(*state, "list.tsv", "filename\tid\tsplit\n03.png\t\ttrain\n", NULL, "list.tsv", "names no train photo");
+    check_refusal(*state, "list.tsv", "filename\tid\tsplit\n03.png\t\ttrain\n", NULL, "list.tsv",
+                  "names no train photo");
 }
 
 static void frames_of_a_transforms_file(void **state) {

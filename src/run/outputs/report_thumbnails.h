@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "run/outputs/report_folder.h"
+#include "viewworth/report.h"
 #include "run/outputs/thumbnails.h"
 #include "base/hash.h"
 #include "viewworth/ledger.h"

@@ -122,7 +122,8 @@ static enum vw_status write_lines(const struct vw_photo_list *list, size_t prefi
         if (list->photos[i].chosen && !fits_a_line(list->photos[i].name + prefix_bytes))
             return vw_fail(
                 VW_ERROR_INPUT,
-                "photo %u (%s): the name has a line end, or a space at its start or end, and cannot be in a list; rename it",
+                "photo %u (%s): the name has a line end, or a space at its start or end, and cannot be in a list; "
+                "rename it",
                 i, list->photos[i].name);
     enum vw_status status = vw_photo_list_check_new(list->to);
     return status ? status : vw_csv_write_file(list->to, print_lines, &(struct lines){list, prefix_bytes});

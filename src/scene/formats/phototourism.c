@@ -127,7 +127,8 @@ static enum vw_status note_rows(const struct vw_tsv *tsv, const struct assignmen
     if (assignment->skipped_count)
         status = vw_scene_note(
             scene,
-            "%zu of %zu TSV rows skipped (%zu of them test): their photo is not registered or does not exist (first: %s)",
+            "%zu of %zu TSV rows skipped (%zu of them test): their photo is not registered or does not exist "
+            "(first: %s)",
             assignment->skipped_count, tsv->row_count, assignment->skipped_test_count, assignment->first_skipped);
     if (!status && assignment->no_id_count)
         status = vw_scene_note(scene, "%zu TSV rows have no id and are used: photos are known by file name",

@@ -1,5 +1,5 @@
 // Parses a command line by the option table.
-#include "cli/options.h"
+#include "cli/parse_options.h"
 
 #include <ctype.h>
 #include <errno.h>
