@@ -43,18 +43,18 @@ setting() { for key in rays samples val_rays log2_table width epochs; do config 
 check "sets what is not given" test "$(setting draft)" = '64 16 512 14 32 2 '
 check "is recorded" test "$(query draft "SELECT plan_json ->> '\$.accuracy' FROM run")" = draft
 read -ra options <<<"$(again)"
-check "says what gives the same" run value plain_builder "${options[@]}" --effects none --device llvmpipe
-check "which does" same_run draft plain_builder
-check "without it nothing is recorded" test "$(query plain_builder 'SELECT plan_json FROM run')" = '{}'
+check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe
+check "which does" same_run draft plain_draft
+check "without it nothing is recorded" test "$(query plain_draft 'SELECT plan_json FROM run')" = '{}'
 before=$(checksum draft)
 check "going on needs no --accuracy" run value draft --effects none --device llvmpipe --resume
 check "and has nothing to do" test "$before" = "$(checksum draft)"
 check "another accuracy is refused" fails 2 'another --accuracy' value draft --accuracy standard --effects none --resume
-check "so is one for a run without" fails 2 'another --accuracy' value plain_builder --accuracy draft --effects none --resume
+check "so is one for a run without" fails 2 'another --accuracy' value plain_draft --accuracy draft --effects none --resume
 check "it is extended" run value draft --accuracy draft --epochs 3 --effects none --device llvmpipe --resume
 check "by an epoch" test "$(steps draft)" = $((3 * photos))
-query plain_builder "UPDATE run SET plan_json = '{\"accuracy\":\"draft\"}'"
-check "an edited choice is found" fails 1 'run row' "$program" verify "$folder/plain_builder"
+query plain_draft "UPDATE run SET plan_json = '{\"accuracy\":\"draft\"}'"
+check "an edited plan is found" fails 1 'run row' "$program" verify "$folder/plain_draft"
 
 # ---- A budget ----------------------------------------------------------------------------------------------------------------
 
