@@ -14,9 +14,11 @@ _Static_assert(_Alignof(struct vw_hasher) >= _Alignof(crypto_generichash_state),
 
 enum { HASH_BYTES = 32, READ_BYTES = 65536 };
 
-void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[32]) { crypto_hash_sha256(hash, data, size_bytes); }
+void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]) {
+    crypto_hash_sha256(hash, data, size_bytes);
+}
 
-enum vw_status vw_sha256_file(const char *path, uint8_t hash[32]) {
+enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]) {
     FILE *file = fopen(path, "rb");
     if (!file)
         return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
@@ -88,10 +90,10 @@ void vw_hasher_add_real(struct vw_hasher *hasher, double value) {
 
 void vw_hasher_add_null(struct vw_hasher *hasher) { add_tag(hasher, 'n'); }
 
-void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[32]) {
+void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[VW_HASH_BYTES]) {
     crypto_generichash_final(state_of(hasher), hash, HASH_BYTES);
 }
 
-void vw_hash_to_hex(const uint8_t hash[32], char hex[VW_HASH_HEX_BYTES]) {
+void vw_hash_to_hex(const uint8_t hash[VW_HASH_BYTES], char hex[VW_HASH_HEX_BYTES]) {
     sodium_bin2hex(hex, VW_HASH_HEX_BYTES, hash, HASH_BYTES);
 }

@@ -6,6 +6,7 @@
 #include "gpu/instance.h"
 #include "gpu/limits.h"
 #include "gpu/result.h"
+#include "viewworth/types.h"
 
 struct vw_gpu {
     struct vw_instance instance;
@@ -15,8 +16,8 @@ struct vw_gpu {
     VkPhysicalDeviceMemoryProperties memory;
     bool timers_wanted;
     VkPipelineCache pipeline_cache;
-    char *pipeline_cache_path;       // owned; NULL: not kept
-    uint8_t pipeline_cache_hash[32]; // of the file as it was read
+    char *pipeline_cache_path;                  // owned; NULL: not kept
+    uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // of the file as it was read
     VkCommandPool transfer_pool;
     VkCommandBuffer transfer;   // for copies that the host waits for
     struct vw_buffer *staging;  // made at the first such copy

@@ -200,7 +200,7 @@ void vw_row_begin_hash(struct vw_hasher *hasher, const char *table) {
 }
 
 void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]) {
-    uint8_t bytes[32];
+    uint8_t bytes[VW_HASH_BYTES];
     vw_hasher_end(hasher, bytes);
     vw_hash_to_hex(bytes, hash);
 }

@@ -54,7 +54,7 @@ enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const ch
 // ---- ledger_state.c ----
 
 // The state of a run: whether and how it has ended.
-struct vw_run_state {
+struct vw_ledger_state {
     const char *status;
     const char *finished_utc; // NULL: it has not ended
     const struct vw_ledger_score *scores;
@@ -64,8 +64,8 @@ struct vw_run_state {
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
 // Writes state, scores, the extended config and a new final hash, in the caller's transaction.
-enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state);
+enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state);
 // Updates the object after that transaction was committed. `state->status` must live as long as the ledger.
-void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state);
+void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state);
 
 #endif

@@ -34,7 +34,7 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
     return status;
 }
 
-static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_run_state *state) {
+static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     struct vw_row row = {0};
     enum vw_status status = vw_database_prepare(
         &ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?", &row.statement);
@@ -47,7 +47,7 @@ static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_run_s
     return status;
 }
 
-enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_state *state) {
+enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state) {
     enum vw_status status = replace_scores(ledger, state->scores, state->score_count);
     if (!status) status = update_run(ledger, state);
     if (!status)
@@ -55,7 +55,7 @@ enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_run_sta
     return status;
 }
 
-void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *state) {
+void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     ledger->run.status = state->status;
     if (ledger->extended_config_json) ledger->run.config_json = ledger->extended_config_json;
     ledger->extended_config_json = NULL;
@@ -64,7 +64,7 @@ void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_run_state *s
 
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count) {
-    struct vw_run_state state = {vw_ledger_keep_text(ledger, status), finished_utc, scores, score_count, ""};
+    struct vw_ledger_state state = {vw_ledger_keep_text(ledger, status), finished_utc, scores, score_count, ""};
     if (!state.status) return VW_ERROR_MEMORY;
     enum vw_status result = vw_database_begin(&ledger->database);
     if (result) return result;

@@ -148,7 +148,7 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     char head[VW_HASH_HEX_BYTES];
     memcpy(head, ledger->head, sizeof head);
     // A run with new steps is running again, and its scores are out of date.
-    struct vw_run_state running = {.status = VW_LEDGER_RUNNING};
+    struct vw_ledger_state running = {.status = VW_LEDGER_RUNNING};
     bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
     status = vw_ledger_check_current(ledger);
     if (!status && changes_state) status = vw_ledger_write_state(ledger, &running);

@@ -29,8 +29,7 @@ struct reading {
     uint32_t first_epoch, epoch_count; // epochs that a photo is trained in
 };
 
-// ---- Fields
-// -----------------------------------------------------------------------------------------------------------
+// ---- Fields ----
 
 static const char *field_of(const struct reading *reading, enum column column) {
     return reading->log->csv.fields[reading->places[column]];
@@ -81,8 +80,7 @@ static enum vw_status read_values(const struct reading *reading, struct vw_step_
     return VW_OK;
 }
 
-// ---- Rows
-// -------------------------------------------------------------------------------------------------------------
+// ---- Rows ----
 
 static enum vw_status append_record(struct reading *reading, const struct vw_step_record *record, const char *photo) {
     struct vw_step_log *log = reading->log;
@@ -186,8 +184,7 @@ static enum vw_status read_rows(struct reading *reading) {
     return status;
 }
 
-// ---- Photos
-// -----------------------------------------------------------------------------------------------------------
+// ---- Photos ----
 
 static int compare_names(const void *left, const void *right) {
     return strcmp(*(const char *const *)left, *(const char *const *)right);

@@ -12,8 +12,7 @@
 
 enum { REAL_DIGITS = 8 }; // what a page shows has fewer
 
-// ---- The pieces
-// -----------------------------------------------------------------------------------------------------------
+// ---- The pieces ----
 
 // jansson leaves ASCII alone, so that these three and its own escapes are all that could end or begin anything in HTML.
 static int write_escaped(const char *text, size_t size_bytes, void *stream) {
@@ -25,7 +24,7 @@ static int write_escaped(const char *text, size_t size_bytes, void *stream) {
 }
 
 static void write_hash(FILE *stream, const char *text) {
-    uint8_t hash[32];
+    uint8_t hash[VW_HASH_BYTES];
     char base64[sodium_base64_ENCODED_LEN(sizeof hash, sodium_base64_VARIANT_ORIGINAL)];
     vw_sha256(text, strlen(text), hash);
     sodium_bin2base64(base64, sizeof base64, hash, sizeof hash, sodium_base64_VARIANT_ORIGINAL);
@@ -58,8 +57,7 @@ static bool write_piece(FILE *stream, const char *name, const json_t *data) {
     return true;
 }
 
-// ---- The page
-// -------------------------------------------------------------------------------------------------------------
+// ---- The page ----
 
 static bool write_page(FILE *stream, const json_t *data) {
     bool complete = true;

@@ -21,7 +21,7 @@ static enum vw_status make_effects_json(const struct vw_trainer *trainer, char *
 
 enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw_gpu *gpu, const struct vw_scene *scene,
                                const struct vw_config *config, struct vw_run_row *row) {
-    uint8_t run_id[32], subset[32], shaders[32];
+    uint8_t run_id[VW_HASH_BYTES], subset[VW_HASH_BYTES], shaders[VW_HASH_BYTES];
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
     *row = (struct vw_run_row){.config_json = vw_config_to_json(config, false)};
     if (!row->config_json) return VW_ERROR_MEMORY;

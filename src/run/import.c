@@ -91,7 +91,7 @@ static void close_import(struct import *import) {
 
 // The run is identified by the log and by what bears on its scores. The photos have no files here, only names.
 static enum vw_status create_ledger(struct import *import) {
-    uint8_t names_hash[32];
+    uint8_t names_hash[VW_HASH_BYTES];
     char run_id[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "",
                                                                   started_utc[VW_UTC_BYTES];
     struct vw_hasher hasher;

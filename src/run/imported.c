@@ -11,7 +11,7 @@ const char vw_imported_device[] = "imported";
 
 void vw_imported_run_id(const char *log_sha256, const struct vw_config *config, char run_id[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
-    uint8_t hash[32];
+    uint8_t hash[VW_HASH_BYTES];
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, log_sha256);
     vw_hasher_add_integer(&hasher, config->burn_in_epochs);

@@ -86,7 +86,7 @@ static enum vw_status clip_epochs(struct vw_series *series) {
 #define LOSS &vw_measure_l1, -1
 #define L1_UNIT "mean absolute error"
 
-// X(name, unit, formula, measure and its sign, form, treatment, weighting, outcome); d is the delta of a visit, e = 1
+// X(name, unit, formula, measure and its sign, form, treatment, weighting, aggregate); d is the delta of a visit, e = 1
 // ... E the epochs after burn-in. The order is that of the scores.
 #define METHODS(X)                                                                                                     \
     X("dv_psnr", "dB", "sum of d", PSNR, STEP, keep, weigh_all, SUM)                                                   \
@@ -111,10 +111,10 @@ static enum vw_status clip_epochs(struct vw_series *series) {
     X("momentum_psnr", "dB", "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", PSNR, DECONVOLVED, keep, weigh_all, SUM)  \
     X("momentum_loss", L1_UNIT, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", LOSS, DECONVOLVED, keep, weigh_all, SUM)
 
-#define LISTED(name, unit, formula, measure, form, treatment, weighting, outcome)                                      \
-    {name, unit, formula, VW_AGGREGATE_##outcome == VW_AGGREGATE_SUM},
-#define MADE(name, unit, formula, measure, form, treatment, weighting, outcome)                                        \
-    {measure, VW_FORM_##form, treatment, weighting, VW_AGGREGATE_##outcome},
+#define LISTED(name, unit, formula, measure, form, treatment, weighting, aggregate)                                    \
+    {name, unit, formula, VW_AGGREGATE_##aggregate == VW_AGGREGATE_SUM},
+#define MADE(name, unit, formula, measure, form, treatment, weighting, aggregate)                                      \
+    {measure, VW_FORM_##form, treatment, weighting, VW_AGGREGATE_##aggregate},
 static const struct vw_value_method listed[] = {METHODS(LISTED)};
 const struct vw_method vw_methods[] = {METHODS(MADE)};
 const uint32_t vw_method_count = VW_ARRAY_COUNT(vw_methods);
@@ -127,5 +127,5 @@ const struct vw_value_method *vw_value_methods(uint32_t *count) {
 }
 
 bool vw_method_is_sum_of_steps(const struct vw_method *method) {
-    return method->form == VW_FORM_STEP && method->treatment == keep && method->outcome == VW_AGGREGATE_SUM;
+    return method->form == VW_FORM_STEP && method->treatment == keep && method->aggregate == VW_AGGREGATE_SUM;
 }

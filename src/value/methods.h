@@ -26,7 +26,7 @@ struct vw_method {
     enum vw_form form;
     vw_treatment *treatment;
     vw_weighting *weighting;
-    enum vw_aggregate outcome;
+    enum vw_aggregate aggregate;
 };
 
 // The methods of the first entries of vw_value_methods(), in the same order.

@@ -88,7 +88,7 @@ static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_
         .ci_low = interval->ci_low,
         .ci_high = interval->ci_high,
     };
-    if (scoring->method->outcome == VW_AGGREGATE_MEAN && statistics->visits > 0) take_mean(&score);
+    if (scoring->method->aggregate == VW_AGGREGATE_MEAN && statistics->visits > 0) take_mean(&score);
     return score;
 }
 
@@ -104,7 +104,8 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
     for (uint32_t i = 0; i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
     vw_rank_intervals(own, count);
-    for (uint32_t i = 0; scoring->method->outcome == VW_AGGREGATE_CUBE_ROOT && i < count; i++) take_cube_root(&own[i]);
+    for (uint32_t i = 0; scoring->method->aggregate == VW_AGGREGATE_CUBE_ROOT && i < count; i++)
+        take_cube_root(&own[i]);
     *score_count += count;
 }
 
@@ -164,8 +165,8 @@ enum vw_status vw_value_of_method(const struct vw_value_input *input, const char
         const struct statistics *statistics = &scoring.statistics[i];
         if (statistics->visits == 0) continue;
         values[i] =
-            scoring.method->outcome == VW_AGGREGATE_MEAN ? statistics->sum / statistics->visits : statistics->sum;
-        if (scoring.method->outcome == VW_AGGREGATE_CUBE_ROOT) values[i] = cbrt(values[i]);
+            scoring.method->aggregate == VW_AGGREGATE_MEAN ? statistics->sum / statistics->visits : statistics->sum;
+        if (scoring.method->aggregate == VW_AGGREGATE_CUBE_ROOT) values[i] = cbrt(values[i]);
     }
     discard(&scoring);
     return status;

@@ -83,7 +83,7 @@ static void auto_is_none_where_nothing_is_called_for(void **state) {
     struct vw_scene *scene = detection_plain_scene();
     const char *const choices[] = {"auto", "none"};
     struct test_run *runs[2];
-    uint8_t ids[2][32];
+    uint8_t ids[2][VW_HASH_BYTES];
     for (int i = 0; i < 2; i++) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         struct vw_config config = test_config();

@@ -18,7 +18,7 @@ struct parts {
     struct vw_gpu_info *device;
 };
 
-static void identify(const struct parts *parts, uint8_t run_id[32]) {
+static void identify(const struct parts *parts, uint8_t run_id[VW_HASH_BYTES]) {
     struct vw_trainer *trainer = test_trainer_create(parts->scene, &parts->config, parts->validate, 0);
     ASSERT_OK(vw_trainer_run_id(trainer, run_id));
     vw_trainer_destroy(&trainer);
@@ -60,7 +60,7 @@ static void every_part_of_a_run_names_it(void **state) {
         change_driver,    change_to_unbounded,   change_box,     change_vary,       change_vary_to_pixels,
         change_base_seed, change_table_precision};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
-    uint8_t ids[VW_ARRAY_COUNT(changes) + 1][32];
+    uint8_t ids[VW_ARRAY_COUNT(changes) + 1][VW_HASH_BYTES];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {
         struct parts parts = {test_scene(), test_config(), true, device};
         if (i > 0) changes[i - 1](&parts);

@@ -17,7 +17,7 @@ static void exclude(struct vw_scene *scene, uint32_t view) {
 }
 
 static struct test_run *run_on(const struct vw_scene *scene, const struct vw_config *config, const uint32_t *views,
-                               uint32_t count, uint8_t run_id[32]) {
+                               uint32_t count, uint8_t run_id[VW_HASH_BYTES]) {
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
     ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
@@ -41,7 +41,7 @@ static void some_views_are_as_a_scene_of_these(void **state) {
         struct vw_scene *whole = test_scene(), *smaller = test_scene();
         struct vw_config config = test_config();
         uint32_t *views = NULL, all = 0, count = 0;
-        uint8_t ids[3][32];
+        uint8_t ids[3][VW_HASH_BYTES];
         strcpy(config.effects, effects[i]);
         if (!strcmp(effects[i], "unbounded")) whole->box.half_extent_world = smaller->box.half_extent_world = 100.0;
         ASSERT_OK(vw_scene_list_views(whole, VW_SPLIT_TRAIN, &views, &all));

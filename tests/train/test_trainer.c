@@ -356,7 +356,7 @@ static void the_run_id_names_what_changes_bits(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     struct vw_config configs[7];
-    uint8_t ids[7][32];
+    uint8_t ids[7][VW_HASH_BYTES];
     for (int i = 0; i < 7; i++) configs[i] = test_config();
     configs[1].epochs = 99;
     configs[2].seed = 1;

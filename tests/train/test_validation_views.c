@@ -92,7 +92,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     struct vw_ledger_image *images = vw_allocate(scene->view_count, sizeof *images);
     char *folder = temporary_folder_create();
     struct vw_ledger *ledger = NULL;
-    char hex[65];
+    char hex[VW_HASH_HEX_BYTES];
     memset(hex, 'a', 64);
     hex[64] = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)

@@ -36,8 +36,8 @@ static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, cons
 
 // Ends a hash into `hex` and tells whether `sql` finds the same.
 static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value,
-                           char hex[65]) {
-    unsigned char hash[32];
+                           char hex[VW_HASH_HEX_BYTES]) {
+    unsigned char hash[VW_HASH_BYTES];
     crypto_generichash_final(state, hash, sizeof hash);
     sodium_bin2hex(hex, 65, hash, sizeof hash);
     sqlite3_stmt *statement = sql_query(raw, sql, value);
@@ -66,7 +66,7 @@ static inline bool is_running(sqlite3 *raw) {
 static inline bool chain_holds(const char *path) {
     sqlite3 *raw = sql_open(path);
     crypto_generichash_state state;
-    char head[65];
+    char head[VW_HASH_HEX_BYTES];
     crypto_generichash_init(&state, NULL, 0, 32);
     feed_rows(&state, raw,
               "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run", 0);

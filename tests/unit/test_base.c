@@ -11,7 +11,7 @@
 #include "base/hash.h"
 #include "viewworth/log.h"
 
-static void assert_hex(const uint8_t hash[32], const char *expected) {
+static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) {
     char hex[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(hash, hex);
     assert_string_equal(hex, expected);
@@ -19,7 +19,7 @@ static void assert_hex(const uint8_t hash[32], const char *expected) {
 
 static void sha256_matches_the_published_vector(void **state) {
     const char *expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"; // FIPS 180-2, "abc"
-    uint8_t hash[32];
+    uint8_t hash[VW_HASH_BYTES];
     vw_sha256("abc", 3, hash);
     assert_hex(hash, expected);
     char *path = vw_path_join(*state, "abc");
@@ -40,7 +40,7 @@ static void hasher_writes_tag_length_and_little_endian(void **state) {
                              'r', 0,    0,    0,    0,    0,    0,    0xf8, 0x3f,           // real 1.5
                              'n',                                                           // null
                              'b', 1,    0,    0,    0,    0,    0,    0,    0,    7};       // bytes {7}
-    uint8_t expected[32], hash[32];
+    uint8_t expected[VW_HASH_BYTES], hash[VW_HASH_BYTES];
     crypto_generichash(expected, sizeof expected, bytes, sizeof bytes, NULL, 0);
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
@@ -73,7 +73,7 @@ static void add_sequence(struct vw_hasher *hasher, int sequence) {
 static void different_sequences_hash_differently(void **state) {
     (void)state;
     enum { SEQUENCES = 12 };
-    uint8_t hashes[SEQUENCES][32];
+    uint8_t hashes[SEQUENCES][VW_HASH_BYTES];
     for (int i = 0; i < SEQUENCES; i++) {
         struct vw_hasher hasher;
         vw_hasher_begin(&hasher);
@@ -83,7 +83,7 @@ static void different_sequences_hash_differently(void **state) {
             if (memcmp(hashes[i], hashes[j], 32) == 0) fail_msg("sequences %d and %d of add_sequence hash alike", j, i);
     }
     struct vw_hasher hasher;
-    uint8_t of_null[32];
+    uint8_t of_null[VW_HASH_BYTES];
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, NULL);
     vw_hasher_end(&hasher, of_null);

@@ -361,7 +361,7 @@ static void a_lone_photo_has_its_worth(void **state) {
 }
 
 // The interval of a mean and of a root follow from that of the sum.
-static void intervals_follow_the_outcome(void **state) {
+static void intervals_follow_the_aggregate(void **state) {
     (void)state;
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0;
@@ -436,7 +436,7 @@ int main(void) {
         cmocka_unit_test(a_single_epoch_has_scores_without_errors),
         cmocka_unit_test(a_method_alone_has_the_same_values),
         cmocka_unit_test(a_lone_photo_has_its_worth),
-        cmocka_unit_test(intervals_follow_the_outcome),
+        cmocka_unit_test(intervals_follow_the_aggregate),
         cmocka_unit_test(resampling_stderr_heed_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

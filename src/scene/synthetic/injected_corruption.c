@@ -19,7 +19,7 @@ static const struct vw_recipe_defect kinds[] = {
 };
 
 static uint64_t number_of(const struct vw_view *view) {
-    uint8_t hash[32];
+    uint8_t hash[VW_HASH_BYTES];
     uint64_t number;
     vw_sha256(view->name, strlen(view->name), hash);
     memcpy(&number, hash, sizeof number); // the same on all machines that SPIR-V and our buffers know: little-endian
