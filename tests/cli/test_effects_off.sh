@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # An effect that is off costs nothing (design, decision 7): every shader, specialised with the effect off and optimised, has the same code
 # as one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
-# test_effects_off.sh PROGRAM [EFFECT]...: these alone.
+# test_effects_off.sh PROGRAM [EFFECT]...: these alone. Skipped while shaders and effects are as they were when it last passed.
 # In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
 set -uo pipefail
 program=$(realpath "$1")
@@ -14,6 +14,16 @@ done
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+
+# What the comparison depends on. Chosen effects are always compared.
+if [[ $# -eq 1 ]]; then
+    "$program" info scenes/clean.json --quiet >"$work/info"
+    spirv-opt --version >"$work/tool"
+    sed -n '/^effect /,$p' "$work/info" | awk '{print $1}' >"$work/effects"
+    # shellcheck disable=SC2046
+    skip_unchanged "$(dirname "$program")/test_effects_off.passed" tests/cli/test_effects_off.sh tests/cli/spirv_code.awk "$work/tool" "$work/effects" \
+        $(find shaders -type f | sort)
+fi
 
 # Registry names, in order: first column of the table.
 mapfile -t effects < <("$program" info scenes/clean.json --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')

@@ -371,12 +371,13 @@ static void rendering_matches_the_reference(void **state) {
     }
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradients_match_the_reference),
         cmocka_unit_test(the_loss_changes_as_the_gradients_say),
         cmocka_unit_test(gradient_descent_follows_the_reference),
         cmocka_unit_test(rendering_matches_the_reference),
     };
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests_name("step_gradients", tests, NULL, step_bench_teardown);
 }

@@ -10,36 +10,52 @@
 #include "gpu/compute.h"
 #include "base/memory.h"
 
-// Two 32-bit atomics with a carry, or none, instead of one of 64 bits.
-static void gives_the_bits_of_atomics(const struct step_case *setup, enum scatter_form form) {
+// A gradient scattered by one 64-bit atomic per feature.
+struct scattered {
+    float *rows;
+    uint64_t *words;
+    size_t size_bytes;
+    uint32_t clamped;
+};
+
+static struct scattered scatter_by_atomics(const struct step_case *setup) {
+    struct step_bench *bench = step_bench_open(setup);
+    assert_true(vw_gpu_get_limits(bench->gpu)->int64_atomics);
+    struct scattered scattered = {.rows = scatter_rows(bench, INPUT_ORDINARY),
+                                  .size_bytes = vw_buffer_size_bytes(bench->step.d_grid)};
+    struct vw_step_state flags;
+    scatter_run(bench, scattered.rows, &flags);
+    scattered.words = step_bench_read(bench, bench->step.d_grid);
+    scattered.clamped = flags.clamped;
+    step_bench_close(bench);
+    return scattered;
+}
+
+// Two 32-bit atomics with a carry, or none.
+static void gives_the_bits_of_atomics(struct step_case setup, enum scatter_form form, const struct scattered *atomics) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics = false;
-    struct step_case other_setup = *setup;
-    other_setup.scatter = form;
-    struct step_bench *whole = step_bench_open(setup), *other = step_bench_open_clamped(&other_setup, &clamp);
-    assert_true(vw_gpu_get_limits(whole->gpu)->int64_atomics);
-    assert_false(vw_gpu_get_limits(other->gpu)->int64_atomics);
-    float *rows = scatter_rows(whole, INPUT_ORDINARY);
-    struct vw_step_state whole_flags, other_flags;
-    scatter_run(whole, rows, &whole_flags);
-    scatter_run(other, rows, &other_flags);
-    uint64_t *whole_words = step_bench_read(whole, whole->step.d_grid),
-             *other_words = step_bench_read(other, other->step.d_grid);
-    check_same_bits(whole->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics",
-                    other_words, whole_words, vw_buffer_size_bytes(whole->step.d_grid));
-    assert_int_equal(other_flags.clamped, whole_flags.clamped);
-    free(rows);
-    free(whole_words);
-    free(other_words);
-    step_bench_close(other);
-    step_bench_close(whole);
+    setup.scatter = form;
+    struct step_bench *bench = step_bench_open_clamped(&setup, &clamp);
+    assert_false(vw_gpu_get_limits(bench->gpu)->int64_atomics);
+    struct vw_step_state flags;
+    scatter_run(bench, atomics->rows, &flags);
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    check_same_bits(bench->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics", words,
+                    atomics->words, atomics->size_bytes);
+    assert_int_equal(flags.clamped, atomics->clamped);
+    free(words);
+    step_bench_close(bench);
 }
 
 static void every_form_gives_the_same_bits(void **state) {
     (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
-        gives_the_bits_of_atomics(&step_cases[i], SCATTER_SPLIT_ATOMICS);
-        gives_the_bits_of_atomics(&step_cases[i], SCATTER_WALK);
+        struct scattered atomics = scatter_by_atomics(&step_cases[i]);
+        gives_the_bits_of_atomics(step_cases[i], SCATTER_SPLIT_ATOMICS, &atomics);
+        gives_the_bits_of_atomics(step_cases[i], SCATTER_WALK, &atomics);
+        free(atomics.rows);
+        free(atomics.words);
     }
 }
 
