@@ -32,8 +32,8 @@ for amount in 0 -5 1.005 1e3 x ''; do
     check "--payout '$amount' is refused" refuses '--payout takes an amount' value "$scene" --out "$out" "${tiny[@]}" \
         --providers "$folder/providers.csv" --payout "$amount"
 done
-check "--payout of a run without scores is refused" refuses '--payout: .*no epoch after --burn-in 4' value "$scene" --out "$out" "${tiny[@]}" \
-    --providers "$folder/providers.csv" --payout 10 --burn-in 4
+check "--payout of a run without scores is refused" refuses '--payout: .*no epoch after --burn-in 4' \
+    value "$scene" --out "$out" "${tiny[@]}" --providers "$folder/providers.csv" --payout 10 --burn-in 4
 check "refused runs leave nothing" test ! -e "$out"
 
 # ---- A run --------------------------------------------------------------------------------------------------------------

@@ -51,7 +51,8 @@ offers_not() { ! grep -qx -- "$1" <<<"$(complete_line "${@:2}")"; }
 check "completion offers commands" offers value viewworth va
 check "and none that begins otherwise" offers_not train viewworth va
 for command in $commands; do
-    check "completion offers the options of $command" test "$(complete_line viewworth "$command" -- | sort)" = "$(options_of "$command" | sort)"
+    check "completion offers the options of $command" \
+        test "$(complete_line viewworth "$command" -- | sort)" = "$(options_of "$command" | sort)"
 done
 check "completion offers the choices of an option" offers huber viewworth value scene.json --loss h
 check "completion offers presets" offers quick viewworth value scene.json --accuracy ''

@@ -21,8 +21,8 @@ if [[ $# -eq 1 ]]; then
     spirv-opt --version >"$work/tool"
     sed -n '/^effect /,$p' "$work/info" | awk '{print $1}' >"$work/effects"
     # shellcheck disable=SC2046
-    skip_unchanged "$(dirname "$program")/test_effects_off.passed" tests/cli/test_effects_off.sh tests/cli/spirv_code.awk "$work/tool" "$work/effects" \
-        $(find shaders -type f | sort)
+    skip_unchanged "$(dirname "$program")/test_effects_off.passed" tests/cli/test_effects_off.sh tests/cli/spirv_code.awk \
+        "$work/tool" "$work/effects" $(find shaders -type f | sort)
 fi
 
 # Registry names, in order: first column of the table.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every command that trains can be stopped and resumed: it is killed, resumed, interrupted and resumed again, each time partway, and leaves what
-# the same command leaves without interruption. Takes the program's path, and names of cases to run these alone.
+# Every command that trains can be stopped and resumed: it is killed, resumed, interrupted and resumed again, each time
+# partway, and leaves what the same command leaves without interruption. Takes the program's path, and names of cases to run these alone.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 chosen=("${@:2}")
@@ -23,8 +23,8 @@ progress() {
     echo "$sum"
 }
 
-# contents OUT: all that must be the same after an interruption: rows with their hashes, tables, fields, pictures. Reports name their folder;
-# what was timed differs from run to run.
+# contents OUT: all that must be the same after an interruption: rows with their hashes, tables, fields, pictures. Reports name their
+# folder; what was timed differs from run to run.
 contents() {
     local file
     (

@@ -35,8 +35,8 @@ check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.
 check "so is another choice of photos" fails 2 'other photos to train on' value corrupted 6 --resume \
     --train <(printf 'view_%03d\n' 1 2 3) --val <(printf 'view_%03d\n' 0)
 check "and other effects" fails 2 'other --effects' value corrupted 6 --resume --effects occupancy,background
-check "and the same by train" fails 2 'train instead of value' "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" \
-    --effects occupancy --resume --quiet
+check "and the same by train" fails 2 'train instead of value' \
+    "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" --effects occupancy --resume --quiet
 check "refusals leave the run alone" same_run short corrupted
 
 longer_from() { # longer_from OUT: extends it and compares

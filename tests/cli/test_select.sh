@@ -230,7 +230,8 @@ check "a transforms.json would make another scene of its folder" refuses 'read a
 check "no other row is there" test "$(wc -l <"$folder/picked.tsv")" = "$((1 + 5 + $(grep -cP '\ttest\t' "$tourism/tiny.tsv")))"
 check "it is a list for --train" trains tourism.again "$tourism" --train "$folder/picked.tsv"
 check "it holds the photos in their splits" kept tourism.run tourism.again
-check "a second TSV in the scene's folder is refused" refuses 'may have only one TSV' select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
+check "a second TSV in the scene's folder is refused" refuses 'may have only one TSV' \
+    select "$folder/tourism.run" --top 5 --to "$tourism/b.tsv"
 
 # ---- Names, one a line ----------------------------------------------------------------------------------------------------
 

@@ -10,8 +10,8 @@ value() {
 }
 for ((seed = 0; seed < seeds; seed++)); do
     check "seed $seed is valued" value "$seed"
-    sqlite3 "$folder/$seed/ledger.db" -separator ' ' "SELECT $seed, image_id, method, value, ci_low, ci_high, rank_ci_low, rank_ci_high FROM score
-        WHERE low IS NOT NULL" >>"$folder/scores"
+    sqlite3 "$folder/$seed/ledger.db" -separator ' ' "SELECT $seed, image_id, method, value, ci_low, ci_high,
+        rank_ci_low, rank_ci_high FROM score WHERE ci_low IS NOT NULL" >>"$folder/scores"
 done
 
 # coverage METHOD: the shares of intervals, and of rank intervals, that hold the mean over the other seeds, and its rank. That mean is known

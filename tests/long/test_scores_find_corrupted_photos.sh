@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the scores are for, on the courtyard with the default options and two seeds: they find the corrupted photos and agree with each other,
-# and without momentum they agree better than with it. Takes the program's path.
+# What the scores are for, on the courtyard with the default options and two seeds: they find the corrupted photos and agree with
+# each other, and without momentum they agree better than with it. Takes the program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
