@@ -131,6 +131,6 @@ check "two processes in one folder do no harm" both
 check "and the run is the one it would have been" same_run whole both
 
 mkdir "$folder/left" && echo x >"$folder/left/ledger.db-journal"
-check "the journal of a ledger that is gone is refused" fails 2 'ledger.db-journal: left over.*remove it' value left 3
+check "the journal of a removed ledger is refused" fails 2 'ledger.db-journal: the journal of a removed ledger; remove it' value left 3
 check "a head is 64 digits" fails 2 '64 hexadecimal digits' verify short --expect zzz
 conclude "$@"
