@@ -80,7 +80,7 @@ static enum vw_status stop(struct vw_run *run) {
 
 // Lets the trainer go to where the stop rules look next, or to `last_step`.
 static void release(struct vw_run *run, uint64_t last_step) {
-    vw_trainer_stop_after(run->trainer, run->hold_step < last_step ? run->hold_step : last_step);
+    vw_trainer_stop_after(run->trainer, run->stop_step < last_step ? run->stop_step : last_step);
 }
 
 // The end of a run is not saved twice: an older checkpoint is worth more than a second one of the same step.
@@ -94,11 +94,11 @@ static void end_steps(struct vw_run *run) {
 
 // Nothing is in flight, and the trainer is where it was released to.
 static enum vw_status pass_hold(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
-    bool goes_on = false;
-    *piece_ends = run->statistics.steps < run->hold_step;
-    enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &goes_on);
+    bool continues = false;
+    *piece_ends = run->statistics.steps < run->stop_step;
+    enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &continues);
     if (status || *piece_ends) return status;
-    if (goes_on) release(run, last_step);
+    if (continues) release(run, last_step);
     else end_steps(run);
     return VW_OK;
 }

@@ -50,7 +50,7 @@ struct vw_run {
     bool moved;                           // since the last checkpoint
     bool failed;                          // the ledger says how; nothing more is written
     uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
-    uint64_t hold_step;                   // where the stop rules look next
+    uint64_t stop_step;                   // where the stop rules look next
     struct vw_step_statistics statistics; // of the steps in the ledger
     struct {
         uint64_t first_step;         // taken before the segment

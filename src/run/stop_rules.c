@@ -37,12 +37,12 @@ static enum vw_status set_epochs(struct vw_run *run, uint64_t epochs) {
 static enum vw_status hold_at(struct vw_run *run, uint64_t step) {
     run->segment.first_step = run->statistics.steps;
     run->segment.started_s = vw_now_s();
-    run->hold_step = step;
+    run->stop_step = step;
     return set_epochs(run, step / photos_of(run));
 }
 
 enum vw_status vw_stop_rules_begin(struct vw_run *run) {
-    run->hold_step = vw_trainer_total_steps(run->trainer);
+    run->stop_step = vw_trainer_total_steps(run->trainer);
     if (!is_held(run)) return VW_OK;
     if (keeps_time(run)) vw_plan_estimate_finish(run->scene, run->no_thumbnails, &run->plan); // a resumed one has none
     return hold_at(run, vw_trainer_epoch_end(run->trainer, run->statistics.steps));
@@ -70,14 +70,14 @@ static uint32_t next_segment(struct vw_run *run) {
     return segment > 1 && run->until_stable > 0 ? 1 : segment;
 }
 
-enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *goes_on) {
+enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *continues) {
     bool stable = false;
-    *goes_on = false;
+    *continues = false;
     if (!is_held(run)) return VW_OK;
     enum vw_status status = vw_stop_rules_measure_stability(run, &stable);
     uint32_t epochs = status || stable ? 0 : next_segment(run);
-    *goes_on = epochs > 0;
-    return *goes_on ? hold_at(run, run->statistics.steps + epochs * photos_of(run)) : status;
+    *continues = epochs > 0;
+    return *continues ? hold_at(run, run->statistics.steps + epochs * photos_of(run)) : status;
 }
 
 uint64_t vw_stop_rules_expected_steps(const struct vw_run *run) {

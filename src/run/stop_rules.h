@@ -1,6 +1,6 @@
-// Where a run looks whether it goes on: at ends of epochs, without changing a bit of its steps. With until_stable it
-// looks at every end, and stops once the scores of vw_value_default_method are stable (value/stability.h). With a
-// budget it looks at fewer ends, which come closer as the time runs out. Both may hold.
+// When a run stops early. It checks at ends of epochs, which changes no bit of its steps. With until_stable it
+// checks at every end, and stops once the scores of vw_value_default_method are stable (value/stability.h). With a
+// budget it checks at fewer ends, which come closer as the time runs out. Both rules may apply.
 //
 // Stability depends on the recorded steps alone, so that a run that was killed and resumed ends where it would have
 // ended. It is no part of what the run is: a run may be resumed with a higher value, or without.
@@ -14,11 +14,11 @@
 
 // VW_ERROR_USAGE unless the rank correlation is 0 (never stop) or lies between 0 and 1.
 enum vw_status vw_stop_rules_check(double until_stable);
-// Sets run->hold_step to the end of the epoch that is recorded last, or of the first.
+// Sets run->stop_step to the end of the epoch that is recorded last, or of the first.
 enum vw_status vw_stop_rules_begin(struct vw_run *run);
-// At run->hold_step: tells whether the run goes on, and sets the next hold_step. False where all steps are taken. With
-// a budget the run's config, and the ledger's, get as many epochs as the run is held at.
-enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *goes_on);
+// At run->stop_step: tells whether the run continues, and sets the next stop_step. False where all steps are taken.
+// With a budget the run's config, and the ledger's, get as many epochs as the run is held at.
+enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *continues);
 // Measures run->stability of the steps so far. False without until_stable.
 enum vw_status vw_stop_rules_measure_stability(struct vw_run *run, bool *stable);
 // Steps that the run will have at its end, as far as is known.

@@ -63,7 +63,7 @@ static void add(struct statistics *statistics, uint64_t step, double contributio
 }
 
 static enum vw_status add_probe(size_t method, const struct vw_value_input *input, const struct vw_step_record *record,
-                                const struct vw_probe *probe, struct statistics *tallies) {
+                                const struct vw_probe *probe, struct statistics *statistics) {
     uint32_t view = probe->view == VW_RECORD_UNTRAINED ? record->view : probe->view;
     const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, view);
     if (!image)
@@ -74,11 +74,11 @@ static enum vw_status add_probe(size_t method, const struct vw_value_input *inpu
             record->step, probe->index, view);
     double value = vw_measure_of_probe(rules[method].measure, probe);
     if (rules[method].kind == VW_PROBE_SAME_STATE) value -= vw_measure_of_record(rules[method].measure, record);
-    add(&tallies[image - input->images], record->step, rules[method].sign * value);
+    add(&statistics[image - input->images], record->step, rules[method].sign * value);
     return VW_OK;
 }
 
-static enum vw_status count_probes(size_t method, const struct vw_value_input *input, struct statistics *tallies) {
+static enum vw_status count_probes(size_t method, const struct vw_value_input *input, struct statistics *statistics) {
     enum vw_status status = VW_OK;
     uint64_t taken = 0;
     for (uint64_t i = 0; i < input->record_count; i++) {
@@ -86,9 +86,9 @@ static enum vw_status count_probes(size_t method, const struct vw_value_input *i
         struct vw_step_probes probes = vw_step_probes_take(input, record->step, &taken);
         for (uint64_t p = 0; p < probes.count && record->epoch >= input->burn_in_epochs && !status; p++)
             if (probes.probes[p].kind == rules[method].kind)
-                status = add_probe(method, input, record, &probes.probes[p], tallies);
+                status = add_probe(method, input, record, &probes.probes[p], statistics);
     }
-    for (uint32_t i = 0; i < input->image_count; i++) close_state(&tallies[i]);
+    for (uint32_t i = 0; i < input->image_count; i++) close_state(&statistics[i]);
     return status;
 }
 
@@ -111,24 +111,24 @@ static struct vw_ledger_score score_of(size_t method, uint32_t image_id, const s
     return score;
 }
 
-static void append_scores(size_t method, const struct statistics *tallies, const struct vw_value_input *input,
+static void append_scores(size_t method, const struct statistics *statistics, const struct vw_value_input *input,
                           struct vw_ledger_score *scores, uint32_t *score_count) {
     bool probed = false;
-    for (uint32_t i = 0; i < input->image_count; i++) probed |= tallies[i].all.count > 0;
+    for (uint32_t i = 0; i < input->image_count; i++) probed |= statistics[i].all.count > 0;
     for (uint32_t i = 0; probed && i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0)
-            scores[(*score_count)++] = score_of(method, input->images[i].image_id, &tallies[i]);
+            scores[(*score_count)++] = score_of(method, input->images[i].image_id, &statistics[i]);
 }
 
 enum vw_status vw_probe_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                       uint32_t *score_count) {
-    struct statistics *tallies = vw_allocate(input->image_count, sizeof *tallies);
-    enum vw_status status = tallies ? VW_OK : VW_ERROR_MEMORY;
+    struct statistics *statistics = vw_allocate(input->image_count, sizeof *statistics);
+    enum vw_status status = statistics ? VW_OK : VW_ERROR_MEMORY;
     for (size_t method = 0; !status && method < VW_ARRAY_COUNT(methods); method++) {
-        memset(tallies, 0, input->image_count * sizeof *tallies);
-        status = count_probes(method, input, tallies);
-        if (!status) append_scores(method, tallies, input, scores, score_count);
+        memset(statistics, 0, input->image_count * sizeof *statistics);
+        status = count_probes(method, input, statistics);
+        if (!status) append_scores(method, statistics, input, scores, score_count);
     }
-    free(tallies);
+    free(statistics);
     return status;
 }

@@ -66,7 +66,7 @@ static void log_plan(const struct vw_plan *plan, const struct vw_config *config)
     vw_log_info("%s%s (%s)", lead, text_of(plan->record, "preset"), text);
     if (plan->budget_s > 0)
         vw_log_info("         about %u epochs at %.3g ms a step", plan->epochs_planned, 1e3 * plan->step_s);
-    if (*trade_off) vw_log_info("         gives up %s", trade_off);
+    if (*trade_off) vw_log_info("         trade-off: %s", trade_off);
 }
 
 static enum vw_status choose_preset(const struct vw_run_params *params, struct vw_config *config,

@@ -9,9 +9,9 @@
 
 static const struct vw_preset presets[] = {
     {"draft", 250, 16, 512, 14, 32, 12, 0,
-     "detail, and part of how well scores of two seeds agree: few rays, samples and epochs"},
-    {"quick", 500, 16, 512, 14, 32, 24, 24, "detail along the rays: half the samples"},
-    {"standard", 500, 32, 512, 14, 32, 30, 45, "scores as on all validation pixels, and some detail: fewer rays"},
+     "less detail, and scores of two seeds agree less: few rays, samples and epochs"},
+    {"quick", 500, 16, 512, 14, 32, 24, 24, "less detail along the rays: half the samples"},
+    {"standard", 500, 32, 512, 14, 32, 30, 45, "less detail, and scores from fewer validation pixels: fewer rays"},
     {"reference", 1000, 32, 2048, 14, 32, 60, 90, ""},
 };
 

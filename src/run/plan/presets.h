@@ -13,7 +13,7 @@ struct vw_preset {
     // --budget chooses the preset only if there is time for so many epochs: with fewer, more epochs of the next cheaper
     // preset are worth more.
     uint32_t budget_epochs;
-    const char *trade_off; // one line: what it gives up against the next; "" for the most expensive one
+    const char *trade_off; // one line: what it loses against the next; "" for the most expensive one
 };
 
 // "standard" is exactly vw_config_default.
