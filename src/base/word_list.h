@@ -11,11 +11,11 @@ struct vw_word {
     size_t length;    // bytes
 };
 
-// Reads the next word and moves `*rest` behind it. `*rest` is the list at first, and NULL after the last word; false
-// when it is NULL.
+// Reads the next word and moves `*rest` after it. `*rest` is the list at first and NULL after the last word; false if
+// it is NULL.
 bool vw_word_list_next(const char **rest, struct vw_word *word);
 bool vw_word_is(struct vw_word word, const char *name);
-// Whether a list has a word. False when the list is NULL.
+// Whether a list has a word; false if the list is NULL.
 bool vw_word_list_has(const char *list, const char *name);
 
 #endif

@@ -230,7 +230,7 @@ enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_sce
             box = ngp;
             text = vw_format_text("aabb_scale %g of the scene file (scale %g)", declared->aabb_scale, declared->scale);
         } else {
-            status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not hold what the cameras look at",
+            status = vw_scene_note(scene, "aabb_scale %g is ignored: its box does not contain what the cameras look at",
                                    declared->aabb_scale);
             if (status) return status;
         }

@@ -32,8 +32,8 @@ static enum vw_status find_masks(struct vw_scene_builder *builder) {
     }
     uint32_t used_count = scene->view_count - scene->split_count[VW_SPLIT_EXCLUDED];
     if (!scene->masked_view_count || scene->masked_view_count == used_count) return VW_OK;
-    return vw_scene_note(scene, "%u of %u photos have a mask; the others are looked at whole", scene->masked_view_count,
-                         used_count);
+    return vw_scene_note(scene, "%u of %u photos have a mask; all pixels of the others are used",
+                         scene->masked_view_count, used_count);
 }
 
 // ---- Sizes ----
@@ -85,16 +85,15 @@ static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_
 static enum vw_status note_repairs(struct vw_scene *scene, const struct repairs *repairs) {
     enum vw_status status = VW_OK;
     if (repairs->clamped_views)
-        status = vw_scene_note(scene, "%u photos: %.3g %% of all pixel values lie above 1 and were clamped",
+        status = vw_scene_note(scene, "%u photos: %.3g %% of all pixel values are above 1 and were clamped",
                                repairs->clamped_views,
                                100.0 * (double)repairs->clamped_values / (double)repairs->value_count);
     if (!status && repairs->bad_views)
         status = vw_scene_note(scene, "%u photos: %" PRIu64 " pixels are NaN, infinite or negative and were masked",
                                repairs->bad_views, repairs->bad_pixels);
     if (!status && repairs->unseen_pixels)
-        status =
-            vw_scene_note(scene, "%" PRIu64 " pixels lie beyond what the model of their lens can undo and were masked",
-                          repairs->unseen_pixels);
+        status = vw_scene_note(scene, "%" PRIu64 " pixels are masked because the lens model has no inverse there",
+                               repairs->unseen_pixels);
     return status;
 }
 

@@ -57,13 +57,17 @@ static enum vw_status compare(const struct vw_scene_builder *builder, const stru
         if (i < 0) continue;
         const struct vw_colmap_image *image = &model->images[i];
         if (!agrees(view, image, &model->cameras[image->camera].camera, spread_world))
-            return vw_scene_note(scene, "the COLMAP model beside it gives no points: its camera of %s is another one",
-                                 view->name);
+            return vw_scene_note(
+                scene, "the points of the COLMAP model beside the scene file are not used: its camera of %s differs",
+                view->name);
         views[i] = v;
         agreeing++;
     }
     *agree = agreeing >= AGREEING_VIEWS_MIN;
-    return *agree ? VW_OK : vw_scene_note(scene, "the COLMAP model beside it gives no points: it holds other photos");
+    return *agree
+               ? VW_OK
+               : vw_scene_note(
+                     scene, "the points of the COLMAP model beside the scene file are not used: it has other photos");
 }
 
 static enum vw_status take(struct vw_scene_builder *builder, const struct vw_colmap_model *model) {

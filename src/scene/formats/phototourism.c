@@ -131,14 +131,16 @@ static enum vw_status note_rows(const struct vw_tsv *tsv, const struct assignmen
             "(first: %s)",
             assignment->skipped_count, tsv->row_count, assignment->skipped_test_count, assignment->first_skipped);
     if (!status && assignment->no_id_count)
-        status = vw_scene_note(scene, "%zu TSV rows have no id and are used: photos are known by file name",
-                               assignment->no_id_count);
+        status =
+            vw_scene_note(scene, "%zu TSV rows have no id but are used, because photos are identified by file name",
+                          assignment->no_id_count);
     if (!status && listed_count < scene->view_count)
         status =
             vw_scene_note(scene, "%zu registered photos are not in the TSV and %s", scene->view_count - listed_count,
-                          list_only ? "are excluded (--pool list)" : "train (--pool list excludes them)");
+                          list_only ? "are excluded (--pool list)" : "are train photos (--pool list excludes them)");
     if (!status && !assignment->test_count)
-        status = vw_scene_note(scene, "the TSV has no test row with a registered photo: every eighth photo validates");
+        status = vw_scene_note(scene,
+                               "the TSV has no test row with a registered photo: every eighth photo is for validation");
     return status;
 }
 

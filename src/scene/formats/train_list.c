@@ -82,7 +82,7 @@ static enum vw_status take_frame(const struct reading *reading, size_t place, co
     const struct vw_view *view = find_framed(reading->scene, name);
     if (!view)
         return vw_fail(VW_ERROR_INPUT, "%s: frame %zu (%s) is not in the scene; give a file that was written for it",
-                       reading->path, place, vw_name_is_clean(name) ? name : "its name holds control characters");
+                       reading->path, place, vw_name_is_clean(name) ? name : "its name has control characters");
     take(reading, view);
     return VW_OK;
 }

@@ -142,7 +142,7 @@ static enum vw_status check_seen(const struct writer *writer) {
     for (uint32_t i = 0; i < writer->list->photo_count; i++)
         if (!writer->seen[i]) return vw_photo_list_refuse_missing(writer->list, &writer->list->photos[i]);
     if (writer->unknown_count)
-        vw_log_warning("%u frames of %s are of no photo that was valued (first: %s) and are left out",
+        vw_log_warning("%u frames of %s are left out because their photo was not valued (first: %s)",
                        writer->unknown_count, writer->list->scene_path, writer->first_unknown);
     return VW_OK;
 }
