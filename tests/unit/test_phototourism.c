@@ -91,7 +91,7 @@ static void splits_come_from_the_tsv(void **state) {
     assert_true(has_note(scene, "2 of 7 TSV rows skipped (1 of them test)"));
     assert_true(has_note(scene, "gone.png"));
     assert_true(has_note(scene, "2 TSV rows have no id"));
-    assert_true(has_note(scene, "3 registered photos are not in the TSV and train"));
+    assert_true(has_note(scene, "3 registered photos are not in the TSV and are train photos"));
     assert_int_equal(scene->point_count, 2);
     assert_int_equal(scene->track_count, 5);
     assert_near(scene->views[3].camera_to_world[0][3], 3, 1e-12);
@@ -219,7 +219,7 @@ static void points_are_evidence(void **state) {
 static void points_of_other_cameras_are_no_evidence(void **state) {
     struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
     assert_int_equal(scene->point_count, 0);
-    assert_true(has_note(scene, "its camera of images/p0 is another one"));
+    assert_true(has_note(scene, "its camera of images/p0 differs"));
     vw_scene_close(&scene);
     scene = open_with_points(*state, 7.1, 0, 0);
     assert_int_equal(scene->point_count, 0);
