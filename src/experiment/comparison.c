@@ -5,6 +5,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
 #include "experiment/side_by_side.h"
 #include "run/outputs/report_folder.h"
@@ -17,17 +18,6 @@ struct work {
     char *renders_folder,
         *pictures_folder; // owned: OUT/renders, and in it the folder for pictures of single retrainings
 };
-
-const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison, uint32_t list) {
-    return comparison->results + (size_t)list * comparison->params->common.seeds;
-}
-
-struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
-                                                     const struct vw_set_pair *pair, enum vw_quality quality) {
-    return vw_quality_compare(vw_comparison_results(comparison, pair->list),
-                              vw_comparison_results(comparison, pair->against), comparison->params->common.seeds,
-                              quality);
-}
 
 // ---- Planning ----
 

@@ -4,7 +4,7 @@
 
 #include "base/csv.h"
 #include "base/file.h"
-#include "experiment/comparison.h"
+#include "experiment/comparison_files.h"
 
 static void print_measures(FILE *stream) {
     for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)

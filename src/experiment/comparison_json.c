@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "base/json.h"
-#include "experiment/comparison.h"
+#include "experiment/comparison_files.h"
 
 static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t seed, uint32_t photo_count) {
     json_t *object = json_pack("{s:I, s:I}", "seed", (json_int_t)seed, "photo_count", (json_int_t)photo_count);

@@ -27,8 +27,10 @@ static enum vw_status collect_rows(const char *path, const struct vw_ledger_scor
     for (uint32_t i = 0; i < score_count; i++) {
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger",
-                           path, scores[i].image_id);
+            return vw_fail(
+                VW_ERROR_INPUT,
+                "%s: score of image %u, which is not in the image table; check the ledger with viewworth verify", path,
+                scores[i].image_id);
         uint32_t first = i > 0 && strcmp(scores[i].method, scores[i - 1].method) == 0 ? rows[i - 1].method_order : i;
         rows[i] = (struct row){.score = &scores[i], .image = image, .method_order = first};
     }

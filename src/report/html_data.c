@@ -34,8 +34,7 @@ static int put_count(json_t *object, const char *key, uint64_t count) {
     return put(object, key, json_integer((json_int_t)count));
 }
 
-// ---- Pictures
-// -----------------------------------------------------------------------------------------------------------
+// ---- Pictures ------------------------------------------------------------------------------------------------------
 
 // A data URI, or null for no picture.
 static json_t *picture_to_json(const struct vw_report_picture *picture, const char *media_type) {
@@ -79,8 +78,7 @@ static int put_thumbnails(const struct vw_report_page *page, uint32_t place, jso
            json_array_append_new(sets, thumbnails_to_json(&page->runs[place]));
 }
 
-// ---- Rows in columns
-// ------------------------------------------------------------------------------------------------------
+// ---- Rows in columns -----------------------------------------------------------------------------------------------
 
 // Adds a value to the column `key`, which is made when it is missing.
 static int add(json_t *columns, const char *key, json_t *value) {
@@ -129,15 +127,16 @@ static enum vw_status put_scores(const struct vw_report_run *run, json_t *object
         const struct vw_ledger_image *image =
             vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
         if (!image)
-            return vw_fail(VW_ERROR_INPUT, "%s: score of image %u, which the image table lacks; verify the ledger",
-                           run->label, run->scores[i].image_id);
+            return vw_fail(
+                VW_ERROR_INPUT,
+                "%s: score of image %u, which is not in the image table; check the ledger with viewworth verify",
+                run->label, run->scores[i].image_id);
         failed = add_score(&run->scores[i], (uint32_t)(image - run->images), scores);
     }
     return failed ? out_of_memory() : VW_OK;
 }
 
-// ---- Steps
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Steps ---------------------------------------------------------------------------------------------------------
 
 struct totals {
     uint64_t nonfinite, clamped, floored, epochs;
@@ -182,8 +181,7 @@ static int put_steps(const struct vw_report_run *run, json_t *object) {
     return failed;
 }
 
-// ---- The matrix
-// -----------------------------------------------------------------------------------------------------------
+// ---- The matrix ----------------------------------------------------------------------------------------------------
 
 // By its place in `images`; null for one that they lack.
 static json_t *image_place(const struct vw_report_run *run, uint32_t image_id) {
@@ -225,8 +223,7 @@ static int put_matrix(const struct vw_report_run *run, json_t *object) {
     return failed;
 }
 
-// ---- The page
-// -------------------------------------------------------------------------------------------------------------
+// ---- The page ------------------------------------------------------------------------------------------------------
 
 static int put_row(const struct vw_report_run *run, json_t *object) {
     const struct vw_ledger_run *row = run->row;

@@ -17,8 +17,7 @@
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count);
 
-// ---- The page
-// ---------------------------------------------------------------------------------------------------------
+// ---- The page ------------------------------------------------------------------------------------------------------
 
 // An encoded image; no bytes where there is none.
 struct vw_report_picture {

@@ -84,11 +84,11 @@ function tile(value, text) { return element('div', {class: 'tile'}, element('b',
 function fillTiles() {
   const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
   const bounded = scored.some(row => known(row.ci_low));
-  const surely = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them surely' : text;
+  const significantly = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them significantly' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
   if (scored.length) {
-    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), surely('photos help', row => row.ci_low > 0)),
-      tile(String(scored.filter(row => row.value < 0).length), surely('photos harm', row => row.ci_high < 0)));
+    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), significantly('photos help', row => row.ci_low > 0)),
+      tile(String(scored.filter(row => row.value < 0).length), significantly('photos harm', row => row.ci_high < 0)));
   }
   tiles.push(tile(grouped(steps.count), 'steps in ' + plural(steps.epochs, 'epoch')),
     tile(duration(one.run.started_utc, one.run.finished_utc), 'from the first step to the end'));

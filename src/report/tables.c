@@ -96,8 +96,7 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
     return vw_csv_write_file(path, print_duplicates, &(struct table){.rows = rows, .count = count});
 }
 
-// ---- The matrix
-// -------------------------------------------------------------------------------------------------------
+// ---- The matrix ----------------------------------------------------------------------------------------------------
 
 static double mean_of(const double *row, uint32_t count) {
     double mean = 0;
@@ -151,6 +150,8 @@ enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *m
                                      const struct vw_ledger_image *images, uint32_t image_count) {
     if (!knows_all(images, image_count, matrix->photos, matrix->photo_count) ||
         !knows_all(images, image_count, matrix->views, matrix->view_count))
-        return vw_fail(VW_ERROR_INPUT, "%s: the image table lacks a photo of the matrix; verify the ledger", path);
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: a photo of the matrix is not in the image table; check the ledger with viewworth verify",
+                       path);
     return vw_csv_write_file(path, print_matrix, &(struct table){matrix, 0, standard_errors, images, image_count});
 }

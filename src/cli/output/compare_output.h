@@ -4,7 +4,8 @@
 
 #include <stdbool.h>
 
-#include "experiment/comparison.h"
+#include "experiment/comparison_data.h"
+#include "experiment/comparison_files.h"
 #include "viewworth/status.h"
 
 // VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.

@@ -19,8 +19,7 @@ struct vw_value_input vw_value_input_truncate(const struct vw_value_input *run, 
     return first;
 }
 
-// ---- Photos
-// -----------------------------------------------------------------------------------------------------------
+// ---- Photos --------------------------------------------------------------------------------------------------------
 
 static bool same_photos(const struct vw_value_input *a, const struct vw_value_input *b) {
     if (a->image_count != b->image_count) return false;
@@ -52,8 +51,7 @@ static enum vw_status list_photos(const struct vw_value_input *run, struct vw_sc
     return VW_OK;
 }
 
-// ---- Scores
-// -----------------------------------------------------------------------------------------------------------
+// ---- Scores --------------------------------------------------------------------------------------------------------
 
 static struct vw_score_table *find(const struct vw_score_tables *tables, const char *method) {
     for (uint32_t i = 0; i < tables->count; i++)

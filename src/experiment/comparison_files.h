@@ -1,0 +1,14 @@
+// What a comparison leaves in OUT.
+#ifndef VIEWWORTH_COMPARISON_FILES_H
+#define VIEWWORTH_COMPARISON_FILES_H
+
+#include <jansson.h>
+
+#include "experiment/comparison_data.h"
+
+// What compare.json holds; NULL when memory is short.
+json_t *vw_comparison_to_json(const struct vw_comparison *comparison);
+// Writes compare.csv, pairs.csv and disagreements.csv.
+enum vw_status vw_comparison_write_csv(const struct vw_comparison *comparison);
+
+#endif
