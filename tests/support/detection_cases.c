@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/temporary_folder.h"
 #include "base/memory.h"
@@ -43,6 +44,12 @@ static const struct detection_case {
     {.exposure = true, .alpha = true, .lens = true, .masks = true},
     {.exposure = true, .far = true, .lens = true, .masks = true, .sky = true, .weather = true},
 };
+
+// Two or three effects at once: the quick tests have these alone or all together.
+static bool is_pair(const struct detection_case *c) {
+    int effects = c->exposure + c->alpha + c->far + c->lens + c->masks + c->sky + c->weather;
+    return effects == 3 || (effects == 2 && !c->weather);
+}
 
 static bool is_true(const struct detection_case *c, const char *effect) {
     const struct {
@@ -177,6 +184,7 @@ void detection_check(uint64_t first_seed, uint32_t seed_count) {
     for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++)
         confusions[e] = (struct confusion){.lowest_on = 1e9, .highest_off = 0.0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        if (is_pair(&cases[i]) && !test_is_full()) continue;
         for (uint64_t seed = first_seed; seed < first_seed + seed_count; seed++) {
             struct vw_scene *scene = open_case(&cases[i], seed);
             if (vw_effects_decide(test_gpu(), scene, "auto", verdicts, &count)) fail_msg("%s", vw_error_message());
