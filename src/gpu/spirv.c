@@ -199,7 +199,10 @@ struct layout {
     uint64_t scalar;    // bytes of the widest scalar in it, the alignment in C
 };
 
-static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+// A type without a size, as broken modules have, needs no rounding.
+static uint64_t round_up(uint64_t value, uint64_t multiple) {
+    return multiple ? (value + multiple - 1) / multiple * multiple : value;
+}
 
 static struct layout layout_of(const struct module *module, uint32_t type);
 
