@@ -21,7 +21,7 @@ struct vw_retrain_result {
     double val_l1, test_l1;     // mean over the split's views of the mean absolute error over pixels and channels
     double val_ssim, test_ssim; // mean over the split's views that have one (image/ssim.h); NaN also where views are
                                 // not measured whole
-    double seconds; // CPU time; for display only
+    double seconds;             // CPU time; for display only
 };
 
 // Trains, or returns the recorded result of an equal retraining.

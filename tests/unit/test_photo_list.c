@@ -131,8 +131,7 @@ static void three_files_hold_a_split_each(void **state) {
                              true)); // they fit into one, too
     check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
-    check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE,
-                  "transforms_train.json: exists");
+    check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: exists");
     check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
     check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
                   "another scene");

@@ -145,8 +145,7 @@ static json_t *bounds_to_json(const struct vw_scene *scene) {
 
 static json_t *notes_to_json(const struct vw_scene *scene) {
     json_t *array = json_array();
-    for (uint32_t i = 0; i < scene->note_count; i++)
-        vw_json_append(&array, json_string(scene->notes[i]));
+    for (uint32_t i = 0; i < scene->note_count; i++) vw_json_append(&array, json_string(scene->notes[i]));
     return array;
 }
 
