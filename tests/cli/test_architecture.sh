@@ -161,7 +161,8 @@ rule "tests include cmocka by its preamble" tests/unit/planted.c '#include <cmoc
 
 short_files() {
     local long
-    long=$(find "${code[@]}" -type f -not -path '*/corpus/*' -print0 | xargs -0 wc -l | awk '$1 > 600 && $2 != "total"')
+    long=$(find "${code[@]}" -type f -not -path '*/corpus/*' -not -path tests/mutations.txt -print0 | xargs -0 wc -l |
+        awk '$1 > 600 && $2 != "total"')
     [[ -z $long ]] || { echo "$long"; return 1; }
 }
 
@@ -196,7 +197,7 @@ rule "nothing is left for later" src/base/planted.c '// TO''DO' -- \
 rule "no paths of one machine" scripts/planted '/ho''me/someone' -- \
     nowhere '(^|[^.[:alnum:]])/([w]ork|[h]ome|[r]oot|[U]sers)/' "${code[@]}" scenes
 rule "no tabs and no spaces at line ends" src/base/planted.c $'\tint x; ' -- nowhere $'\t|[ \r]$' "${code[@]}"
-rule "files have at most 600 lines" src/base/planted.c "$(repeat 601 $'x\n')" -- short_files
+rule "files have at most 600 lines, apart from the list of mutations" src/base/planted.c "$(repeat 601 $'x\n')" -- short_files
 rule "C lines have at most 120 characters" src/base/planted.c "$(repeat 121 x)" -- \
     nowhere '^.{121}' --include='*.c' --include='*.cpp' --include='*.h' src include tests
 rule "other lines have at most 140 characters" scripts/planted "$(repeat 141 x)" -- nowhere '^.{141}' --exclude='*.md' "${code[@]}"
