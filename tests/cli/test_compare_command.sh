@@ -140,7 +140,7 @@ check "a name that is not in the scene" refuses 'unknown.txt:2: view_099' --list
 check "random stands behind a list" refuses 'before it' --list random --list all
 check "that is not all photos" refuses 'shorter' --list all --list random
 check "scores of other photos" refuses 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
-check "imported scores that are too low" refuses 'no photo' --list nima.csv@6
+check "imported scores that are too low" refuses 'no train photo' --list nima.csv@6
 query() { sqlite3 "$1/ledger.db" "$2"; }
 cp -r valued twice
 query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, ground_truth FROM image
