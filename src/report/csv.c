@@ -56,13 +56,13 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
     fputc(',', stream);
     vw_csv_write_real(stream, row->score->standard_error);
     fprintf(stream, ",%u,%u,", row->score->visits, rank);
-    vw_csv_write_real(stream, row->score->resampling_stderr);
-    fputc(',', stream);
     vw_csv_write_real(stream, row->score->ci_low);
     fputc(',', stream);
     vw_csv_write_real(stream, row->score->ci_high);
     print_rank(stream, row->score->rank_ci_low);
     print_rank(stream, row->score->rank_ci_high);
+    fputc(',', stream);
+    vw_csv_write_real(stream, row->score->resampling_stderr);
     fputc('\n', stream);
 }
 
@@ -73,8 +73,8 @@ struct table {
 
 static void print_table(FILE *stream, const void *context) {
     const struct table *table = context;
-    fputs("name,provider,method,value,unit,stderr,visits,rank,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_"
-          "high\n",
+    fputs("name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,"
+          "resampling_stderr\n",
           stream);
     for (uint32_t i = 0; i < table->count; i++) print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
 }

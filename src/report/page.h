@@ -11,7 +11,7 @@
 #include "viewworth/types.h"
 
 // scores.csv (RFC 4180, but lines end with LF): header
-// name,provider,method,value,unit,stderr,visits,rank,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_high; one row
+// name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,resampling_stderr; one row
 // per train image and method, methods in the given order, best first; rank 1 = most valuable, ties by name. What is
 // unknown is an empty field. Reals are printed so that they read back to the same double.
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
