@@ -67,6 +67,8 @@ struct vw_gpu_params {
 // `*infos` is owned by the caller (free). No device at all, or no loader, is VW_ERROR_NO_DEVICE.
 enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count);
 
+// If LP_NATIVE_VECTOR_WIDTH is set and MESA_SHADER_CACHE_DIR is not, opening sets the latter: lavapipe would otherwise
+// read shaders from its cache that were compiled for another width.
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu);
 // Waits for the device. Returns VW_ERROR_DEVICE if validation complained since opening (the messages went to stderr).
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);

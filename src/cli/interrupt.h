@@ -4,8 +4,8 @@
 
 #include "base/interrupt.h"
 
-// From here on the first SIGINT or SIGTERM of the process only makes the returned interrupt requested; the second one
-// ends the program at once.
+// The returned interrupt watches from the first time that it is asked: then the first SIGINT or SIGTERM of the process
+// only makes it requested, and the second one ends the program. Before that a signal ends the program at once.
 struct vw_interrupt vw_interrupt_watch(void);
 
 #endif

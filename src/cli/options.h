@@ -35,7 +35,6 @@ struct vw_options {
     const char *payout;
     double until_stable; // 0: take all epochs
     const char *accuracy, *budget;
-    struct vw_plan *plan; // what these led to (cli/choice.h); NULL: nothing was chosen
     const char *expect;
     uint32_t replay_steps;
     uint32_t subsets;

@@ -17,9 +17,9 @@ static const char *vector_width(void) {
 
 // A path in the user's cache folder, owned by the caller; NULL when there is none.
 static char *cache_path(const char *name) {
-    const char *base = getenv("XDG_CACHE_HOME"), *memory = getenv("HOME");
+    const char *base = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
     if (base && *base == '/') return vw_format_text("%s/viewworth/%s", base, name);
-    return memory && *memory == '/' ? vw_format_text("%s/.cache/viewworth/%s", memory, name) : NULL;
+    return home && *home == '/' ? vw_format_text("%s/.cache/viewworth/%s", home, name) : NULL;
 }
 
 void vw_shader_cache_separate_widths(void) {

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <string>
 #include <vector>
@@ -32,16 +33,21 @@ void *allocate(size_t size_bytes) {
     return memory;
 }
 
-// libpng writes its errors to stderr too; this keeps it to our one line.
+// libpng writes its errors to stderr too; this keeps it to our one line. The first user redirects stderr and the last
+// one restores it, whatever thread they are of.
 class quiet_stderr {
   public:
-    quiet_stderr() : kept(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3)) {
+    quiet_stderr() {
+        std::lock_guard<std::mutex> lock(mutex);
+        if (users++ > 0) return;
+        kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
         int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
         if (kept >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
         if (nowhere >= 0) ::close(nowhere);
     }
     ~quiet_stderr() {
-        if (kept < 0) return;
+        std::lock_guard<std::mutex> lock(mutex);
+        if (--users > 0 || kept < 0) return;
         ::dup2(kept, STDERR_FILENO);
         ::close(kept);
     }
@@ -49,7 +55,8 @@ class quiet_stderr {
     quiet_stderr &operator=(const quiet_stderr &) = delete;
 
   private:
-    int kept;
+    static inline std::mutex mutex;
+    static inline int users = 0, kept = -1;
 };
 
 // Runs `work` on an empty result and converts exceptions into a status and a message.

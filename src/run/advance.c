@@ -39,14 +39,15 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
 
 // ---- Progress ------------------------------------------------------------------------------------------------------
 
-static void report_progress(struct vw_run *run, uint64_t step, uint32_t epoch) {
+static void report_progress(struct vw_run *run, uint64_t step) {
     if (!run->progress) return;
-    uint64_t total = vw_stop_rules_expected_steps(run);
+    uint64_t total = run->over ? run->statistics.steps : vw_stop_rules_expected_steps(run);
+    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1); // steps of an epoch
     const struct vw_run_state state = {
         .step = step,
         .total_steps = total,
-        .epoch = epoch,
-        .epochs = (uint32_t)(total / vw_trainer_epoch_end(run->trainer, 1)),
+        .epoch = step ? (uint32_t)((step - 1) / photos) : 0,
+        .epochs = (uint32_t)(total / photos),
         .val_psnr_db = run->statistics.last_val_psnr_db,
         .finished = run->over,
     };
@@ -58,8 +59,8 @@ static enum vw_status take_records(struct vw_run *run, const struct vw_step_reco
     if (status) return status;
     if (!run->stepped) vw_log_info("start    first steps after %.2f s", vw_now_s() - run->plan.started_s);
     run->stepped = run->moved = true;
-    const struct vw_step_record *last = &records[count - 1];
-    report_progress(run, last->step, last->epoch);
+    run->trainer_step = records[count - 1].step;
+    report_progress(run, run->trainer_step);
     return VW_OK;
 }
 
@@ -69,6 +70,10 @@ static enum vw_status take_records(struct vw_run *run, const struct vw_step_reco
 static void save_checkpoint(struct vw_run *run) {
     vw_checkpoints_save(&run->checkpoints, run->trainer);
     run->moved = false;
+}
+
+void vw_run_save_checkpoint(struct vw_run *run) {
+    if (run->moved) save_checkpoint(run);
 }
 
 static enum vw_status stop(struct vw_run *run) {
@@ -86,8 +91,8 @@ static void release(struct vw_run *run, uint64_t last_step) {
 // The end of a run is not saved twice: an older checkpoint is worth more than a second one of the same step.
 static void end_steps(struct vw_run *run) {
     run->over = true;
-    if (run->moved) save_checkpoint(run);
-    report_progress(run, run->statistics.steps, run->config.epochs - 1);
+    vw_run_save_checkpoint(run);
+    report_progress(run, run->statistics.steps);
     if (run->wants_profile && vw_profile_make(run->trainer, run->gpu, &run->profile))
         vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
 }
@@ -130,8 +135,14 @@ static enum vw_status begin(struct vw_run *run) {
     if (status) return status;
     run->begun = true;
     vw_checkpoints_begin(&run->checkpoints);
-    report_progress(run, run->started_after, 0);
+    report_progress(run, run->started_after);
     return VW_OK;
+}
+
+enum vw_status vw_run_catch_up(struct vw_run *run) {
+    if (run->complete || run->trainer_step >= run->statistics.steps) return VW_OK;
+    enum vw_status status = begin(run);
+    return status ? status : take_batches(run, run->statistics.steps);
 }
 
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
@@ -142,6 +153,7 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
         return vw_fail(VW_ERROR_USAGE,
                        "vw_run_advance: the run is finished; open it again with resume to take more steps");
     enum vw_status status = begin(run);
+    run->failed = status != VW_OK;
     if (status) return status;
     uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;
     status = take_batches(run, taken < total && steps < total - taken ? taken + steps : total);
@@ -152,6 +164,6 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
 
 void vw_run_leave(struct vw_run *run) {
     if (!run->ledger || !run->stepped || run->failed || run->finished) return;
-    if (run->moved) save_checkpoint(run);
+    vw_run_save_checkpoint(run);
     vw_run_end_early(run, VW_ERROR_INTERRUPTED);
 }

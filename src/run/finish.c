@@ -79,7 +79,8 @@ static enum vw_status end(struct vw_run *run) {
     if (!status)
         status = vw_ledger_finish(run->ledger, "finished", run->finished_utc, scoring->scores, scoring->score_count);
     if (status) vw_run_end_early(run, status);
-    else log_statistics(&run->statistics);
+    else vw_run_save_checkpoint(run); // of a run that ends before its last step
+    if (!status) log_statistics(&run->statistics);
     return status;
 }
 
@@ -122,9 +123,10 @@ static enum vw_status check_order(struct vw_run *run) {
 
 static enum vw_status score_and_end(struct vw_run *run) {
     enum vw_status status = check_order(run);
+    if (!status) status = vw_run_catch_up(run);
     if (!status) status = score(run);
     if (!status) status = end(run);
-    run->failed |= status && run->ledger;
+    run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;
 }
 
@@ -178,6 +180,6 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     enum vw_status status = score_and_end(run);
     if (!status && run->validate) status = write_tables(run);
     run->finished = !status;
-    run->failed |= status && run->ledger;
+    run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;
 }

@@ -24,6 +24,7 @@ static enum vw_status load_checkpoint(struct vw_run *run) {
     enum vw_status status = VW_OK;
     if (recorded > 1) // at least one step is taken again, to see that device and checkpoint still do as they did
         status = vw_checkpoints_load(&run->checkpoints, run->trainer, last_step - 1, &found, &run->started_after);
+    run->trainer_step = run->started_after;
     if (!status && recorded > 0)
         vw_log_info("resume   %s step %" PRIu64 "; steps up to %" PRIu64 " are recorded and will be compared",
                     found ? "from the checkpoint of" : "without a checkpoint, from", run->started_after, last_step);

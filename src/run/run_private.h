@@ -50,6 +50,7 @@ struct vw_run {
     bool moved;                           // since the last checkpoint
     bool failed;                          // the ledger says how; nothing more is written
     uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
+    uint64_t trainer_step;                // the last step handed out by the trainer, or started_after
     uint64_t stop_step;                   // where the stop rules look next
     struct vw_step_statistics statistics; // of the steps in the ledger
     struct {
@@ -74,6 +75,10 @@ struct vw_run {
 
 // Creates OUT and its ledger, with the run row and the image rows.
 enum vw_status vw_run_create_ledger(struct vw_run *run);
+// Takes the recorded steps again that the loaded checkpoint lacks, so that the trainer has the field of the last one.
+enum vw_status vw_run_catch_up(struct vw_run *run);
+// Saves the state of the trainer if it has moved since the last checkpoint; nothing may be in flight.
+void vw_run_save_checkpoint(struct vw_run *run);
 // Counts a step that is in the ledger.
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
 // Before closing: saves a checkpoint of a run that was not finished, and marks it "interrupted".

@@ -66,7 +66,8 @@ class Page:
         """What was asked for beside the file itself."""
         events = [json.loads(entry['message'])['message'] for entry in self.browser.get_log('performance')]
         urls = [event['params']['request']['url'] for event in events if event['method'] == 'Network.requestWillBeSent']
-        return [url for url in urls if not url.startswith('data:') and url != 'file://' + self.path]
+        own = ('data:', 'chrome:')  # the browser's own pages, which other tabs may load, ask for chrome:
+        return [url for url in urls if not url.startswith(own) and url != 'file://' + self.path]
 
     def ranking(self, column=1):
         cell = f'#ranking-table tbody tr td:nth-child({column + 1})'

@@ -47,7 +47,7 @@ finds() (
 # Folders below `run` see training or the ledger, never both: no row above `run` has both.
 layers() {
     local wrong
-    wrong=$(grep -rnE '^ *# *include +"' --include='*.c' --include='*.cpp' --include='*.h' src | awk -F'[:"]' '
+    wrong=$(grep -rnE '^ *# *include *"' --include='*.c' --include='*.cpp' --include='*.h' src | awk -F'[:"]' '
         function allow(folder, list,   part, i, n) {
             n = split(list, part, " ")
             for (i = 1; i <= n; i++) allowed[folder, part[i]] = 1
@@ -93,8 +93,8 @@ layers() {
 # circles: prints every circle of files that include each other. A source and its header are one file.
 circles() {
     local found
-    found=$(grep -roE '^ *# *include +"[^"]+"' --include='*.c' --include='*.cpp' --include='*.h' src include |
-        sed -E 's/^(src|include)\///; s/: *# *include +"/ /; s/"$//; s/\.(c|cpp|h)( |$)/\2/g' | tsort 2>&1 >/dev/null)
+    found=$(grep -roE '^ *# *include *"[^"]+"' --include='*.c' --include='*.cpp' --include='*.h' src include |
+        sed -E 's/^(src|include)\///; s/: *# *include *"/ /; s/"$//; s/\.(c|cpp|h)( |$)/\2/g' | tsort 2>&1 >/dev/null)
     [[ -z $found ]] || { echo "$found"; return 1; }
 }
 
@@ -138,6 +138,9 @@ rule "a folder includes only folders below it" src/base/planted.c '#include "cli
 check "  so for every pair of folders" every_pair_is_known
 rule "no include is relative" src/run/planted.c '#include "../base/file.h"' -- nowhere '^ *# *include "\.' src include shaders tests
 rule "no circle of files" src/base/planted.c '#include "base/other.h"' src/base/other.c '#include "base/planted.h"' -- circles
+rule "our own headers stand in quotes" src/base/planted.c '#include <cli/options.h>' -- \
+    nowhere '^ *# *include *<(base|gpu|image|scene|train|detect|ledger|value|report|run|experiment|cli|viewworth)/' \
+    "${c_code[@]}" src include
 rule "no other public headers" include/viewworth/planted.h '' -- public_headers
 rule "public headers include public headers alone" include/viewworth/planted.h '#include "base/file.h"' -- \
     nowhere '^ *# *include "([^v]|v[^i]|viewworth[^/])' include
@@ -190,6 +193,10 @@ rule "only cli prints to stdout" src/experiment/planted.c '    printf("x");' -- 
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
 rule "  by any name" src/report/planted.c '    fputs(text, stdout);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
+rule "the library leaves stderr alone" src/scene/planted.c '    fprintf(stderr, "x");' -- \
+    nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/oiio_shim\.cpp' \
+    '\(stderr,|, stderr\)|\bperror\(|STDERR_FILENO' \
+    --include='*.c' --include='*.cpp' src
 rule "asserts stay in every build" src/base/planted.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests
 rule "no fast-math in the product" shaders/planted.glsl '// fast-math' -- nowhere 'fast-math' src include shaders
 rule "nothing is left for later" src/base/planted.c '// TO''DO' -- \

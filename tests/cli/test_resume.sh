@@ -70,7 +70,7 @@ check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
 check "the noise floor is measured" run value noisy 10 --noise-floor --json
-check "repeated_count and still steps move nothing, redraws do" test "$(sqlite3 :memory: "
+check "repeated and zero-learning-rate probes move nothing, resampled ones do" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
     SELECT j ->> 'repeated_db' = 0 AND j ->> 'zero_learning_rate_db' = 0 AND j ->> 'resampled_db' > 0 FROM answer")" = 1
 check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(resampling_stderr > 0) FROM score')" = 1

@@ -55,7 +55,7 @@ static void print_noise_floor(const struct vw_noise_floor *floor) {
     printf("noise floor  validating once more moves PSNR by %g dB (%" PRIu64
            " times), a step with learning rate 0 by %g dB (%" PRIu64
            " times)\n             other pixels of the same photo move a step's delta by %.2g dB, %.2g of mean absolute "
-           "error (%" PRIu64 " redraws)\n",
+           "error (%" PRIu64 " resampled steps)\n",
            floor->repeated_db, floor->repeated_count, floor->zero_learning_rate_db, floor->zero_learning_rate_count,
            floor->resampled_db, floor->resampled_l1, floor->resampled_count);
 }
