@@ -98,7 +98,7 @@ static void end_steps(struct vw_run *run) {
 }
 
 // Nothing is in flight, and the trainer is where it was released to.
-static enum vw_status pass_hold(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
+static enum vw_status check_rules(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
     bool continues = false;
     *piece_ends = run->statistics.steps < run->stop_step;
     enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &continues);
@@ -121,7 +121,7 @@ static enum vw_status take_batches(struct vw_run *run, uint64_t last_step) {
                         : vw_trainer_advance(run->trainer, &records, &count);
         if (status) break;
         if (count > 0) status = take_records(run, records, count);
-        else if (!settle) status = pass_hold(run, last_step, &piece_ends);
+        else if (!settle) status = check_rules(run, last_step, &piece_ends);
         else save_checkpoint(run);
         if (settle && count == 0 && run->stopping) status = stop(run);
     }

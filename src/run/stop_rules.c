@@ -6,7 +6,7 @@
 #include "base/clock.h"
 
 static bool keeps_time(const struct vw_run *run) { return vw_plan_keeps_time(&run->plan); }
-static bool is_held(const struct vw_run *run) { return keeps_time(run) || run->until_stable > 0; }
+static bool has_rule(const struct vw_run *run) { return keeps_time(run) || run->until_stable > 0; }
 static uint64_t photos_of(const struct vw_run *run) { return vw_trainer_epoch_end(run->trainer, 1); }
 
 enum vw_status vw_stop_rules_check(double until_stable) {
@@ -34,7 +34,7 @@ static enum vw_status set_epochs(struct vw_run *run, uint64_t epochs) {
     return status;
 }
 
-static enum vw_status hold_at(struct vw_run *run, uint64_t step) {
+static enum vw_status stop_next_at(struct vw_run *run, uint64_t step) {
     run->segment.first_step = run->statistics.steps;
     run->segment.started_s = vw_now_s();
     run->stop_step = step;
@@ -43,9 +43,9 @@ static enum vw_status hold_at(struct vw_run *run, uint64_t step) {
 
 enum vw_status vw_stop_rules_begin(struct vw_run *run) {
     run->stop_step = vw_trainer_total_steps(run->trainer);
-    if (!is_held(run)) return VW_OK;
+    if (!has_rule(run)) return VW_OK;
     if (keeps_time(run)) vw_plan_estimate_finish(run->scene, run->no_thumbnails, &run->plan); // a resumed one has none
-    return hold_at(run, vw_trainer_epoch_end(run->trainer, run->statistics.steps));
+    return stop_next_at(run, vw_trainer_epoch_end(run->trainer, run->statistics.steps));
 }
 
 // As the last segment went, unless it was shorter than an epoch: the first steps after a start are slow.
@@ -73,16 +73,16 @@ static uint32_t next_segment(struct vw_run *run) {
 enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *continues) {
     bool stable = false;
     *continues = false;
-    if (!is_held(run)) return VW_OK;
+    if (!has_rule(run)) return VW_OK;
     enum vw_status status = vw_stop_rules_measure_stability(run, &stable);
     uint32_t epochs = status || stable ? 0 : next_segment(run);
     *continues = epochs > 0;
-    return *continues ? hold_at(run, run->statistics.steps + epochs * photos_of(run)) : status;
+    return *continues ? stop_next_at(run, run->statistics.steps + epochs * photos_of(run)) : status;
 }
 
 uint64_t vw_stop_rules_expected_steps(const struct vw_run *run) {
     uint64_t total = vw_trainer_total_steps(run->trainer);
     if (!keeps_time(run)) return total;
-    uint64_t planned = run->plan.epochs_planned * photos_of(run), held = run->config.epochs * photos_of(run);
-    return planned > held ? planned : held;
+    uint64_t planned = run->plan.epochs_planned * photos_of(run), decided = run->config.epochs * photos_of(run);
+    return planned > decided ? planned : decided;
 }

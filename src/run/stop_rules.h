@@ -17,7 +17,7 @@ enum vw_status vw_stop_rules_check(double until_stable);
 // Sets run->stop_step to the end of the epoch that is recorded last, or of the first.
 enum vw_status vw_stop_rules_begin(struct vw_run *run);
 // At run->stop_step: tells whether the run continues, and sets the next stop_step. False where all steps are taken.
-// With a budget the run's config, and the ledger's, get as many epochs as the run is held at.
+// With a budget the run's config, and the ledger's, get the epochs up to the next stop.
 enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *continues);
 // Measures run->stability of the steps so far. False without until_stable.
 enum vw_status vw_stop_rules_measure_stability(struct vw_run *run, bool *stable);

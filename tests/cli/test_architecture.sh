@@ -25,18 +25,18 @@ rule() {
 
 # finds COUNT [FILE TEXT]... COMMAND...: COUNT arguments are the violation.
 finds() (
-    local planted=("${@:2:$1}") i name status=0
+    local injected=("${@:2:$1}") i name status=0
     shift "$(($1 + 1))"
     cd "$copy" || exit 1
-    for ((i = 0; i < ${#planted[@]}; i += 2)); do
-        [[ ! -e ${planted[i]} ]] || { echo "${planted[i]} exists"; exit 1; }
-        mkdir -p "$(dirname "${planted[i]}")" && printf '%s\n' "${planted[i + 1]}" >"${planted[i]}"
+    for ((i = 0; i < ${#injected[@]}; i += 2)); do
+        [[ ! -e ${injected[i]} ]] || { echo "${injected[i]} exists"; exit 1; }
+        mkdir -p "$(dirname "${injected[i]}")" && printf '%s\n' "${injected[i + 1]}" >"${injected[i]}"
     done
     "$@" >found || status=$?
-    name=$(basename "${planted[0]%.*}")
+    name=$(basename "${injected[0]%.*}")
     [[ $status -ne 0 ]] && grep -q "$name" found || { echo "$name is not named:"; cat found; status=0; }
-    for ((i = 0; i < ${#planted[@]}; i += 2)); do
-        rm "${planted[i]}" && rmdir -p --ignore-fail-on-non-empty "$(dirname "${planted[i]}")"
+    for ((i = 0; i < ${#injected[@]}; i += 2)); do
+        rm "${injected[i]}" && rmdir -p --ignore-fail-on-non-empty "$(dirname "${injected[i]}")"
     done
     [[ $status -ne 0 ]]
 )
@@ -103,10 +103,10 @@ every_pair_is_known() { # every include from a folder to a folder above or besid
     local folder other refused
     for folder in "${folders[@]}"; do
         mkdir -p "$copy/src/$folder"
-        for other in "${folders[@]}"; do echo "#include \"$other/x.h\""; done >"$copy/src/$folder/planted.c"
+        for other in "${folders[@]}"; do echo "#include \"$other/x.h\""; done >"$copy/src/$folder/injected.c"
     done
-    refused=$(cd "$copy" && layers | grep -c '/planted\.c:')
-    rm "$copy"/src/*/planted.c
+    refused=$(cd "$copy" && layers | grep -c '/injected\.c:')
+    rm "$copy"/src/*/injected.c
     [[ $refused -eq 81 ]] || { echo "$refused of 144 pairs are refused, not 81"; return 1; }
 }
 
@@ -134,30 +134,30 @@ one_shim() {
     [[ -z $others ]] || { echo "$others"; return 1; }
 }
 
-rule "a folder includes only folders below it" src/base/planted.c '#include "cli/options.h"' -- layers
+rule "a folder includes only folders below it" src/base/injected.c '#include "cli/options.h"' -- layers
 check "  so for every pair of folders" every_pair_is_known
-rule "no include is relative" src/run/planted.c '#include "../base/file.h"' -- nowhere '^ *# *include "\.' src include shaders tests
-rule "no circle of files" src/base/planted.c '#include "base/other.h"' src/base/other.c '#include "base/planted.h"' -- circles
-rule "our own headers stand in quotes" src/base/planted.c '#include <cli/options.h>' -- \
+rule "no include is relative" src/run/injected.c '#include "../base/file.h"' -- nowhere '^ *# *include "\.' src include shaders tests
+rule "no circle of files" src/base/injected.c '#include "base/other.h"' src/base/other.c '#include "base/injected.h"' -- circles
+rule "our own headers stand in quotes" src/base/injected.c '#include <cli/options.h>' -- \
     nowhere '^ *# *include *<(base|gpu|image|scene|train|detect|ledger|value|report|run|experiment|cli|viewworth)/' \
     "${c_code[@]}" src include
-rule "no other public headers" include/viewworth/planted.h '' -- public_headers
-rule "public headers include public headers alone" include/viewworth/planted.h '#include "base/file.h"' -- \
+rule "no other public headers" include/viewworth/injected.h '' -- public_headers
+rule "public headers include public headers alone" include/viewworth/injected.h '#include "base/file.h"' -- \
     nowhere '^ *# *include "([^v]|v[^i]|viewworth[^/])' include
-rule "only gpu sees Vulkan" src/scene/planted.c '#include <volk.h>' -- \
+rule "only gpu sees Vulkan" src/scene/injected.c '#include <volk.h>' -- \
     nowhere_but src/gpu/ '^ *# *include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
-rule "only the shim sees OpenImageIO" src/image/planted.c '#include <OpenImageIO/imageio.h>' -- \
+rule "only the shim sees OpenImageIO" src/image/injected.c '#include <OpenImageIO/imageio.h>' -- \
     nowhere_but src/image/oiio_shim.cpp '^ *# *include.*OpenImageIO' "${c_code[@]}" src include tests
-rule "only the shim is C++" src/image/planted.cpp '' -- one_shim
-rule "only ledger sees SQLite" src/value/planted.c '#include <sqlite3.h>' -- \
+rule "only the shim is C++" src/image/injected.cpp '' -- one_shim
+rule "only ledger sees SQLite" src/value/injected.c '#include <sqlite3.h>' -- \
     nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
-rule "only the program and its tests include cli" tests/unit/planted.c '#include "cli/options.h"' -- \
+rule "only the program and its tests include cli" tests/unit/injected.c '#include "cli/options.h"' -- \
     nowhere_but 'src/cli/\|src/main\.c\|tests/cli/' '^ *# *include "cli/' "${c_code[@]}" src include tests
-rule "only cli sees the options" src/run/planted.h 'void planted(const struct vw_options *options);' -- \
+rule "only cli sees the options" src/run/injected.h 'void injected(const struct vw_options *options);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
-rule "the product includes no tests" src/base/planted.c '#include "support/cmocka_test.h"' -- \
+rule "the product includes no tests" src/base/injected.c '#include "support/cmocka_test.h"' -- \
     nowhere '^ *# *include.*(tests|support|reference)/' src include shaders
-rule "tests include cmocka by its preamble" tests/unit/planted.c '#include <cmocka.h>' -- \
+rule "tests include cmocka by its preamble" tests/unit/injected.c '#include <cmocka.h>' -- \
     nowhere_but tests/support/cmocka_test.h '^ *# *include <(cmocka|setjmp)\.h>' tests
 
 # ---- What no file may hold --------------------------------------------------------------------------------------------------
@@ -187,27 +187,27 @@ unique_test_names() {
 
 repeat() { awk -v count="$1" -v text="$2" 'BEGIN { while (count--) printf "%s", text }'; }
 
-rule "only main may end the program" src/run/planted.c '    exit(1);' -- \
+rule "only main may end the program" src/run/injected.c '    exit(1);' -- \
     nowhere_but src/main.c '\b(_exit|exit|quick_exit|abort)\(' src include
-rule "only cli prints to stdout" src/experiment/planted.c '    printf("x");' -- \
+rule "only cli prints to stdout" src/experiment/injected.c '    printf("x");' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
-rule "  by any name" src/report/planted.c '    fputs(text, stdout);' -- \
+rule "  by any name" src/report/injected.c '    fputs(text, stdout);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
-rule "the library leaves stderr alone" src/scene/planted.c '    fprintf(stderr, "x");' -- \
+rule "the library leaves stderr alone" src/scene/injected.c '    fprintf(stderr, "x");' -- \
     nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/oiio_shim\.cpp' \
     '\(stderr,|, stderr\)|\bperror\(|STDERR_FILENO' \
     --include='*.c' --include='*.cpp' src
-rule "asserts stay in every build" src/base/planted.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests
-rule "no fast-math in the product" shaders/planted.glsl '// fast-math' -- nowhere 'fast-math' src include shaders
-rule "nothing is left for later" src/base/planted.c '// TO''DO' -- \
+rule "asserts stay in every build" src/base/injected.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests
+rule "no fast-math in the product" shaders/injected.glsl '// fast-math' -- nowhere 'fast-math' src include shaders
+rule "nothing is left for later" src/base/injected.c '// TO''DO' -- \
     nowhere '[T]ODO|[F]IXME|\b[X]XX\b|[H]ACK' "${code[@]}" scenes
-rule "no paths of one machine" scripts/planted '/ho''me/someone' -- \
+rule "no paths of one machine" scripts/injected '/ho''me/someone' -- \
     nowhere '(^|[^.[:alnum:]])/([w]ork|[h]ome|[r]oot|[U]sers)/' "${code[@]}" scenes
-rule "no tabs and no spaces at line ends" src/base/planted.c $'\tint x; ' -- nowhere $'\t|[ \r]$' "${code[@]}"
-rule "files have at most 600 lines, apart from the list of mutations" src/base/planted.c "$(repeat 601 $'x\n')" -- short_files
-rule "C lines have at most 120 characters" src/base/planted.c "$(repeat 121 x)" -- \
+rule "no tabs and no spaces at line ends" src/base/injected.c $'\tint x; ' -- nowhere $'\t|[ \r]$' "${code[@]}"
+rule "files have at most 600 lines, apart from the list of mutations" src/base/injected.c "$(repeat 601 $'x\n')" -- short_files
+rule "C lines have at most 120 characters" src/base/injected.c "$(repeat 121 x)" -- \
     nowhere '^.{121}' --include='*.c' --include='*.cpp' --include='*.h' src include tests
-rule "other lines have at most 140 characters" scripts/planted "$(repeat 141 x)" -- nowhere '^.{141}' --exclude='*.md' "${code[@]}"
-rule "a README names every folder" src/planted/planted.c '' -- named_folders
+rule "other lines have at most 140 characters" scripts/injected "$(repeat 141 x)" -- nowhere '^.{141}' --exclude='*.md' "${code[@]}"
+rule "a README names every folder" src/injected/injected.c '' -- named_folders
 rule "test names are unique" tests/unit/test_seeds.sh '' -- unique_test_names
 conclude

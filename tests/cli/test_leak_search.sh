@@ -12,7 +12,7 @@ clean() {
     return 1
 }
 
-# reports COMMAND...: fails, and the two planted leaks are what is reported.
+# reports COMMAND...: fails, and the two injected leaks are what is reported.
 reports() {
     "$@" >"$folder/stdout" 2>"$folder/stderr" && return 1
     [[ $(grep -c 'leak of' "$folder/stderr") -eq 2 ]] && grep -q 'leak of 4242 byte' "$folder/stderr" &&
@@ -33,8 +33,8 @@ searched() {
 }
 
 for what in gpu validation photo; do
-    check "$what: nothing is reported where we leak nothing" clean "$build/planted_leak" "$what"
-    check "$what: a planted leak is reported" reports "$build/planted_leak" "$what" leak
+    check "$what: nothing is reported where we leak nothing" clean "$build/injected_leak" "$what"
+    check "$what: a injected leak is reported" reports "$build/injected_leak" "$what" leak
 done
 check "every program is searched" searched
 conclude
