@@ -1,5 +1,5 @@
-// injected_leak gpu|validation|photo [leak]: opens and closes a device, opens and closes one under the validation layer,
-// or loads OpenImageIO. With `leak` it leaks 4242 bytes before that and 4243 bytes after it.
+// injected_leak gpu|validation|photo [leak]: opens and closes a device, opens and closes one under the validation
+// layer, or loads OpenImageIO. With `leak` it leaks 4242 bytes before that and 4243 bytes after it.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
