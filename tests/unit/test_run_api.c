@@ -194,6 +194,7 @@ static void a_run_may_be_finished_before_its_end(void **state) {
     assert_int_equal(vw_run_advance(run, 1), VW_ERROR_USAGE);
     vw_run_close(&run);
     assert_chain_head(out, NULL, "finished");
+    assert_int_equal(access(temporary_path(out, "checkpoint_0.vwc"), R_OK), 0); // so that few steps are repeated
     params.resume = true;
     ASSERT_OK(vw_run_open(&params, &run));
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
