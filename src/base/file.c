@@ -1,7 +1,9 @@
 #include "base/file.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,22 +12,46 @@
 
 #include "base/memory.h"
 
-static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// To open a pipe may wait for ever, and to open a device may do something: so the kind is asked first, and asked again
+// of what was opened, which may have been exchanged meanwhile.
+enum vw_status vw_file_open(const char *path, int *descriptor) {
+    struct stat info;
+    int opened = -1, cause = stat(path, &info) ? errno : 0;
+    if (!cause && S_ISREG(info.st_mode)) {
+        opened = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+        if (opened < 0 || fstat(opened, &info)) cause = errno;
+    }
+    if (!cause && S_ISREG(info.st_mode)) {
+        *descriptor = opened;
+        return VW_OK;
+    }
+    if (opened >= 0) close(opened);
+    if (!cause)
+        return vw_fail(VW_ERROR_INPUT, "%s: is a folder, a pipe or a device; give the path of a plain file", path);
+    return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path, strerror(cause));
+}
+
+static enum vw_status fail_size(const char *path, size_t limit_bytes) {
+    return vw_fail(VW_ERROR_INPUT, "%s: larger than the %zu bytes allowed here; check the path", path, limit_bytes);
+}
+
+static enum vw_status read_all(int descriptor, const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
+    struct stat info;
     char *text = NULL;
     size_t capacity = 0, used = 0;
-    enum vw_status status = VW_OK;
-    for (;;) { // grows the buffer, because a pipe has no size
-        status = vw_grow((void **)&text, &capacity, used + 4096, 1);
-        if (status) break;
-        size_t got = fread(text + used, 1, capacity - used - 1, file);
-        used += got;
-        if (ferror(file))
-            status = vw_fail(errno == EISDIR ? VW_ERROR_INPUT : VW_ERROR_IO,
-                             "%s: cannot read: %s; check the path and the disk", path, strerror(errno));
-        else if (used > limit_bytes)
-            status = vw_fail(VW_ERROR_INPUT, "%s: larger than the %zu bytes allowed here; check the path", path,
-                             limit_bytes);
-        if (status || !got) break;
+    if (fstat(descriptor, &info)) info.st_size = 0; // a guess is enough, since the file may grow meanwhile
+    if ((uint64_t)info.st_size > limit_bytes) return fail_size(path, limit_bytes);
+    enum vw_status status = vw_grow((void **)&text, &capacity, (size_t)info.st_size + 2, 1);
+    for (bool ended = false; !status && !ended;) {
+        ssize_t got = read(descriptor, text + used, capacity - used - 1);
+        ended = got == 0;
+        if (got > 0) used += (size_t)got;
+        if (got < 0 && errno != EINTR)
+            status = vw_fail(VW_ERROR_IO, "%s: cannot read: %s; check the disk", path, strerror(errno));
+        else if (used > limit_bytes) status = fail_size(path, limit_bytes);
+        else status = vw_grow((void **)&text, &capacity, used + 2, 1);
     }
     if (status) {
         free(text);
@@ -38,13 +64,38 @@ static enum vw_status read_all(FILE *file, const char *path, size_t limit_bytes,
 }
 
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
-                       strerror(errno));
-    enum vw_status status = read_all(file, path, limit_bytes, data, size_bytes);
-    fclose(file);
+    int descriptor = -1;
+    enum vw_status status = vw_file_open(path, &descriptor);
+    if (status) return status;
+    status = read_all(descriptor, path, limit_bytes, data, size_bytes);
+    close(descriptor);
     return status;
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+// Unpredictable, so that nobody can plant a link where a file is about to be written; the pattern tells what a killed
+// program has left behind.
+#define TEMPORARY_PREFIX ".viewworth-"
+#define TEMPORARY_SUFFIX ".part"
+enum {
+    RANDOM_DIGITS = 32,
+    TEMPORARY_NAME_BYTES = sizeof TEMPORARY_PREFIX - 1 + RANDOM_DIGITS + sizeof TEMPORARY_SUFFIX
+};
+
+// The cause of a failure, or 0.
+static int make_temporary_name(char name[TEMPORARY_NAME_BYTES]) {
+    uint64_t random[2];
+    if (getentropy(random, sizeof random)) return errno;
+    snprintf(name, TEMPORARY_NAME_BYTES, TEMPORARY_PREFIX "%016" PRIx64 "%016" PRIx64 TEMPORARY_SUFFIX, random[0],
+             random[1]);
+    return 0;
+}
+
+static bool is_temporary_name(const char *name) {
+    size_t prefix = strlen(TEMPORARY_PREFIX);
+    return !strncmp(name, TEMPORARY_PREFIX, prefix) && strspn(name + prefix, "0123456789abcdef") == RANDOM_DIGITS &&
+           !strcmp(name + prefix + RANDOM_DIGITS, TEMPORARY_SUFFIX);
 }
 
 static bool write_all(int descriptor, const void *data, size_t size_bytes) {
@@ -59,41 +110,73 @@ static bool write_all(int descriptor, const void *data, size_t size_bytes) {
     return fsync(descriptor) == 0;
 }
 
-// Makes a rename survive a power cut. Some file systems cannot sync a folder; failures are ignored, since the rename
-// itself was done.
-static void sync_folder_of(const char *path) {
-    char *folder = vw_path_folder(path);
-    int descriptor = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-    if (descriptor >= 0) {
-        fsync(descriptor);
-        close(descriptor);
+// The cause of a failure, or 0. After a failure nothing remains.
+static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes) {
+    int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor < 0) return errno;
+    int cause = write_all(descriptor, data, size_bytes) ? 0 : errno;
+    if (close(descriptor) && !cause) cause = errno;
+    if (cause) unlinkat(folder, name, 0);
+    return cause;
+}
+
+// Gives the temporary file its name. Where the file system cannot rename without replacing, it can link.
+static int publish(int folder, const char *temporary, const char *name, bool replaces) {
+    int failed = replaces ? renameat(folder, temporary, folder, name)
+                          : renameat2(folder, temporary, folder, name, RENAME_NOREPLACE);
+    int cause = failed ? errno : 0;
+    if (!replaces && (cause == EINVAL || cause == ENOSYS)) {
+        cause = linkat(folder, temporary, folder, name, 0) ? errno : 0;
+        if (!cause) unlinkat(folder, temporary, 0);
     }
+    if (cause) unlinkat(folder, temporary, 0);
+    return cause;
+}
+
+// The cause of a failure, or 0.
+static int write_in_folder(const char *folder_path, const char *name, const void *data, size_t size_bytes,
+                           bool replaces) {
+    char temporary[TEMPORARY_NAME_BYTES];
+    int folder = open(folder_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return errno;
+    int cause = make_temporary_name(temporary);
+    if (!cause) cause = write_temporary(folder, temporary, data, size_bytes);
+    if (!cause) cause = publish(folder, temporary, name, replaces);
+    // Makes the new name survive a power cut. Some file systems cannot sync a folder; the file is there all the same.
+    if (!cause) fsync(folder);
+    close(folder);
+    return cause;
+}
+
+static enum vw_status write_file(const char *path, const void *data, size_t size_bytes, bool replaces) {
+    char *folder = vw_path_folder(path);
+    if (!folder) return VW_ERROR_MEMORY;
+    const char *slash = strrchr(path, '/');
+    int cause = write_in_folder(folder, slash ? slash + 1 : path, data, size_bytes, replaces);
     free(folder);
+    if (!cause) return VW_OK;
+    if (cause == EEXIST && !replaces)
+        return vw_fail(VW_ERROR_USAGE, "%s: is there already; remove it or choose another path", path);
+    return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path,
+                   strerror(cause));
 }
 
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes) {
-    char *temporary = vw_format_text("%s.part-%ld", path, (long)getpid());
-    if (!temporary) return VW_ERROR_MEMORY;
-    int descriptor = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    bool opened = descriptor >= 0;
-    bool done = opened && write_all(descriptor, data, size_bytes);
-    int cause = errno; // errno of the first failure, which closing and removing may change
-    if (opened && close(descriptor) && done) {
-        done = false;
-        cause = errno;
-    }
-    if (done && rename(temporary, path)) {
-        done = false;
-        cause = errno;
-    }
-    if (opened && !done) unlink(temporary);
-    free(temporary);
-    if (!done)
-        return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path,
-                       strerror(cause));
-    sync_folder_of(path);
-    return VW_OK;
+    return write_file(path, data, size_bytes, true);
 }
+
+enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes) {
+    return write_file(path, data, size_bytes, false);
+}
+
+void vw_folder_remove_leftovers(const char *path) {
+    DIR *folder = opendir(path);
+    for (struct dirent *entry; folder && (entry = readdir(folder));)
+        if (is_temporary_name(entry->d_name)) unlinkat(dirfd(folder), entry->d_name, 0);
+    if (folder) closedir(folder);
+}
+
+// ---- Names ---------------------------------------------------------------------------------------------------------
 
 bool vw_file_exists(const char *path) {
     struct stat info;

@@ -8,10 +8,20 @@
 
 #include "viewworth/status.h"
 
-// Reads a whole file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after its end.
+// Opens a plain file for reading; the caller closes it. VW_ERROR_INPUT if it is not there or is a folder, a pipe or a
+// device, which are not opened.
+enum vw_status vw_file_open(const char *path, int *descriptor);
+// Reads a whole plain file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after
+// its end.
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
-// Writes `path` through a temporary file beside it: write, fsync, rename. After a failure no file remains.
+// Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
+// every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
+// The same, but VW_ERROR_USAGE if `path` exists.
+enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes);
+// Removes temporary files of the two functions above that a killed program has left in a folder. Only while no other
+// program writes there.
+void vw_folder_remove_leftovers(const char *path);
 bool vw_file_exists(const char *path); // a plain file: not a folder, and not a device or pipe, which might never end
 bool vw_folder_exists(const char *path);
 // Creates a folder and its parents; an existing folder is fine.

@@ -4,7 +4,9 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <sodium.h>
+#include <errno.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 
 #include "support/temporary_folder.h"
 #include "base/file.h"
@@ -158,6 +160,78 @@ static void a_write_replaces_whole_or_leaves_the_old(void **state) {
     free(path);
 }
 
+static void a_planted_link_is_replaced_and_not_followed(void **state) {
+    char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
+    char *guess = vw_format_text("%s.part-%ld", path, (long)getpid());
+    void *data = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_write(victim, "precious", 8));
+    assert_int_equal(symlink(victim, path), 0);
+    assert_int_equal(symlink(victim, guess), 0); // the name of our temporary file in versions before 0.1.0
+    ASSERT_OK(vw_file_write(path, "new", 3));
+    ASSERT_OK(vw_file_read(victim, 100, &data, &size_bytes));
+    assert_string_equal(data, "precious");
+    free(data);
+    struct stat info;
+    assert_int_equal(lstat(path, &info), 0);
+    assert_true(S_ISREG(info.st_mode));
+    for (char **name = (char *[]){victim, path, guess, NULL}; *name; name++) {
+        unlink(*name);
+        free(*name);
+    }
+}
+
+// Stands in for that of the C library, to refuse like a file system that cannot rename without replacing.
+static bool refuse_to_keep;
+
+int renameat2(int old_folder, const char *old_name, int new_folder, const char *new_name, unsigned flags) {
+    errno = EINVAL;
+    if (refuse_to_keep) return -1;
+    return (int)syscall(SYS_renameat2, old_folder, old_name, new_folder, new_name, flags);
+}
+
+static void a_created_file_replaces_nothing(void **state) {
+    char *path = vw_path_join(*state, "file");
+    void *data = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_create(path, "first", 5));
+    assert_int_equal(vw_file_create(path, "second", 6), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), path));
+    ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
+    assert_string_equal(data, "first");
+    free(data);
+    unlink(path);
+    assert_int_equal(symlink("nowhere", path), 0);
+    assert_int_equal(vw_file_create(path, "x", 1), VW_ERROR_USAGE);
+    assert_int_equal(count_entries(*state), 1);
+    unlink(path);
+    free(path);
+}
+
+static void a_file_system_without_such_renames_links(void **state) {
+    refuse_to_keep = true;
+    a_created_file_replaces_nothing(state);
+    refuse_to_keep = false;
+}
+
+static void leftovers_of_killed_writers_go_and_all_else_stays(void **state) {
+    static const char *const names[] = {".viewworth-0123456789abcdef0123456789abcdef.part", // ours
+                                        ".viewworth-0123456789abcdef0123456789abcdef.part2",
+                                        ".viewworth-0123456789abcdef0123456789abcde.part",
+                                        ".viewworth-0123456789abcdef0123456789abcdeg.part", "scores.csv"};
+    char *paths[VW_ARRAY_COUNT(names)];
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        paths[i] = vw_path_join(*state, names[i]);
+        ASSERT_OK(vw_file_create(paths[i], "x", 1));
+    }
+    vw_folder_remove_leftovers(*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        assert_int_equal(vw_file_exists(paths[i]), i > 0);
+        unlink(paths[i]);
+        free(paths[i]);
+    }
+}
+
 static void messages_are_one_line(void **state) {
     (void)state;
     assert_int_equal(vw_fail(VW_ERROR_INPUT, "%s: wrong", "a\nb\x1b[2J\x7f\xc3\xa4"), VW_ERROR_INPUT);
@@ -174,6 +248,12 @@ static void pipes_and_folders_are_no_files(void **state) {
     assert_int_equal(mkfifo(temporary_path(folder, "pipe"), 0666), 0);
     assert_false(vw_file_exists(temporary_path(folder, "pipe")));
     assert_false(vw_file_exists("/dev/null"));
+    void *data = NULL;
+    size_t size_bytes;
+    alarm(20); // instead of waiting for ever
+    assert_int_equal(vw_file_read(temporary_path(folder, "pipe"), 100, &data, &size_bytes), VW_ERROR_INPUT);
+    assert_int_equal(vw_file_read("/dev/zero", 100, &data, &size_bytes), VW_ERROR_INPUT);
+    alarm(0);
     temporary_folder_remove(folder);
 }
 
@@ -239,6 +319,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_file_reads_back_with_a_zero_after_it, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(an_empty_file_is_fine, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_write_replaces_whole_or_leaves_the_old, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_planted_link_is_replaced_and_not_followed, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_created_file_replaces_nothing, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_file_system_without_such_renames_links, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(leftovers_of_killed_writers_go_and_all_else_stays, test_set_up, test_tear_down),
         cmocka_unit_test(messages_are_one_line),
         cmocka_unit_test(pipes_and_folders_are_no_files),
         cmocka_unit_test_setup_teardown(folders_and_names, test_set_up, test_tear_down),
