@@ -44,8 +44,9 @@ enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) _
 #define vw_fail_context(status, ...) (vw_fail_context(status, __VA_ARGS__), (status))
 #endif
 
-// Replaces line ends and other control characters by '?', in place, so that a name from a file cannot break the line or
-// control the terminal. vw_fail() and vw_fail_context() call it.
+// Replaces line ends, other control characters, changes of the writing direction and what is no UTF-8 by '?', in place,
+// so that a name from a file cannot break the line, control the terminal or pass for another one. All messages and log
+// lines have passed it.
 void vw_text_make_line(char *text);
 
 // The message of this thread's last failure; "" if there was none. Valid until the next failure of this thread.

@@ -220,28 +220,3 @@ char *vw_path_folder(const char *path) {
     if (slash == path) return vw_copy_text("/");
     return vw_format_text("%.*s", (int)(slash - path), path);
 }
-
-// The number of bytes of the UTF-8 character at `text`; 0 if it is invalid (overlong, a surrogate, or beyond U+10FFFF).
-static int utf8_length(const unsigned char *text) {
-    int length = text[0] < 0x80                      ? 1
-                 : text[0] >= 0xf0 && text[0] < 0xf5 ? 4
-                 : text[0] >= 0xe0                   ? 3
-                 : text[0] >= 0xc2                   ? 2
-                                                     : 0;
-    if (text[0] >= 0xf5) return 0;
-    for (int i = 1; i < length; i++)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    bool overlong = (text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xf0 && text[1] < 0x90);
-    bool surrogate = text[0] == 0xed && text[1] >= 0xa0;
-    bool beyond = text[0] == 0xf4 && text[1] >= 0x90;
-    return overlong || surrogate || beyond ? 0 : length;
-}
-
-bool vw_name_is_clean(const char *name) {
-    for (const unsigned char *next = (const unsigned char *)name; *next;) {
-        int length = utf8_length(next);
-        if (!length || *next < 0x20 || *next == 0x7f) return false;
-        next += length;
-    }
-    return true;
-}

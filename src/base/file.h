@@ -30,7 +30,5 @@ enum vw_status vw_folder_create(const char *path);
 char *vw_path_join(const char *folder, const char *name);
 // The folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
-// Whether a name is UTF-8 without control characters, so that it can be in JSON and in one-line messages.
-bool vw_name_is_clean(const char *name);
 
 #endif

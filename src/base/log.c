@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "viewworth/status.h"
+
 enum { LINE_BYTES = 1024 };
 
 static _Thread_local struct {
@@ -26,6 +28,7 @@ static void send(enum vw_log_level level, const char *format, va_list arguments)
     if (length >= LINE_BYTES) longer = malloc((size_t)length + 1);
     if (longer) vsnprintf(longer, (size_t)length + 1, format, again);
     va_end(again);
+    vw_text_make_line(longer ? longer : line);
     target.sink(target.context, level, longer ? longer : line);
     free(longer);
 }

@@ -6,11 +6,6 @@
 
 static _Thread_local char message[VW_ERROR_MESSAGE_BYTES];
 
-void vw_text_make_line(char *text) {
-    for (; *text; text++)
-        if ((unsigned char)*text < ' ' || *text == 0x7f) *text = '?';
-}
-
 #undef vw_fail // what the header says to the analyzer
 #undef vw_fail_context
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 #include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
@@ -24,7 +25,7 @@ struct work {
 static enum vw_status check(const struct vw_comparison_params *params) {
     const struct vw_experiment_params *common = &params->common;
     enum vw_status status = vw_photo_sets_check(&params->sets);
-    if (!status && !vw_name_is_clean(common->scene.path))
+    if (!status && !vw_text_is_clean(common->scene.path))
         status = vw_fail(VW_ERROR_USAGE, "the scene's path is not UTF-8 or holds control characters; rename it");
     return status ? status : vw_experiment_check(common, common->seeds, false);
 }

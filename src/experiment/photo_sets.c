@@ -12,6 +12,7 @@
 #include "scene/builder.h"
 #include "scene/formats/train_list.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/hash.h"
 #include "viewworth/log.h"
 #include "base/memory.h"
@@ -79,7 +80,7 @@ static enum vw_status check(const struct vw_photo_sets_params *params, uint32_t 
     enum vw_status status = read_list_rule(params, word, &rule);
     free(rule.path);
     if (status) return vw_fail_context(status, "--list %s", word);
-    if (!vw_name_is_clean(word))
+    if (!vw_text_is_clean(word))
         return vw_fail(VW_ERROR_USAGE, "--list: a name is not UTF-8 or holds control characters; rename the file");
     if (rule.form == FORM_SELECTION && !params->scores)
         return vw_fail(VW_ERROR_USAGE, "--list %s: selects by scores; name the valued run by --scores OUT", word);

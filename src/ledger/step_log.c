@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
@@ -116,7 +117,7 @@ static enum vw_status check_step(const struct reading *reading, uint64_t step, b
 
 static enum vw_status check_photo(const struct reading *reading, bool first) {
     const char *photo = field_of(reading, PHOTO);
-    if (!vw_name_is_clean(photo))
+    if (!vw_text_is_clean(photo))
         return refuse_field(reading, PHOTO, "not a valid name: it has control characters or is not UTF-8");
     if (!*photo && !first) return refuse_field(reading, PHOTO, "empty; only the first row may have no photo");
     return VW_OK;

@@ -5,6 +5,7 @@
 #include "scene/builder.h"
 #include "base/csv.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
@@ -25,7 +26,7 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_scene *scene)
     if (*view->provider)
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a provider already; keep one row of it", csv->path, csv->line,
                        name);
-    if (!vw_name_is_clean(csv->fields[1]))
+    if (!vw_text_is_clean(csv->fields[1]))
         return vw_fail(VW_ERROR_INPUT, "%s:%u: the provider's name has control characters or is not UTF-8; correct it",
                        csv->path, csv->line);
     char *copy = vw_copy_text(csv->fields[1]);

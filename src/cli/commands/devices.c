@@ -1,9 +1,9 @@
 #include <inttypes.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "viewworth/gpu.h"
 
 static const char *const kind_names[] = {
@@ -13,12 +13,12 @@ static const char *const kind_names[] = {
 };
 
 static void print_table(const struct vw_gpu_info *infos, uint32_t count) {
-    printf("index  kind        memory      name and driver\n");
+    vw_print("index  kind        memory      name and driver\n");
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_gpu_info *info = &infos[i];
-        printf("%-5" PRIu32 "  %-10s  %6.1f GiB  %s\n%32s%s\n", info->index, kind_names[info->kind],
-               (double)info->memory_bytes / 0x1p30, info->name, "", info->driver);
-        if (info->unsupported_reason[0]) printf("%32sunfit: %s\n", "", info->unsupported_reason);
+        vw_print("%-5" PRIu32 "  %-10s  %6.1f GiB  %s\n%32s%s\n", info->index, kind_names[info->kind],
+                 (double)info->memory_bytes / 0x1p30, info->name, "", info->driver);
+        if (info->unsupported_reason[0]) vw_print("%32sunfit: %s\n", "", info->unsupported_reason);
     }
 }
 

@@ -1,8 +1,8 @@
 #include <inttypes.h>
-#include <stdio.h>
 
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "run/import.h"
 
 static json_t *to_json(const char *log, const struct vw_import_result *result) {
@@ -17,11 +17,11 @@ static json_t *to_json(const char *log, const struct vw_import_result *result) {
 }
 
 static void print_text(const struct vw_import_result *result) {
-    printf("imported  %" PRIu64 " steps on %u photos in %u epochs\n", result->statistics.steps, result->photos,
-           result->epochs);
-    printf("validation PSNR  %.2f dB after the last step\n", result->statistics.last_val_psnr_db);
-    printf("ledger   %s\nscores   %s\n", result->ledger_path, result->scores_path);
-    printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", result->head);
+    vw_print("imported  %" PRIu64 " steps on %u photos in %u epochs\n", result->statistics.steps, result->photos,
+             result->epochs);
+    vw_print("validation PSNR  %.2f dB after the last step\n", result->statistics.last_val_psnr_db);
+    vw_print("ledger   %s\nscores   %s\n", result->ledger_path, result->scores_path);
+    vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", result->head);
 }
 
 enum vw_status vw_command_import_steps(const struct vw_options *options) {

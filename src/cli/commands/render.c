@@ -1,7 +1,7 @@
-#include <stdio.h>
 
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "run/render_view.h"
 
 static json_t *to_json(const struct vw_rendered_view *rendered) {
@@ -10,9 +10,10 @@ static json_t *to_json(const struct vw_rendered_view *rendered) {
 }
 
 static void print_text(const struct vw_rendered_view *rendered) {
-    printf("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", rendered->view, rendered->psnr_db,
-           rendered->fitted ? ", without the gain and bias that validation fits: not comparable with val_psnr" : "",
-           rendered->image_path);
+    vw_print("%s  PSNR %.2f dB over the whole view%s\nphoto left, render right: %s\n", rendered->view,
+             rendered->psnr_db,
+             rendered->fitted ? ", without the gain and bias that validation fits: not comparable with val_psnr" : "",
+             rendered->image_path);
 }
 
 enum vw_status vw_command_render(const struct vw_options *options) {

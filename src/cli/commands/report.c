@@ -1,8 +1,8 @@
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "run/outputs/report_folder.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -14,7 +14,7 @@ enum vw_status vw_command_report(const struct vw_options *options) {
     enum vw_status status = vw_report_write(options->operands, options->operand_count, path, &report);
     if (!status && options->json)
         status = vw_json_print(json_pack("{s:s, s:I}", "report", path, "folders", (json_int_t)options->operand_count));
-    else if (!status) printf("report   %s\n", path);
+    else if (!status) vw_print("report   %s\n", path);
     free(path);
     return status;
 }

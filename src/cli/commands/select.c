@@ -1,11 +1,11 @@
 #include <ctype.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/commands/commands.h"
 #include "run/imported.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "run/scored_run.h"
 #include "run/selection_list.h"
 #include "ledger/find_image.h"
@@ -61,19 +61,6 @@ static json_t *to_json(const struct selection_job *job) {
                      job->params.method, "selected", names);
 }
 
-// As a shell takes it.
-static void print_word(const char *word) {
-    if (*word && !word[strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:=@%")]) {
-        printf(" %s", word);
-        return;
-    }
-    printf(" '");
-    for (; *word; word++)
-        if (*word == '\'') printf("'\\''");
-        else putchar(iscntrl((unsigned char)*word) ? '?' : *word);
-    putchar('\'');
-}
-
 // Those options of the scene that the list does not say. Only known ones: a ledger may come from anybody, and this is
 // for a shell.
 static void print_scene_options(const struct selection_job *job) {
@@ -81,50 +68,51 @@ static void print_scene_options(const struct selection_job *job) {
                                         "pool",      "val",       "test"}; // a scene says all but the first two
     for (size_t i = 0; i < (job->list.opens ? 2 : VW_ARRAY_COUNT(known)); i++) {
         const json_t *value = json_object_get(job->run.scene_options, known[i]);
-        if (value) printf(" --%s", known[i]);
-        if (json_is_integer(value)) printf(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
-        else if (value) print_word(json_string_value(value) ? json_string_value(value) : "");
+        if (value) vw_print(" --%s", known[i]);
+        if (json_is_integer(value)) vw_print(" %" JSON_INTEGER_FORMAT, json_integer_value(value));
+        else if (value) vw_print_shell_path(json_string_value(value) ? json_string_value(value) : "");
     }
 }
 
 static void print_next(const struct selection_job *job) {
     if (vw_is_imported(&job->run.recorded.row)) return;
     if (!job->list.opens && strcmp(job->list.format, "transforms") == 0) {
-        printf("train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
+        vw_print(
+            "train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
         return;
     }
-    printf("train    viewworth value");
-    print_word(job->list.opens ? job->options->to : job->run.recorded.row.scene_path);
+    vw_print("train    viewworth value");
+    vw_print_shell_path(job->list.opens ? job->options->to : job->run.recorded.row.scene_path);
     if (!job->list.opens) {
-        printf(" --train");
-        print_word(job->options->to);
+        vw_print(" --train");
+        vw_print_shell_path(job->options->to);
     }
     print_scene_options(job);
-    printf(" --out ANOTHER\n");
+    vw_print(" --out ANOTHER\n");
 }
 
 static void print_rule(const struct vw_selection_params *params) {
     const char *unit = params->percent ? " %" : "";
     switch (params->rule) {
-    case VW_SELECT_POSITIVE: printf("score above zero\n"); break;
-    case VW_SELECT_SIGNIFICANT: printf("interval above zero\n"); break;
-    case VW_SELECT_NOT_HARMFUL: printf("interval not below zero\n"); break;
-    case VW_SELECT_TOP: printf("the best %g%s\n", params->amount, unit); break;
-    case VW_SELECT_DROP: printf("all but the worst %g%s\n", params->amount, unit); break;
+    case VW_SELECT_POSITIVE: vw_print("score above zero\n"); break;
+    case VW_SELECT_SIGNIFICANT: vw_print("interval above zero\n"); break;
+    case VW_SELECT_NOT_HARMFUL: vw_print("interval not below zero\n"); break;
+    case VW_SELECT_TOP: vw_print("the best %g%s\n", params->amount, unit); break;
+    case VW_SELECT_DROP: vw_print("all but the worst %g%s\n", params->amount, unit); break;
     }
 }
 
 static void print_text(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
-    printf("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count,
-           job->params.method);
+    vw_print("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count,
+             job->params.method);
     print_rule(&job->params);
     if (selection->scored_count < job->list.train_count)
-        printf("         %u photos have no such score and were left out\n",
-               job->list.train_count - selection->scored_count);
-    printf("list    ");
-    print_word(job->options->to);
-    printf(" (%s)\n", job->list.format);
+        vw_print("         %u photos have no such score and were left out\n",
+                 job->list.train_count - selection->scored_count);
+    vw_print("list    ");
+    vw_print_shell_path(job->options->to);
+    vw_print(" (%s)\n", job->list.format);
     print_next(job);
 }
 

@@ -1,10 +1,10 @@
 #include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "run/verify.h"
 
 static json_t *to_json(const struct vw_verification *verification) {
@@ -16,15 +16,15 @@ static json_t *to_json(const struct vw_verification *verification) {
 }
 
 static void print_text(const struct vw_verification *verification, bool replayed) {
-    printf("%s is intact: %" PRIu64 " steps, %u scores, %s\n", verification->ledger_path, verification->steps,
-           verification->score_count, verification->status);
+    vw_print("%s is intact: %" PRIu64 " steps, %u scores, %s\n", verification->ledger_path, verification->steps,
+             verification->score_count, verification->status);
     if (strcmp(verification->status, "running") == 0)
-        printf("it has not ended: whether its last steps were removed cannot be told\n");
+        vw_print("it has not ended: whether its last steps were removed cannot be told\n");
     if (*verification->log_sha256)
-        printf("it was imported: how its steps were taken cannot be checked; the log's sha256sum was\n         %s\n",
-               verification->log_sha256);
-    if (replayed) printf("replay   %" PRIu64 " steps taken again gave the same bits\n", verification->replayed_steps);
-    printf("head     %s\n", verification->head);
+        vw_print("it was imported: how its steps were taken cannot be checked; the log's sha256sum was\n         %s\n",
+                 verification->log_sha256);
+    if (replayed) vw_print("replay   %" PRIu64 " steps taken again gave the same bits\n", verification->replayed_steps);
+    vw_print("head     %s\n", verification->head);
 }
 
 enum vw_status vw_command_verify(const struct vw_options *options) {

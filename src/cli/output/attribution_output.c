@@ -1,4 +1,5 @@
 #include "cli/output/attribution_output.h"
+#include "cli/output/print.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -17,31 +18,26 @@ static bool is_shown(const struct vw_attribution *attribution, const struct vw_p
 
 static const char *provider_of(const char *provider) { return provider && *provider ? provider : "(no provider)"; }
 
-// Control characters would command the terminal.
-static void print_name(const char *name) {
-    for (const char *next = name; *next; next++) putchar((unsigned char)*next < 0x20 || *next == 0x7f ? '?' : *next);
-}
-
 static void print_value(double value, double standard_error, const char *unit) {
     char error[32] = "?"; // of a single visit
     if (isfinite(standard_error)) snprintf(error, sizeof error, "%.4f", standard_error);
-    printf("  %+9.4f ± %s %s  ", value, error, unit);
+    vw_print("  %+9.4f ± %s %s  ", value, error, unit);
 }
 
 static void print_more(uint32_t count, uint32_t shown, const char *path) {
-    if (count > shown) printf("  and %u more: %s\n", count - shown, path);
+    if (count > shown) vw_print("  and %u more: %s\n", count - shown, path);
 }
 
 static void print_providers(const struct vw_attribution *attribution) {
     uint32_t count = 0;
     if (attribution->group_count > 0)
-        printf("providers (%s, sum of their photos ± standard error)\n", attribution->method);
+        vw_print("providers (%s, sum of their photos ± standard error)\n", attribution->method);
     for (uint32_t i = 0; i < attribution->group_count; i++) {
         const struct vw_provider_score *group = &attribution->groups[i];
         if (!is_shown(attribution, group) || ++count > SHOWN_ROWS) continue;
         print_value(group->value, group->standard_error, group->unit);
-        print_name(provider_of(group->provider));
-        printf(" (%u photo%s)\n", group->photo_count, group->photo_count == 1 ? "" : "s");
+        vw_print("%s", provider_of(group->provider));
+        vw_print(" (%u photo%s)\n", group->photo_count, group->photo_count == 1 ? "" : "s");
     }
     print_more(count, SHOWN_ROWS, attribution->providers_path);
 }
@@ -50,24 +46,24 @@ static void print_payout(const struct vw_attribution *attribution) {
     char amount[VW_AMOUNT_BYTES];
     vw_amount_to_text(attribution->amount_cents, amount);
     if (attribution->payout_count > 0)
-        printf("payout of %s by %s (nothing for sums that are not positive, the others in proportion)\n", amount,
-               attribution->method);
+        vw_print("payout of %s by %s (nothing for sums that are not positive, the others in proportion)\n", amount,
+                 attribution->method);
     for (uint32_t i = 0; i < attribution->payout_count && i < SHOWN_ROWS; i++) {
         vw_amount_to_text(attribution->payouts[i].cents, amount);
-        printf("  %14s  ", amount);
-        print_name(attribution->payouts[i].group->provider);
-        putchar('\n');
+        vw_print("  %14s  ", amount);
+        vw_print("%s", attribution->payouts[i].group->provider);
+        vw_print("\n");
     }
     print_more(attribution->payout_count, SHOWN_ROWS, attribution->payout_path);
 }
 
 static void print_duplicate(const struct vw_duplicate_score *row) {
     if (row->score) print_value(row->score->value, row->score->standard_error, row->score->unit);
-    else printf("  validates  ");
-    print_name(row->image->name);
-    printf(", ");
-    print_name(provider_of(row->image->provider));
-    printf(", similarity %.4f\n", row->similarity);
+    else vw_print("  validates  ");
+    vw_print("%s", row->image->name);
+    vw_print(", ");
+    vw_print("%s", provider_of(row->image->provider));
+    vw_print(", similarity %.4f\n", row->similarity);
 }
 
 static void print_duplicates(const struct vw_attribution *attribution) {
@@ -76,7 +72,7 @@ static void print_duplicates(const struct vw_attribution *attribution) {
     for (uint32_t i = 0; i < attribution->duplicate_count; i++) {
         bool begins = i == 0 || rows[i].group != rows[i - 1].group;
         if (begins && ++groups <= SHOWN_GROUPS)
-            printf("near-duplicates, together %+.4f by %s\n", rows[i].group_value, attribution->method);
+            vw_print("near-duplicates, together %+.4f by %s\n", rows[i].group_value, attribution->method);
         if (groups <= SHOWN_GROUPS) print_duplicate(&rows[i]);
     }
     print_more(groups, SHOWN_GROUPS, attribution->duplicates_path);

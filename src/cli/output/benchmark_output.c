@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 
 // ---- The table ----
 
@@ -46,24 +47,24 @@ static void format_cell(const struct vw_metric *row, const struct column *column
 }
 
 static void print_header(const struct vw_benchmark *benchmark) {
-    printf("%-*s", NAME_WIDTH, "method");
+    vw_print("%-*s", NAME_WIDTH, "method");
     for (int c = 0; c < COLUMN_COUNT; c++)
-        if (is_used(&benchmark->metrics, &columns[c])) printf("  %*s", width_of(&columns[c]), columns[c].title);
-    printf("  trainings  CPU s\n");
+        if (is_used(&benchmark->metrics, &columns[c])) vw_print("  %*s", width_of(&columns[c]), columns[c].title);
+    vw_print("  trainings  CPU s\n");
 }
 
 static void print_method(const struct vw_benchmark *benchmark, const char *method, int64_t trainings) {
-    printf("%-*s", NAME_WIDTH, method);
+    vw_print("%-*s", NAME_WIDTH, method);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES];
         if (!is_used(&benchmark->metrics, &columns[c])) continue;
         format_cell(vw_metrics_find(&benchmark->metrics, columns[c].group, columns[c].name, method), &columns[c], text);
-        printf("  %*s", width_of(&columns[c]), text);
+        vw_print("  %*s", width_of(&columns[c]), text);
     }
-    if (trainings < 0) putchar('\n');
+    if (trainings < 0) vw_print("\n");
     else
-        printf("  %9lld %6.3g\n", (long long)trainings,
-               trainings ? (double)trainings * benchmark->training_seconds : 0.0);
+        vw_print("  %9lld %6.3g\n", (long long)trainings,
+                 trainings ? (double)trainings * benchmark->training_seconds : 0.0);
 }
 
 // Metrics of the scene, not of a method: "harm/blur  0.31 (0.12 to 0.50)".
@@ -71,25 +72,25 @@ static void print_scene_rows(const struct vw_metrics *metrics) {
     for (size_t i = 0; i < metrics->count; i++) {
         const struct vw_metric *row = &metrics->rows[i];
         if (!strncmp(row->metric, "harm/", 5))
-            printf("a photo with %s adds %.2f dB (%.2f to %.2f) less validation PSNR than a clean one (%u photos)\n",
-                   row->metric + 5, row->value, row->ci_low, row->ci_high, row->count);
+            vw_print("a photo with %s adds %.2f dB (%.2f to %.2f) less validation PSNR than a clean one (%u photos)\n",
+                     row->metric + 5, row->value, row->ci_low, row->ci_high, row->count);
         else if (!strncmp(row->metric, "agreement/", 10))
-            printf("two trainings on the same photos agree in %s by rho = %.2f over %u subsets\n", row->metric + 10,
-                   row->value, row->count);
+            vw_print("two trainings on the same photos agree in %s by rho = %.2f over %u subsets\n", row->metric + 10,
+                     row->value, row->count);
     }
 }
 
 static void print_text(const struct vw_benchmark *benchmark) {
-    printf("%s: %u photos, %u subsets of %u, each trained on twice\n", benchmark->params->common.scene.path,
-           benchmark->photo_count, benchmark->subset_count, benchmark->photo_count / 2);
+    vw_print("%s: %u photos, %u subsets of %u, each trained on twice\n", benchmark->params->common.scene.path,
+             benchmark->photo_count, benchmark->subset_count, benchmark->photo_count / 2);
     print_scene_rows(&benchmark->metrics);
-    putchar('\n');
+    vw_print("\n");
     print_header(benchmark);
     for (uint32_t i = 0; i < benchmark->method_count; i++)
         print_method(benchmark, benchmark->methods[i].name, benchmark->methods[i].trainings);
     print_method(benchmark, "noise ceiling", -1);
     print_method(benchmark, "chance", -1);
-    printf("\ntable    %s\n", benchmark->csv_path);
+    vw_print("\ntable    %s\n", benchmark->csv_path);
 }
 
 // ---- JSON ----

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 
 enum { CELL_WIDTH = 18, NAME_WIDTH = 20 };
 
@@ -37,11 +38,11 @@ static enum vw_quality last_known(const struct vw_comparison *comparison) {
     return last;
 }
 
-static void print_cell(const char *text, bool last) { printf("  %-*s", last ? 0 : CELL_WIDTH, text); }
+static void print_cell(const char *text, bool last) { vw_print("  %-*s", last ? 0 : CELL_WIDTH, text); }
 
 static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_quality last) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
-    printf("%-*s  %6u  %6u", NAME_WIDTH, list->name, list->count, list->epochs);
+    vw_print("%-*s  %6u  %6u", NAME_WIDTH, list->name, list->count, list->epochs);
     for (enum vw_quality quality = 0; quality <= last; quality++) {
         if (!is_known(comparison, quality)) continue;
         struct vw_quality_mean mean =
@@ -52,15 +53,15 @@ static void print_list(const struct vw_comparison *comparison, uint32_t place, e
         else snprintf(text, sizeof text, "%.*f +-%.*f", digits, mean.mean, digits, mean.standard_error);
         print_cell(text, quality == last);
     }
-    putchar('\n');
+    vw_print("\n");
 }
 
 static void print_lists(const struct vw_comparison *comparison) {
     enum vw_quality last = last_known(comparison);
-    printf("%-*s  photos  epochs", NAME_WIDTH, "list");
+    vw_print("%-*s  photos  epochs", NAME_WIDTH, "list");
     for (enum vw_quality quality = 0; quality <= last; quality++)
         if (is_known(comparison, quality)) print_cell(columns[quality].heading, quality == last);
-    putchar('\n');
+    vw_print("\n");
     for (uint32_t l = 0; l < comparison->sets.count; l++) print_list(comparison, l, last);
 }
 
@@ -74,14 +75,14 @@ static void print_difference(const struct vw_comparison *comparison, const struc
                              enum vw_quality quality) {
     struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
     int digits = columns[quality].digits;
-    printf("  %-9.*s  %+10.*f", (int)strcspn(columns[quality].heading, ","), columns[quality].heading, digits,
-           paired.difference);
-    if (!isnan(paired.ci_low)) printf(" [%+10.*f, %+10.*f]", digits, paired.ci_low, digits, paired.ci_high);
-    printf("%s  %s\n", columns[quality].unit, verdict_of(&paired, quality));
+    vw_print("  %-9.*s  %+10.*f", (int)strcspn(columns[quality].heading, ","), columns[quality].heading, digits,
+             paired.difference);
+    if (!isnan(paired.ci_low)) vw_print(" [%+10.*f, %+10.*f]", digits, paired.ci_low, digits, paired.ci_high);
+    vw_print("%s  %s\n", columns[quality].unit, verdict_of(&paired, quality));
 }
 
 static void print_pair(const struct vw_comparison *comparison, const struct vw_set_pair *pair) {
-    printf("\n%s against %s\n", comparison->sets.lists[pair->list].name, comparison->sets.lists[pair->against].name);
+    vw_print("\n%s against %s\n", comparison->sets.lists[pair->list].name, comparison->sets.lists[pair->against].name);
     for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
         if (is_known(comparison, quality)) print_difference(comparison, pair, quality);
 }
@@ -89,28 +90,28 @@ static void print_pair(const struct vw_comparison *comparison, const struct vw_s
 static void print_heading(const struct vw_comparison *comparison) {
     const struct vw_experiment_params *common = &comparison->params->common;
     const struct vw_scene *scene = comparison->session.scene;
-    printf("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean over seeds +- standard error\n"
-           "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
-           comparison->sets.count, common->scene.path, common->seeds, common->seeds > 1 ? "s" : "",
-           common->config->seed, vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
-           scene->split_count[VW_SPLIT_TEST],
-           comparison->half_views ? "their right halves: appearance is fitted to the left ones" : "whole");
+    vw_print("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean over seeds +- standard error\n"
+             "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
+             comparison->sets.count, common->scene.path, common->seeds, common->seeds > 1 ? "s" : "",
+             common->config->seed, vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
+             scene->split_count[VW_SPLIT_TEST],
+             comparison->half_views ? "their right halves: appearance is fitted to the left ones" : "whole");
     if (comparison->sets.by_scores)
-        printf("lists selected by --scores depend on the validation photos: only test metrics are out of sample\n");
+        vw_print("lists selected by --scores depend on the validation photos: only test metrics are out of sample\n");
 }
 
 static void print_text(const struct vw_comparison *comparison) {
     const char *out = comparison->params->common.out;
     print_heading(comparison);
-    putchar('\n');
+    vw_print("\n");
     print_lists(comparison);
-    if (comparison->pair_count) printf("\ndifferences of trainings with the same seed [95 %% interval]\n");
+    if (comparison->pair_count) vw_print("\ndifferences of trainings with the same seed [95 %% interval]\n");
     for (uint32_t p = 0; p < comparison->pair_count; p++) print_pair(comparison, &comparison->pairs[p]);
-    printf("\ncomparison  %s/compare.json, compare.csv, pairs.csv, disagreements.csv\n", out);
+    vw_print("\ncomparison  %s/compare.json, compare.csv, pairs.csv, disagreements.csv\n", out);
     if (comparison->rendered_count)
-        printf("renders     %s/renders/0.png to %u.png: the photo, then each list\n", out,
-               comparison->rendered_count - 1);
-    if (comparison->report_path) printf("report      %s\n", comparison->report_path);
+        vw_print("renders     %s/renders/0.png to %u.png: the photo, then each list\n", out,
+                 comparison->rendered_count - 1);
+    if (comparison->report_path) vw_print("report      %s\n", comparison->report_path);
 }
 
 enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json) {

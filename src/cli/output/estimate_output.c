@@ -1,20 +1,20 @@
 #include "cli/output/estimate_output.h"
+#include "cli/output/print.h"
 
 #include <inttypes.h>
-#include <stdio.h>
 
 void vw_estimate_print(const struct vw_estimate *estimate) {
-    printf("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
+    vw_print("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
     if (*estimate->missing) {
-        printf("estimate none: %s\n", estimate->missing);
+        vw_print("estimate none: %s\n", estimate->missing);
         return;
     }
-    printf("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
-           (double)estimate->device_bytes / 0x1p20, estimate->param_count);
-    printf("time     about %.3g s for the %" PRIu64
-           " steps of value with default options (%.3g ms per step, from %" PRIu64 " steps on %s)\n",
-           estimate->seconds_per_step * (double)estimate->steps, estimate->steps, 1e3 * estimate->seconds_per_step,
-           estimate->measured_steps, estimate->device);
+    vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
+             (double)estimate->device_bytes / 0x1p20, estimate->param_count);
+    vw_print("time     about %.3g s for the %" PRIu64
+             " steps of value with default options (%.3g ms per step, from %" PRIu64 " steps on %s)\n",
+             estimate->seconds_per_step * (double)estimate->steps, estimate->steps, 1e3 * estimate->seconds_per_step,
+             estimate->measured_steps, estimate->device);
 }
 
 json_t *vw_estimate_to_json(const struct vw_estimate *estimate) {

@@ -1,6 +1,5 @@
 #include "cli/output/plan_output.h"
-
-#include <stdio.h>
+#include "cli/output/print.h"
 
 #include "base/clock.h"
 #include "run/plan/presets.h"
@@ -9,8 +8,8 @@ void vw_plan_print(const struct vw_plan *plan, const struct vw_config *config) {
     char text[VW_PRESET_TEXT_BYTES];
     vw_preset_options(config, text);
     if (vw_plan_keeps_time(plan))
-        printf("budget   %g s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
-    printf("again    the same bits by %s\n", text);
+        vw_print("budget   %g s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
+    vw_print("again    the same bits by %s\n", text);
 }
 
 bool vw_plan_add_json(const struct vw_plan *plan, const struct vw_config *config, json_t *root) {

@@ -1,21 +1,21 @@
 #include "cli/output/probe_costs_output.h"
+#include "cli/output/print.h"
 
 #include <inttypes.h>
 #include <math.h>
-#include <stdio.h>
 
 #include "base/json.h"
 
 void vw_probe_costs_print(const struct vw_probe_costs *costs) {
     if (costs->same_state_steps > 0)
-        printf("same state   %" PRIu64 " probing steps from %" PRIu64 " states", costs->same_state_steps,
-               costs->states);
+        vw_print("same state   %" PRIu64 " probing steps from %" PRIu64 " states", costs->same_state_steps,
+                 costs->states);
     if (costs->same_state_steps > 0 && isfinite(costs->same_state_s))
-        printf(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
-    if (costs->same_state_steps > 0) putchar('\n');
+        vw_print(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
+    if (costs->same_state_steps > 0) vw_print("\n");
     if (costs->first_order_steps > 0)
-        printf("first order  %" PRIu64 " steps were validated twice more, for the slope along them\n",
-               costs->first_order_steps);
+        vw_print("first order  %" PRIu64 " steps were validated twice more, for the slope along them\n",
+                 costs->first_order_steps);
 }
 
 json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs) {

@@ -1,4 +1,5 @@
 #include "cli/output/profile_output.h"
+#include "cli/output/print.h"
 
 #include <stdio.h>
 
@@ -7,20 +8,20 @@
 void vw_profile_print(const struct vw_profile *profile) {
     const struct vw_gpu_peaks *peaks = &profile->peaks;
     if (!profile->row_count) return;
-    printf("pass                              ms  share       MB    GB/s  of copy  mult-adds  G/s   of peak\n");
+    vw_print("pass                              ms  share       MB    GB/s  of copy  mult-adds  G/s   of peak\n");
     for (uint32_t i = 0; i < profile->row_count; i++) {
         const struct vw_profile_row *row = &profile->rows[i];
         char name[48];
         snprintf(name, sizeof name, "%s%s%s", row->name, row->role ? ", " : "", row->role ? row->role : "");
-        printf("%-28s %7.3f  %4.1f%%  %7.2f  %6.2f  %5.0f %%", name, row->ms, 100 * row->share, 1e-6 * row->bytes,
-               1e-9 * row->bytes_per_s, 100 * row->bytes_per_s / peaks->copy_bytes_per_s);
+        vw_print("%-28s %7.3f  %4.1f%%  %7.2f  %6.2f  %5.0f %%", name, row->ms, 100 * row->share, 1e-6 * row->bytes,
+                 1e-9 * row->bytes_per_s, 100 * row->bytes_per_s / peaks->copy_bytes_per_s);
         if (row->multiply_adds > 0)
-            printf("   %6.2f M  %5.1f     %5.0f %%", 1e-6 * row->multiply_adds, 1e-9 * row->multiply_adds_per_s,
-                   100 * row->multiply_adds_per_s / peaks->multiply_adds_per_s);
-        putchar('\n');
+            vw_print("   %6.2f M  %5.1f     %5.0f %%", 1e-6 * row->multiply_adds, 1e-9 * row->multiply_adds_per_s,
+                     100 * row->multiply_adds_per_s / peaks->multiply_adds_per_s);
+        vw_print("\n");
     }
-    printf("%-28s %7.3f         peaks: copy %.2f GB/s, multiply-adds %.1f G/s\n", "a step", profile->ms,
-           1e-9 * peaks->copy_bytes_per_s, 1e-9 * peaks->multiply_adds_per_s);
+    vw_print("%-28s %7.3f         peaks: copy %.2f GB/s, multiply-adds %.1f G/s\n", "a step", profile->ms,
+             1e-9 * peaks->copy_bytes_per_s, 1e-9 * peaks->multiply_adds_per_s);
 }
 
 static json_t *row_to_json(const struct vw_profile_row *row) {

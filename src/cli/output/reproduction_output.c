@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "viewworth/value.h"
 
 enum { CELL_WIDTH = 21 };
@@ -47,7 +48,7 @@ static void print_cell(const struct vw_agreement_summary *summary, int width) {
     if (summary->pairs > 1)
         snprintf(text, sizeof text, "%.3f [%.3f %.3f]", summary->mean, summary->lowest, summary->highest);
     else if (summary->pairs) snprintf(text, sizeof text, "%.3f", summary->mean);
-    printf("  %-*s", width, text);
+    vw_print("  %-*s", width, text);
 }
 
 static void print_row(const struct vw_reproduction *reproduction, const struct vw_reproduction_stop *stop,
@@ -56,43 +57,44 @@ static void print_row(const struct vw_reproduction *reproduction, const struct v
         struct vw_agreement_summary summary = summarise(reproduction, stop, method, columns[i].measure);
         print_cell(&summary, width_of(i, column_count));
     }
-    putchar('\n');
+    vw_print("\n");
 }
 
 static void print_headings(size_t column_count) {
-    for (size_t i = 0; i < column_count; i++) printf("  %-*s", width_of(i, column_count), columns[i].heading);
-    putchar('\n');
+    for (size_t i = 0; i < column_count; i++) vw_print("  %-*s", width_of(i, column_count), columns[i].heading);
+    vw_print("\n");
 }
 
 static void print_by_epochs(const struct vw_reproduction *reproduction) {
-    printf("\n%s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
+    vw_print("\n%s after fewer epochs\n%-6s  %13s", vw_value_default_method, "epochs", "training rays");
     print_headings(2);
     for (uint32_t i = 0; i < reproduction->stop_count; i++) {
         const struct vw_reproduction_stop *stop = &reproduction->stops[i];
         uint32_t method = find_method(stop, vw_value_default_method);
-        printf("%6u  %13" PRIu64, stop->epochs, stop->training_rays);
+        vw_print("%6u  %13" PRIu64, stop->epochs, stop->training_rays);
         if (method < stop->tables.count) print_row(reproduction, stop, method, 2);
-        else putchar('\n');
+        else vw_print("\n");
     }
 }
 
 static void print_text(const struct vw_reproduction *reproduction) {
     const struct vw_reproduction_stop *stop = last_stop(reproduction);
     const struct vw_config *config = reproduction->params->config;
-    printf("agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
-           " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
-           "both / in either\n%-18s",
-           config->seed, config->seed + reproduction->params->seeds - 1, vw_vary_name(config->vary),
-           stop->tables.photo_count, stop->epochs, stop->training_rays, reproduction->pair_count,
-           reproduction->pair_count > 1 ? "s" : "", "method");
+    vw_print(
+        "agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
+        " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
+        "both / in either\n%-18s",
+        config->seed, config->seed + reproduction->params->seeds - 1, vw_vary_name(config->vary),
+        stop->tables.photo_count, stop->epochs, stop->training_rays, reproduction->pair_count,
+        reproduction->pair_count > 1 ? "s" : "", "method");
     print_headings(VW_ARRAY_COUNT(columns));
     for (uint32_t method = 0; method < stop->tables.count; method++) {
-        printf("%-18s", stop->tables.tables[method].method);
+        vw_print("%-18s", stop->tables.tables[method].method);
         print_row(reproduction, stop, method, VW_ARRAY_COUNT(columns));
     }
     print_by_epochs(reproduction);
-    printf("\nagreement  %s\nscatter    %s\n", reproduction->agreement_path, reproduction->scatter_path);
-    if (reproduction->report_path) printf("report     %s\n", reproduction->report_path);
+    vw_print("\nagreement  %s\nscatter    %s\n", reproduction->agreement_path, reproduction->scatter_path);
+    if (reproduction->report_path) vw_print("report     %s\n", reproduction->report_path);
 }
 
 // ---- JSON ----

@@ -12,6 +12,7 @@
 #include "cli/output/profile_output.h"
 #include "cli/output/stability_output.h"
 #include "cli/output/validation_views_output.h"
+#include "cli/output/print.h"
 #include "run/effects_text.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
@@ -32,32 +33,35 @@ static uint32_t count_shown(const struct ranking *ranking) {
 
 static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score) {
     const struct vw_view *view = &scene->views[score->image_id];
-    printf("  %+9.4f ", score->value);
-    if (isfinite(score->ci_low) && isfinite(score->ci_high)) printf("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
-    printf("%s", score->unit);
-    if (score->rank_ci_low) printf("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
-    if (isfinite(score->resampling_stderr)) printf("  sampling ± %.4f", score->resampling_stderr);
-    printf("  %s", view->name);
-    if (view->ground_truth) printf(" (%s)", view->ground_truth);
-    putchar('\n');
+    vw_print("  %+9.4f ", score->value);
+    if (isfinite(score->ci_low) && isfinite(score->ci_high))
+        vw_print("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
+    vw_print("%s", score->unit);
+    if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
+    if (isfinite(score->resampling_stderr)) vw_print("  sampling ± %.4f", score->resampling_stderr);
+    vw_print("  %s", view->name);
+    if (view->ground_truth) vw_print(" (%s)", view->ground_truth);
+    vw_print("\n");
 }
 
 static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
     uint32_t shown = count_shown(ranking);
     if (!shown) return;
-    printf("most valuable photos (%s, positive = helps; 95 %% intervals of score and rank)\n", vw_value_default_method);
+    vw_print("most valuable photos (%s, positive = helps; 95 %% intervals of score and rank)\n",
+             vw_value_default_method);
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[i]);
-    printf("least valuable photos\n");
+    vw_print("least valuable photos\n");
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[ranking->count - 1 - i]);
 }
 
 static void print_noise_floor(const struct vw_noise_floor *floor) {
-    printf("noise floor  validating once more moves PSNR by %g dB (%" PRIu64
-           " times), a step with learning rate 0 by %g dB (%" PRIu64
-           " times)\n             other pixels of the same photo move a step's delta by %.2g dB, %.2g of mean absolute "
-           "error (%" PRIu64 " resampled steps)\n",
-           floor->repeated_db, floor->repeated_count, floor->zero_learning_rate_db, floor->zero_learning_rate_count,
-           floor->resampled_db, floor->resampled_l1, floor->resampled_count);
+    vw_print(
+        "noise floor  validating once more moves PSNR by %g dB (%" PRIu64
+        " times), a step with learning rate 0 by %g dB (%" PRIu64
+        " times)\n             other pixels of the same photo move a step's delta by %.2g dB, %.2g of mean absolute "
+        "error (%" PRIu64 " resampled steps)\n",
+        floor->repeated_db, floor->repeated_count, floor->zero_learning_rate_db, floor->zero_learning_rate_count,
+        floor->resampled_db, floor->resampled_l1, floor->resampled_count);
 }
 
 static void print_valued(const struct vw_run_results *results, const struct ranking *ranking) {
@@ -67,19 +71,20 @@ static void print_valued(const struct vw_run_results *results, const struct rank
     if (results->until_stable > 0) vw_stability_print(results->stability, results->until_stable, results->config);
     if (results->plan) vw_plan_print(results->plan, results->config);
     if (results->config->noise_floor && floor->repeated_count > 0) print_noise_floor(floor);
-    else if (results->config->noise_floor) printf("noise floor  no step was probed; take more --epochs\n");
+    else if (results->config->noise_floor) vw_print("noise floor  no step was probed; take more --epochs\n");
     vw_probe_costs_print(results->probe_costs);
-    printf("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
-           results->statistics->first_val_psnr_db, results->statistics->last_val_psnr_db, results->statistics->steps);
+    vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
+             results->statistics->first_val_psnr_db, results->statistics->last_val_psnr_db, results->statistics->steps);
     vw_validation_views_print(results->validation);
-    printf("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path, results->field_path);
-    if (results->report_path) printf("report   %s\n", results->report_path);
-    printf("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
+    vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
+             results->field_path);
+    if (results->report_path) vw_print("report   %s\n", results->report_path);
+    vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
 }
 
 static void print_trained(const struct vw_run_results *results) {
-    printf("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics->steps, results->ledger_path,
-           results->field_path);
+    vw_print("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics->steps, results->ledger_path,
+             results->field_path);
 }
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------

@@ -1,12 +1,12 @@
 #include "cli/output/scene_info_output.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "cli/output/estimate_output.h"
 #include "cli/output/json_output.h"
 #include "cli/output/measured_effects_output.h"
+#include "cli/output/print.h"
 #include "run/effects_text.h"
 
 // A camera and how many views share it.
@@ -70,44 +70,44 @@ static enum vw_status describe(const struct vw_scene_info *info, struct descript
 
 static void print_cameras(const struct description *description) {
     enum { SHOWN = 8 };
-    printf("cameras  %u distinct\n", description->camera_count);
+    vw_print("cameras  %u distinct\n", description->camera_count);
     for (uint32_t i = 0; i < description->camera_count && i < SHOWN; i++) {
         const struct vw_camera *camera = &description->cameras[i].camera;
-        printf("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px,
-               camera->height_px, camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
-               lens_name(camera), description->cameras[i].view_count);
+        vw_print("         %ux%u px, focal %.2f %.2f px, centre %.2f %.2f px, %s: %u photos\n", camera->width_px,
+                 camera->height_px, camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,
+                 lens_name(camera), description->cameras[i].view_count);
     }
     if (description->camera_count > SHOWN)
-        printf("         and %u more (--json has all)\n", description->camera_count - SHOWN);
+        vw_print("         and %u more (--json has all)\n", description->camera_count - SHOWN);
 }
 
 static void print_points(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    if (scene->point_count) printf("points   %u, seen %u times\n", scene->point_count, scene->track_count);
+    if (scene->point_count) vw_print("points   %u, seen %u times\n", scene->point_count, scene->track_count);
     if (description->ranged_count)
-        printf("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world,
-               description->far_world, description->ranged_count);
+        vw_print("depths   %.6g to %.6g world units, from the points that %u photos see\n", description->near_world,
+                 description->far_world, description->ranged_count);
 }
 
 static void print_text(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     const struct vw_box *box = &scene->box;
-    printf("scene    %s (%s)\nphotos   %u:", scene->path, scene->format, scene->view_count);
+    vw_print("scene    %s (%s)\nphotos   %u:", scene->path, scene->format, scene->view_count);
     for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
-        printf(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
-    printf("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
-    if (scene->masked_view_count) printf("masks    %u photos have one; white keeps\n", scene->masked_view_count);
+        vw_print(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
+    vw_print("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
+    if (scene->masked_view_count) vw_print("masks    %u photos have one; white keeps\n", scene->masked_view_count);
     print_cameras(description);
-    printf("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0],
-           box->centre_world[1], box->centre_world[2], box->half_extent_world, scene->box_source);
+    vw_print("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0],
+             box->centre_world[1], box->centre_world[2], box->half_extent_world, scene->box_source);
     print_points(description);
-    for (uint32_t i = 0; i < scene->note_count; i++) printf("note     %s\n", scene->notes[i]);
+    for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     vw_estimate_print(&description->info->estimate);
-    printf("\n%s\n", vw_effects_heading);
+    vw_print("\n%s\n", vw_effects_heading);
     for (uint32_t i = 0; i < description->info->effect_count; i++) {
         char line[VW_EFFECT_LINE_BYTES];
         vw_effect_to_line(&description->info->effects[i], line);
-        printf("%s\n", line);
+        vw_print("%s\n", line);
     }
     vw_measured_effects_print(&description->info->measured);
 }

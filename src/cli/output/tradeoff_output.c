@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "viewworth/value.h"
 
 // ---- The table ----
@@ -48,15 +49,15 @@ static bool is_used(const struct vw_sweep *sweep, const struct column *column) {
 }
 
 static void print_row(const struct vw_sweep *sweep, const struct vw_sweep_metrics *metric) {
-    printf("%-*s", NAME_WIDTH, metric->configuration);
+    vw_print("%-*s", NAME_WIDTH, metric->configuration);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES] = "-";
         double value = real_at(metric, columns[c].offset);
         if (!is_used(sweep, &columns[c])) continue;
         if (isfinite(value)) snprintf(text, sizeof text, "%.*f", columns[c].digits, value);
-        printf("  %*s", columns[c].width, text);
+        vw_print("  %*s", columns[c].width, text);
     }
-    printf("  %s%s\n", metric->psnr_pareto_front ? "P" : "", metric->score_pareto_front ? "S" : "");
+    vw_print("  %s%s\n", metric->psnr_pareto_front ? "P" : "", metric->score_pareto_front ? "S" : "");
 }
 
 // The knee: the fastest configuration within a tolerance of the best value. Slower ones gain little.
@@ -74,35 +75,35 @@ static void print_knee(const struct vw_sweep *sweep, const char *what, size_t of
         if (is_choice(metric) && near && (!knee || metric->run_seconds < knee->run_seconds)) knee = metric;
     }
     if (knee)
-        printf("knee     %s: %s reaches %.*f in %.3g s; the best, %s, %.*f in %.3g s\n", what, knee->configuration,
-               digits, real_at(knee, offset), knee->run_seconds, best->configuration, digits, real_at(best, offset),
-               best->run_seconds);
+        vw_print("knee     %s: %s reaches %.*f in %.3g s; the best, %s, %.*f in %.3g s\n", what, knee->configuration,
+                 digits, real_at(knee, offset), knee->run_seconds, best->configuration, digits, real_at(best, offset),
+                 best->run_seconds);
 }
 
 // Configurations that measure other pixels than the base have no PSNR.
 static void print_missing_psnr(const struct vw_sweep *sweep) {
     for (uint32_t i = 0; i < sweep->metric_count; i++)
         if (is_shown(&sweep->metrics[i]) && isnan(sweep->metrics[i].val_psnr))
-            printf("no PSNR  of %s: it measures other pixels than the base\n", sweep->metrics[i].configuration);
+            vw_print("no PSNR  of %s: it measures other pixels than the base\n", sweep->metrics[i].configuration);
 }
 
 static void print_text(const struct vw_sweep *sweep) {
-    printf("%s: %u configurations, %u seeds each, scores by %s\n\n%-*s", sweep->params->common.scene.path,
-           sweep->configurations->count, sweep->params->common.seeds, vw_value_default_method, NAME_WIDTH,
-           "configuration");
+    vw_print("%s: %u configurations, %u seeds each, scores by %s\n\n%-*s", sweep->params->common.scene.path,
+             sweep->configurations->count, sweep->params->common.seeds, vw_value_default_method, NAME_WIDTH,
+             "configuration");
     for (int c = 0; c < COLUMN_COUNT; c++)
-        if (is_used(sweep, &columns[c])) printf("  %*s", columns[c].width, columns[c].title);
-    printf("  Pareto front\n");
+        if (is_used(sweep, &columns[c])) vw_print("  %*s", columns[c].width, columns[c].title);
+    vw_print("  Pareto front\n");
     for (uint32_t i = 0; i < sweep->metric_count; i++)
         if (is_shown(&sweep->metrics[i])) print_row(sweep, &sweep->metrics[i]);
-    printf("\nfront    P: no other configuration reaches that PSNR in less time; S: no other agrees as well with the "
-           "full_resolution reference in less time\n");
+    vw_print("\nfront    P: no other configuration reaches that PSNR in less time; S: no other agrees as well with the "
+             "full_resolution reference in less time\n");
     print_knee(sweep, "PSNR within 0.3 dB of the best", offsetof(struct vw_sweep_metrics, val_psnr), 0.3, 2);
     print_knee(sweep, "agreement within 0.02", offsetof(struct vw_sweep_metrics, agreement_pearson), 0.02, 3);
     print_knee(sweep, "r of two seeds within 0.02", offsetof(struct vw_sweep_metrics, seed_pearson), 0.02, 3);
     print_missing_psnr(sweep);
-    printf("table    %s\n", sweep->csv_path);
-    if (sweep->report_path) printf("report   %s\n", sweep->report_path);
+    vw_print("table    %s\n", sweep->csv_path);
+    if (sweep->report_path) vw_print("report   %s\n", sweep->report_path);
 }
 
 // ---- JSON ----

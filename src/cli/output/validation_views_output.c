@@ -1,7 +1,7 @@
 #include "cli/output/validation_views_output.h"
+#include "cli/output/print.h"
 
 #include <math.h>
-#include <stdio.h>
 
 #include "base/json.h"
 
@@ -28,10 +28,10 @@ static const struct vw_view_evidence *find_lowest(const struct vw_validation_vie
 void vw_validation_views_print(const struct vw_validation_views *validation) {
     const struct vw_view_evidence *lowest = find_lowest(validation);
     if (lowest)
-        printf("validation photos  leaving one out, the ranking correlates %.3f or better with this one (lowest "
-               "without %s)\n",
-               lowest->without, name_of(validation, lowest->image_id));
-    if (vw_validation_views_have_matrix(validation)) printf("matrix   %s\n", validation->matrix_path);
+        vw_print("validation photos  leaving one out, the ranking correlates %.3f or better with this one (lowest "
+                 "without %s)\n",
+                 lowest->without, name_of(validation, lowest->image_id));
+    if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
 }
 
 static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {

@@ -7,6 +7,7 @@
 #include "scene/builder.h"
 #include "scene/safe_path.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 
 static const double NORM_TOLERANCE = 1e-3; // of a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
@@ -97,7 +98,7 @@ static enum vw_status invert_pose(const struct colmap_image_fields *fields, doub
 
 static enum vw_status check_name(uint32_t image, const char *name) {
     if (!*name) return vw_fail(VW_ERROR_INPUT, "image %u: field name is empty; give the photo's path", image);
-    if (!vw_name_is_clean(name))
+    if (!vw_text_is_clean(name))
         return vw_fail(VW_ERROR_INPUT, "image %u: field name is not UTF-8 or has control characters; rename the photo",
                        image);
     if (vw_path_leaves_folder(name))

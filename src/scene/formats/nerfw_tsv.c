@@ -6,6 +6,7 @@
 
 #include "scene/safe_path.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
@@ -45,7 +46,7 @@ static bool is_header(const struct vw_tsv_columns *columns) { return columns->fi
 static enum vw_status take_row(const char *path, int line, const struct vw_tsv *tsv, struct vw_tsv_row *row) {
     char *const *fields = vw_tsv_fields(tsv, tsv->row_count);
     const char *filename = fields[tsv->columns.filename], *split = fields[tsv->columns.split];
-    if (!*filename || !vw_name_is_clean(filename) || vw_path_leaves_folder(filename))
+    if (!*filename || !vw_text_is_clean(filename) || vw_path_leaves_folder(filename))
         return vw_fail(VW_ERROR_INPUT,
                        "%s:%d: field filename: \"%s\" is not the name of a photo in dense/images; correct it", path,
                        line, filename);

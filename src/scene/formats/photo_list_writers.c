@@ -11,6 +11,7 @@
 #include "scene/formats/transforms.h"
 #include "base/csv.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 
 const struct vw_listed_photo *vw_photo_list_find(const struct vw_photo_list *list, const char *name) {
@@ -69,7 +70,7 @@ enum vw_status vw_photo_list_way(const struct vw_photo_list *list, const char *f
             way_between(strcmp(real_from, "/") == 0 ? "" : real_from, strcmp(real_folder, "/") == 0 ? "" : real_folder);
         if (!made) status = VW_ERROR_MEMORY;
     }
-    if (!status && !vw_name_is_clean(made))
+    if (!status && !vw_text_is_clean(made))
         status = vw_fail(VW_ERROR_USAGE, "--to: the path from there to %s (%s) is not UTF-8; write the list elsewhere",
                          folder, made);
     if (status) free(made);
@@ -102,7 +103,7 @@ enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
 // Whether a reader that trims lines reads the name back.
 static bool fits_a_line(const char *name) {
     size_t length = strlen(name);
-    return length > 0 && vw_name_is_clean(name) && !isspace((unsigned char)name[0]) &&
+    return length > 0 && vw_text_is_clean(name) && !isspace((unsigned char)name[0]) &&
            !isspace((unsigned char)name[length - 1]);
 }
 

@@ -11,6 +11,7 @@
 #include "scene/formats/transforms.h"
 #include "base/csv.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
@@ -82,7 +83,7 @@ static enum vw_status take_frame(const struct reading *reading, size_t place, co
     const struct vw_view *view = find_framed(reading->scene, name);
     if (!view)
         return vw_fail(VW_ERROR_INPUT, "%s: frame %zu (%s) is not in the scene; give a file that was written for it",
-                       reading->path, place, vw_name_is_clean(name) ? name : "its name has control characters");
+                       reading->path, place, vw_text_is_clean(name) ? name : "its name has control characters");
     take(reading, view);
     return VW_OK;
 }

@@ -11,6 +11,7 @@
 #include "scene/safe_path.h"
 #include "scene/formats/transforms.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "image/image.h"
 #include "base/memory.h"
 
@@ -78,7 +79,7 @@ static enum vw_status check_file(const struct vw_scene_builder *builder, const c
 }
 
 static enum vw_status check_name(const char *where, const char *field, const char *name) {
-    if (!vw_name_is_clean(name))
+    if (!vw_text_is_clean(name))
         return vw_fail(VW_ERROR_INPUT, "%s: field %s has control characters; rename the file", where, field);
     if (!vw_path_leaves_folder(name)) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder; use a path relative to it without ..", where,

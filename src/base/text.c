@@ -1,0 +1,64 @@
+#include "base/text.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "viewworth/status.h"
+
+// Unicode's characters that act instead of being shown: first and last of each range. Explicit bidirectional formatting
+// (Unicode Standard Annex 9) can show a name as another one; tags (E0000 to E007F) are invisible.
+static const uint32_t acting_characters[][2] = {{0x00, 0x1f},     {0x7f, 0x9f},     {0x61c, 0x61c},    {0x200e, 0x200f},
+                                                {0x2028, 0x202e}, {0x2066, 0x2069}, {0xe0000, 0xe007f}};
+
+// The number of bytes of the UTF-8 character at `text`, and the character; 0 if it is invalid (overlong, a surrogate,
+// or beyond U+10FFFF).
+static int decode_utf8(const unsigned char *text, uint32_t *character) {
+    static const uint32_t smallest[] = {0, 0, 0x80, 0x800, 0x10000};
+    int length = text[0] < 0x80 ? 1 : text[0] >= 0xf0 ? 4 : text[0] >= 0xe0 ? 3 : text[0] >= 0xc0 ? 2 : 0;
+    if (!length || text[0] >= 0xf8) return 0;
+    *character = length == 1 ? text[0] : text[0] & (0x7fu >> length);
+    for (int i = 1; i < length; i++) {
+        if ((text[i] & 0xc0) != 0x80) return 0; // also the end of the text
+        *character = *character << 6 | (text[i] & 0x3fu);
+    }
+    bool surrogate = *character >= 0xd800 && *character < 0xe000;
+    return *character < smallest[length] || surrogate || *character > 0x10ffff ? 0 : length;
+}
+
+// The number of bytes of the character at `text` if it may be shown, otherwise 0.
+static int shown_bytes(const char *text) {
+    uint32_t character = 0;
+    int length = decode_utf8((const unsigned char *)text, &character);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(acting_characters); i++)
+        if (character >= acting_characters[i][0] && character <= acting_characters[i][1]) return 0;
+    return length;
+}
+
+bool vw_text_is_clean(const char *text) {
+    while (*text) {
+        int length = shown_bytes(text);
+        if (!length) return false;
+        text += length;
+    }
+    return true;
+}
+
+// A character that may not be shown becomes one '?', and so does each byte that is no part of a character.
+static void make_harmless(char *text, bool keep_line_ends) {
+    char *to = text;
+    while (*text) {
+        uint32_t character = 0;
+        int shown = keep_line_ends && *text == '\n' ? 1 : shown_bytes(text);
+        int length = shown ? shown : decode_utf8((unsigned char *)text, &character);
+        if (shown) memmove(to, text, (size_t)shown);
+        else *to = '?';
+        to += shown ? shown : 1;
+        text += length ? length : 1;
+    }
+    *to = 0;
+}
+
+void vw_text_make_line(char *text) { make_harmless(text, false); }
+
+void vw_text_make_lines(char *text) { make_harmless(text, true); }

@@ -1,0 +1,179 @@
+// Text from files on a terminal: what is replaced, in messages, log lines, tables and JSON, and what a shell makes of a
+// path that a command advises.
+#include "unit/ledger_fixture.h"
+
+#include <fcntl.h>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "cli/output/json_output.h"
+#include "cli/output/print.h"
+#include "support/temporary_folder.h"
+#include "viewworth/log.h"
+
+static const struct {
+    const char *text, *shown;
+} texts[] = {
+    {"photo 1.png", "photo 1.png"},
+    {"d\xc3\xb6ner \xe5\x86\x99\xe7\x9c\x9f \xf0\x9f\x93\xb7",
+     "d\xc3\xb6ner \xe5\x86\x99\xe7\x9c\x9f \xf0\x9f\x93\xb7"},
+    {"\x1b]0;title\a\x1b[2J", "?]0;title??[2J"}, // C0: escape sequences
+    {"a\r\nb\tc\x7f", "a??b?c?"},                // C0 and DEL
+    {"a\xc2\x9b"
+     "2J",
+     "a?2J"},                          // C1: control sequence introducer
+    {"\xc2\xa0\xc2\x80", "\xc2\xa0?"}, // the first character behind C1, and the first of it
+    {"a\xe2\x80\xae"
+     "gnp.b",
+     "a?gnp.b"},                                       // right-to-left override
+    {"\xe2\x81\xa6x\xe2\x81\xa9\xe2\x80\x8f", "?x??"}, // isolates, and a mark
+    {"a\xe2\x80\xa8"
+     "b\xd8\x9c",
+     "a?b?"},                          // line separator, Arabic letter mark
+    {"\xf3\xa0\x81\x81z", "?z"},       // a tag
+    {"\xff\xfe", "??"},                // never in UTF-8
+    {"\xc0\xaf\xe0\x80\xaf", "?????"}, // overlong
+    {"\xed\xa0\x80", "???"},           // a surrogate
+    {"\xf4\x90\x80\x80", "????"},      // beyond U+10FFFF
+    {"ab\xe2\x82", "ab??"},            // cut
+    {"\xc3(", "?("},                   // its second byte is a character of its own
+};
+
+static void what_acts_is_replaced(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%s", texts[i].text);
+        vw_text_make_line(text);
+        assert_string_equal(text, texts[i].shown);
+        assert_int_equal(vw_text_is_clean(texts[i].text), strcmp(texts[i].text, texts[i].shown) == 0);
+        assert_true(vw_text_is_clean(text));
+        vw_fail(VW_ERROR_INPUT, "%s", texts[i].text);
+        assert_string_equal(vw_error_message(), texts[i].shown);
+    }
+}
+
+static void keep_line(void *context, enum vw_log_level level, const char *line) {
+    (void)level;
+    snprintf(context, 64, "%s", line);
+}
+
+static void log_lines_are_harmless(void **state) {
+    char line[64];
+    (void)state;
+    vw_log_set_sink(keep_line, line);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
+        vw_log_info("%s", texts[i].text);
+        assert_string_equal(line, texts[i].shown);
+    }
+    vw_log_set_sink(NULL, NULL);
+}
+
+// What `print` writes to stdout; owned by the caller.
+static char *printed(void (*print)(const void *), const void *context) {
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "stdout");
+    int kept = dup(STDOUT_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
+    fflush(stdout);
+    dup2(file, STDOUT_FILENO);
+    print(context);
+    fflush(stdout);
+    dup2(kept, STDOUT_FILENO);
+    close(kept);
+    close(file);
+    void *text = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 16, &text, &size_bytes));
+    temporary_folder_remove(folder);
+    return text;
+}
+
+static void print_row(const void *name) { vw_print("photo    %s\nworth    %d\n", (const char *)name, 3); }
+
+static void a_name_cannot_forge_a_line(void **state) {
+    (void)state;
+    static const struct {
+        const char *name, *rows;
+    } cases[] = {{"a.png", "photo    a.png\nworth    3\n"},
+                 {"\x1b[2Ja\xe2\x80\xae.png", "photo    ?[2Ja?.png\nworth    3\n"},
+                 {"a\nhead     0123", "photo    a?head     0123?worth    3\n"}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char *rows = printed(print_row, cases[i].name);
+        assert_string_equal(rows, cases[i].rows);
+        free(rows);
+    }
+    char long_name[5000]; // longer than any buffer
+    memset(long_name, 'x', sizeof long_name - 1);
+    long_name[sizeof long_name - 1] = 0;
+    char *rows = printed(print_row, long_name);
+    assert_int_equal(strlen(rows), strlen("photo    \nworth    3\n") + strlen(long_name));
+    free(rows);
+}
+
+static void print_json(const void *name) { ASSERT_OK(vw_json_print(json_pack("{s:s}", "name", (const char *)name))); }
+
+static void json_is_ascii_and_keeps_the_name(void **state) {
+    (void)state;
+    const char *name = "d\xc3\xb6ner \xc2\x9b \xe2\x80\xae.png";
+    char *text = printed(print_json, name);
+    for (const char *next = text; *next; next++) assert_in_range(*next, '\n', '~');
+    json_t *read = json_loads(text, 0, NULL);
+    assert_string_equal(json_string_value(json_object_get(read, "name")), name);
+    json_decref(read);
+    free(text);
+}
+
+static void print_advice(const void *path) {
+    vw_print("printf %%s");
+    vw_print_shell_path(path);
+}
+
+// The advice is run by a shell, which must give the path to the command as one word and do nothing else.
+static void a_shell_takes_an_advised_path_as_one_word(void **state) {
+    (void)state;
+    static const char *const paths[] = {"scenes/fox_1.json",
+                                        "a b",
+                                        "",
+                                        "it's",
+                                        "''",
+                                        "'",
+                                        "$(echo 1)",
+                                        "`echo 1`",
+                                        "a;b",
+                                        "a&b",
+                                        "*",
+                                        "~",
+                                        "a\\b",
+                                        "{a,b}",
+                                        "#x",
+                                        "!x",
+                                        "\"",
+                                        "d\xc3\xb6ner",
+                                        "a'$(echo 1)'b"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(paths); i++) {
+        char *command = printed(print_advice, paths[i]), word[64] = "";
+        FILE *shell = popen(command, "r");
+        assert_non_null(shell);
+        assert_int_equal(fread(word, 1, sizeof word - 1, shell), strlen(paths[i]));
+        assert_int_equal(pclose(shell), 0);
+        assert_string_equal(word, paths[i]);
+        free(command);
+    }
+    char *command = printed(print_advice, "-rf");
+    assert_string_equal(command, "printf %s ./-rf");
+    free(command);
+    command = printed(print_advice, "-r f");
+    assert_string_equal(command, "printf %s './-r f'");
+    free(command);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_acts_is_replaced),
+        cmocka_unit_test(log_lines_are_harmless),
+        cmocka_unit_test(a_name_cannot_forge_a_line),
+        cmocka_unit_test(json_is_ascii_and_keeps_the_name),
+        cmocka_unit_test(a_shell_takes_an_advised_path_as_one_word),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
