@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_CLI_PRINT_H
 #define VIEWWORTH_CLI_PRINT_H
 
-// Like printf, to stdout, of text that cannot control a terminal: what vw_text_make_line() replaces is replaced, except the
-// line ends of `format`. main() reports a failure to write.
+// Like printf, to stdout, of text that cannot control a terminal: it replaces what vw_text_make_line() replaces, except
+// the line ends of `format`. main() reports a failure to write.
 void vw_print(const char *format, ...) __attribute__((format(printf, 1, 2)));
 // Prints a space and a path as a shell takes it: quoted where it must be, and not as an option.
 void vw_print_shell_path(const char *path);
