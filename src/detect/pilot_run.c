@@ -49,6 +49,10 @@ static enum vw_status take_steps(struct vw_trainer *trainer) {
 
 // ---- Exposure -------------------------------------------------------------------------------------------------------
 
+static double channel_of(vw_float4 colour, int channel) {
+    return channel == 0 ? colour.x : channel == 1 ? colour.y : colour.z;
+}
+
 // The log gain of either half of a photo, of all that can be compared: log(sum of photo / sum of render), which blur
 // alone does not move.
 static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, uint32_t count, double middle_px,
@@ -56,7 +60,7 @@ static bool half_gains(const struct vw_pixel *pixels, const vw_float4 *colours, 
     double here[2] = {0.0}, rendered[2] = {0.0};
     uint32_t used[2] = {0};
     for (uint32_t i = 0; i < count; i++) {
-        double photo = (&pixels[i].rgba.x)[channel], render = (&colours[i].x)[channel];
+        double photo = channel_of(pixels[i].rgba, channel), render = channel_of(colours[i], channel);
         bool comparable = photo > EVIDENCE_DARK && photo < EVIDENCE_SATURATED && render > EVIDENCE_DARK &&
                           render < EVIDENCE_SATURATED;
         if (pixels[i].weight != 1.0f || pixels[i].rgba.w != 1.0f || !comparable) continue;

@@ -12,7 +12,7 @@
 
 static bool has_providers(const struct vw_scene *scene) {
     for (uint32_t i = 0; i < scene->view_count; i++)
-        if (scene->views[i].split == VW_SPLIT_TRAIN && *scene->views[i].provider) return true;
+        if (scene->views[i].split == VW_SPLIT_TRAIN && scene->views[i].provider[0]) return true;
     return false;
 }
 

@@ -29,7 +29,8 @@ static struct vw_thumbnails set_of(struct vw_report_sets *sets, const struct vw_
     if (set) strncpy(set->hash, recorded->hash, sizeof set->hash - 1);
     if (set) status = make(params, recorded, &set->thumbnails);
     if (status) vw_log_warning("the report goes without thumbnails: %s", vw_error_message());
-    return status || !set ? (struct vw_thumbnails){0} : set->thumbnails;
+    static const struct vw_thumbnails none;
+    return status || !set ? none : set->thumbnails;
 }
 
 void vw_report_sets_free(struct vw_report_sets *sets) {
