@@ -37,7 +37,8 @@ static enum vw_status fail_size(const char *path, size_t limit_bytes) {
     return vw_fail(VW_ERROR_INPUT, "%s: larger than the %zu bytes allowed here; check the path", path, limit_bytes);
 }
 
-static enum vw_status read_all(int descriptor, const char *path, size_t limit_bytes, void **data, size_t *size_bytes) {
+enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes) {
     struct stat info;
     char *text = NULL;
     size_t capacity = 0, used = 0;
@@ -67,7 +68,7 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
     int descriptor = -1;
     enum vw_status status = vw_file_open(path, &descriptor);
     if (status) return status;
-    status = read_all(descriptor, path, limit_bytes, data, size_bytes);
+    status = vw_descriptor_read(descriptor, path, limit_bytes, data, size_bytes);
     close(descriptor);
     return status;
 }

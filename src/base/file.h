@@ -14,6 +14,9 @@ enum vw_status vw_file_open(const char *path, int *descriptor);
 // Reads a whole plain file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after
 // its end.
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
+// The same of an opened file, which stays open. `path` is for messages.
+enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes);
 // Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
 // every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);

@@ -1,0 +1,37 @@
+// Files and folders below a folder that a stranger may have sent: what is opened lies in it, whatever links it holds.
+// The folder itself is the user's choice and may be reached through links. Between the check and the opening there is
+// no gap: both are one call of the kernel, or one walk from descriptor to descriptor.
+#ifndef VIEWWORTH_INSIDE_H
+#define VIEWWORTH_INSIDE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "viewworth/status.h"
+
+// Whether a path leaves the folder that it is relative to: it is absolute or has a part "..".
+bool vw_path_leaves_folder(const char *name);
+
+// Opens the plain file `name` of a scene folder for reading; the caller closes it. Links are followed as long as they
+// stay in the folder. VW_ERROR_INPUT if the file is not there, is a folder, a pipe or a device, or lies elsewhere. An
+// absolute name, or one with a part "..", lies elsewhere.
+enum vw_status vw_file_open_inside(const char *folder, const char *name, int *descriptor);
+
+// For a folder of results, where every name is one that viewworth gave: no part of `name` may be a link.
+
+// As vw_file_read(). VW_ERROR_INPUT also for a link.
+enum vw_status vw_file_read_inside(const char *folder, const char *name, size_t limit_bytes, void **data,
+                                   size_t *size_bytes);
+bool vw_file_exists_inside(const char *folder, const char *name); // a plain file, reached without links
+// VW_OK for a plain file and for a name that is not taken; VW_ERROR_INPUT for links, folders, pipes and devices. For
+// those who open by path.
+enum vw_status vw_file_check_inside(const char *folder, const char *name);
+// The same for a folder.
+enum vw_status vw_folder_check_inside(const char *folder, const char *name);
+// Creates a folder below a folder that exists, and those between them; existing folders are fine, links are not.
+enum vw_status vw_folder_create_inside(const char *folder, const char *name);
+
+// For tests: opens part by part, as on kernels without openat2.
+void vw_inside_force_walk(bool walk);
+
+#endif

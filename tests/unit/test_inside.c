@@ -1,0 +1,158 @@
+// What is opened below a folder lies in it: planted links, pipes, folders, and names that lead out. Every test runs
+// with openat2 and with the walk from part to part that replaces it on other kernels.
+#include "support/cmocka_test.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/inside.h"
+#include "support/temporary_folder.h"
+
+enum { LIMIT_BYTES = 1000 };
+
+static char *outside; // a folder beside the one of the test, with secret/file
+
+static int prepare(void **state) {
+    *state = temporary_folder_create();
+    outside = temporary_folder_create();
+    temporary_file(outside, "secret/file", "secret");
+    temporary_file(*state, "file", "ours");
+    temporary_file(*state, "a/b/file", "deep");
+    assert_int_equal(symlink(outside, temporary_path(*state, "away")), 0);
+    assert_int_equal(symlink(temporary_path(outside, "secret/file"), temporary_path(*state, "link")), 0);
+    assert_int_equal(symlink("../file", temporary_path(*state, "a/near")), 0);
+    assert_int_equal(symlink(temporary_path(*state, "a"), temporary_path(*state, "absolute")), 0);
+    assert_int_equal(symlink("nowhere", temporary_path(*state, "dangling")), 0);
+    assert_int_equal(mkfifo(temporary_path(*state, "pipe"), 0666), 0);
+    return 0;
+}
+
+static int prepare_walk(void **state) {
+    vw_inside_force_walk(true);
+    return prepare(state);
+}
+
+static int clean_up(void **state) {
+    vw_inside_force_walk(false);
+    temporary_folder_remove(*state);
+    temporary_folder_remove(outside);
+    return 0;
+}
+
+static void assert_read(const char *folder, const char *name, const char *expected) {
+    void *data = NULL;
+    size_t size_bytes = 0;
+    enum vw_status status = vw_file_read_inside(folder, name, LIMIT_BYTES, &data, &size_bytes);
+    if (status) fail_msg("%s: %s", name, vw_error_message());
+    assert_string_equal(data, expected);
+    free(data);
+    assert_true(vw_file_exists_inside(folder, name));
+    assert_int_equal(vw_file_check_inside(folder, name), VW_OK);
+}
+
+static void assert_not_read(const char *folder, const char *name, const char *why) {
+    void *data = NULL;
+    size_t size_bytes = 0;
+    assert_int_equal(vw_file_read_inside(folder, name, LIMIT_BYTES, &data, &size_bytes), VW_ERROR_INPUT);
+    if (!strstr(vw_error_message(), why) || !strstr(vw_error_message(), name))
+        fail_msg("%s: \"%s\" does not say: %s", name, vw_error_message(), why);
+    assert_null(data);
+    assert_false(vw_file_exists_inside(folder, name));
+}
+
+static void files_of_results_are_read_without_links(void **state) {
+    static const char *const linked[] = {"link",     "away/secret/file", "a/near",   "absolute/b/file",
+                                         "dangling", "../file",          "a/../file"};
+    assert_read(*state, "file", "ours");
+    assert_read(*state, "a/b/file", "deep");
+    for (size_t i = 0; i < sizeof linked / sizeof *linked; i++) {
+        assert_not_read(*state, linked[i], "through a link");
+        assert_int_equal(vw_file_check_inside(*state, linked[i]), VW_ERROR_INPUT);
+    }
+    assert_not_read(*state, temporary_path(outside, "secret/file"), "through a link");
+    assert_not_read(*state, "pipe", "another kind");
+    assert_not_read(*state, "a", "another kind");
+    assert_not_read(*state, "file/below", "another kind");
+    assert_not_read(*state, "none", "no such file");
+    assert_int_equal(vw_file_check_inside(*state, "none"), VW_OK);
+    assert_int_equal(vw_file_check_inside(*state, "pipe"), VW_ERROR_INPUT);
+    // The user's way to the folder may have links.
+    assert_read(temporary_path(*state, "absolute"), "b/file", "deep");
+}
+
+static void folders_are_created_without_links(void **state) {
+    assert_int_equal(vw_folder_create_inside(*state, "a/c/d"), VW_OK);
+    assert_int_equal(vw_folder_create_inside(*state, "a/c/d"), VW_OK);
+    assert_true(vw_folder_exists(temporary_path(*state, "a/c/d")));
+    assert_int_equal(vw_folder_check_inside(*state, "a/c"), VW_OK);
+    assert_int_equal(vw_folder_check_inside(*state, "new"), VW_OK);
+    static const char *const refused[] = {"away",        "away/new", "absolute/new", "dangling", "../new",
+                                          "a/../../new", "file",     "file/new",     "pipe"};
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        enum vw_status status = vw_folder_create_inside(*state, refused[i]);
+        if (!status) fail_msg("%s was created", refused[i]);
+        assert_non_null(strstr(vw_error_message(), refused[i]));
+        assert_int_not_equal(vw_folder_check_inside(*state, refused[i]), VW_OK);
+    }
+    assert_false(vw_folder_exists(temporary_path(outside, "new")));
+    assert_int_not_equal(vw_folder_create_inside(temporary_path(*state, "none"), "new"), VW_OK);
+}
+
+static void assert_opens(const char *folder, const char *name, const char *expected) {
+    int descriptor = -1;
+    char text[LIMIT_BYTES] = "";
+    enum vw_status status = vw_file_open_inside(folder, name, &descriptor);
+    if (status) fail_msg("%s: %s", name, vw_error_message());
+    assert_true(read(descriptor, text, sizeof text - 1) >= 0);
+    assert_string_equal(text, expected);
+    close(descriptor);
+}
+
+static void assert_stays_closed(const char *folder, const char *name, const char *why) {
+    int descriptor = -1;
+    assert_int_equal(vw_file_open_inside(folder, name, &descriptor), VW_ERROR_INPUT);
+    if (!strstr(vw_error_message(), why)) fail_msg("%s: \"%s\" does not say: %s", name, vw_error_message(), why);
+    assert_int_equal(descriptor, -1);
+}
+
+static void files_of_scenes_may_have_links_that_stay(void **state) {
+    assert_opens(*state, "file", "ours");
+    assert_opens(*state, "a/near", "ours");
+    assert_opens(*state, "absolute/b/file", "deep");
+    assert_opens(temporary_path(*state, "absolute"), "b/file", "deep");
+    assert_stays_closed(temporary_path(*state, "absolute"), "near", "through a link");
+    static const char *const linked[] = {"link", "away/secret/file", "../file", "a/../file"};
+    for (size_t i = 0; i < sizeof linked / sizeof *linked; i++)
+        assert_stays_closed(*state, linked[i], "through a link");
+    assert_stays_closed(*state, temporary_path(*state, "file"), "through a link");
+    assert_stays_closed(*state, "pipe", "not a plain file");
+    assert_stays_closed(*state, "a", "not a plain file");
+    assert_stays_closed(*state, "dangling", "no such file");
+    assert_stays_closed(*state, "none", "no such file");
+    // A folder whose name begins as this one's is another folder.
+    char *longer = malloc(strlen(*state) + 2);
+    assert_non_null(longer);
+    sprintf(longer, "%s2", (char *)*state);
+    temporary_file(longer, "file", "other");
+    assert_int_equal(symlink(temporary_path(longer, "file"), temporary_path(*state, "a/longer")), 0);
+    assert_stays_closed(*state, "a/longer", "through a link");
+    temporary_folder_remove(longer);
+}
+
+#define BOTH(test)                                                                                                     \
+    cmocka_unit_test_setup_teardown(test, prepare, clean_up), {                                                        \
+#test "_by_walking", test, prepare_walk, clean_up, NULL                                                        \
+    }
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        BOTH(files_of_results_are_read_without_links),
+        BOTH(folders_are_created_without_links),
+        BOTH(files_of_scenes_may_have_links_that_stay),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
