@@ -73,9 +73,12 @@ struct vw_ledger_score {
 // Creates the file `path`. VW_ERROR_USAGE if it exists.
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger);
-// Opens a ledger, to read it or to append after its last step. VW_ERROR_INPUT if the file is not a ledger of this
-// version.
+// Opens a ledger to read it. Changes nothing in its folder, and may be called while another process appends. The whole
+// file is checked first, since it may come from someone who wants to harm. VW_ERROR_INPUT if it is not exactly a ledger
+// of this version, or if a killed process left a write unfinished, which vw_ledger_open_to_append puts right.
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
+// The same, to append after its last step.
+enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
 // Appends steps with their view and probe rows, as one synced transaction. `validation_views` has the image_id of each

@@ -1,32 +1,84 @@
 #include "ledger/database.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
+#include "ledger/database_check.h"
+#include "ledger/database_file.h"
+#include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
 enum { BUSY_WAIT_MS = 60000 }; // a program that reads the ledger of a running valuation must not make it fail
 
-enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database) {
+static enum vw_status open_handle(const char *path, const char *name, int flags, struct vw_database *database) {
     *database = (struct vw_database){.path = vw_copy_text(path)};
     if (!database->path) return VW_ERROR_MEMORY;
-    // Writable for readers too: after a crash, the first program that opens the file rolls the transaction back.
-    int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
-    if (sqlite3_open_v2(path, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
+    if (sqlite3_open_v2(name, &database->handle, flags, NULL) != SQLITE_OK) return vw_database_fail(database, "open");
     if (sqlite3_busy_timeout(database->handle, BUSY_WAIT_MS) != SQLITE_OK) return vw_database_fail(database, "open");
-    // A ledger has tables only. A file from elsewhere may have views that never end, or triggers that undo what is
-    // written: these are disabled.
-    if (sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL) != SQLITE_OK ||
-        sqlite3_db_config(database->handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL) != SQLITE_OK ||
-        sqlite3_db_config(database->handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL) != SQLITE_OK)
-        return vw_database_fail(database, "open");
-    // EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it, a power cut could restore the
-    // journal, which would undo a batch that was reported as recorded.
+    return vw_database_set_limits(database);
+}
+
+// EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it, a power cut could restore the
+// journal, which would undo a batch that was reported as recorded.
+static enum vw_status make_durable(struct vw_database *database) {
     return vw_database_run(database,
                            "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
+}
+
+// A reader is not SQLite's "immutable": it may read the ledger of a running valuation, whose pages change, and needs
+// locks to see one state. Without the right to write, SQLite never rolls back, deletes or makes a file.
+enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
+                                enum vw_database_access access, struct vw_database *database) {
+    *database = (struct vw_database){0};
+    enum vw_status status = vw_database_check_place(path, access);
+    if (status) return status;
+    // A name that begins with "file:" or ":memory:" has a meaning of its own to SQLite.
+    char *name = vw_format_text("%s%s", path[0] == '/' ? "" : "./", path);
+    if (!name) return VW_ERROR_MEMORY;
+    status =
+        open_handle(path, name, access == VW_DATABASE_READ ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE, database);
+    free(name);
+    if (!status) status = vw_database_check(database, format);
+    if (!status && access == VW_DATABASE_APPEND) status = make_durable(database);
+    return status;
+}
+
+enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
+                                       struct vw_database *database) {
+    enum vw_status status = open_handle(path, ":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, database);
+    if (!status) status = vw_database_run(database, "PRAGMA page_size = 4096; PRAGMA foreign_keys = ON;");
+    _Static_assert(VW_DATABASE_PAGE_BYTES == 4096, "write it into the statement, too");
+    return status ? status : vw_database_run(database, format->schema_sql);
+}
+
+enum vw_status vw_database_create_file(struct vw_database *database) {
+    sqlite3_int64 size_bytes = 0;
+    unsigned char *bytes = sqlite3_serialize(database->handle, "main", &size_bytes, 0);
+    if (!bytes) return vw_fail(VW_ERROR_MEMORY, "%s: out of memory", database->path);
+    enum vw_status status = vw_file_create(database->path, bytes, (size_t)size_bytes);
+    sqlite3_free(bytes);
+    return status;
+}
+
+enum vw_status vw_database_open_or_create(const char *path, const struct vw_database_format *format,
+                                          struct vw_database *database) {
+    struct stat info;
+    struct vw_database empty = {0};
+    enum vw_status status = VW_OK;
+    *database = empty;
+    if (lstat(path, &info) && errno == ENOENT) {
+        status = vw_database_check_free(path);
+        if (!status) status = vw_database_open_memory(path, format, &empty);
+        if (!status) status = vw_database_create_file(&empty);
+        if (status == VW_ERROR_USAGE) status = VW_OK; // another process was faster
+        vw_database_close(&empty);
+    }
+    return status ? status : vw_database_open(path, format, VW_DATABASE_APPEND, database);
 }
 
 void vw_database_close(struct vw_database *database) {
@@ -40,6 +92,11 @@ void vw_database_close(struct vw_database *database) {
 enum vw_status vw_database_fail(struct vw_database *database, const char *doing) {
     const char *path = database->path;
     const char *message = sqlite3_errmsg(database->handle);
+    if (sqlite3_extended_errcode(database->handle) == SQLITE_READONLY_ROLLBACK)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: a program was killed while it wrote here; repeat its command with --resume, which finishes "
+                       "or undoes that write, then run again",
+                       path);
     switch (sqlite3_errcode(database->handle)) {
     case SQLITE_FULL:
         return vw_fail(VW_ERROR_IO, "%s: cannot %s: the disk is full; free some space and run again", path, doing);
@@ -55,7 +112,14 @@ enum vw_status vw_database_fail(struct vw_database *database, const char *doing)
     case SQLITE_ERROR:
         return vw_fail(VW_ERROR_INPUT, "%s: cannot %s: %s; check that it is a viewworth ledger", path, doing, message);
     case SQLITE_NOTADB: return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", path);
-    case SQLITE_CORRUPT: return vw_fail(VW_ERROR_INPUT, "%s: damaged: %s; restore it from a copy", path, message);
+    case SQLITE_CORRUPT:
+    case SQLITE_TOOBIG:
+        return vw_fail(VW_ERROR_INPUT, "%s: damaged or hostile: %s; restore it from a copy", path, message);
+    case SQLITE_INTERRUPT:
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: damaged or hostile: it takes more work than a file of its size can need; restore it from a "
+                       "copy",
+                       path);
     case SQLITE_NOMEM: return vw_fail(VW_ERROR_MEMORY, "%s: cannot %s: out of memory", path, doing);
     default:
         return vw_fail(VW_ERROR_IO, "%s: cannot %s: %s; check the disk and that no other run writes here", path, doing,
@@ -100,28 +164,14 @@ enum vw_status vw_database_end(struct vw_database *database, enum vw_status stat
     return status;
 }
 
-static enum vw_status read_number(struct vw_database *database, const char *sql, int64_t *number) {
+enum vw_status vw_database_read_number(struct vw_database *database, const char *sql, int64_t *number) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
     enum vw_status status = vw_database_prepare(database, sql, &statement);
     if (!status) status = vw_database_next(database, statement, &found);
-    *number = !status && found ? sqlite3_column_int64(statement, 0) : 0;
+    if (!status) *number = found ? sqlite3_column_int64(statement, 0) : 0;
     sqlite3_finalize(statement);
     return status;
-}
-
-enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version,
-                                       const char *what) {
-    int64_t found = 0, tables = 0;
-    enum vw_status status = vw_database_begin(database);
-    if (status) return status;
-    status = read_number(database, "PRAGMA user_version", &found);
-    if (!status) status = read_number(database, "SELECT count(*) FROM sqlite_schema", &tables);
-    if (!status && !found && !tables) status = vw_database_run(database, schema_sql);
-    else if (!status && found != version)
-        status = vw_fail(VW_ERROR_INPUT, "%s: not %s, or of another version; move it away, or name another --out",
-                         database->path, what);
-    return vw_database_end(database, status);
 }
 
 void vw_row_add_integer(struct vw_row *row, int64_t value) {

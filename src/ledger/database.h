@@ -15,9 +15,31 @@ struct vw_database {
     char *path; // owned, for messages
 };
 
-// Opens a file, with durable transactions; creates it if it is missing and `create` is true. Close it also after a
-// failure.
-enum vw_status vw_database_open(const char *path, bool create, struct vw_database *database);
+// What a file holds. user_version is a number in a series of its own, so that no kind of file passes as another.
+enum { VW_DATABASE_VERSION_SERIES = 1000 };
+struct vw_database_format {
+    const char *schema_sql; // makes the tables and sets user_version
+    int64_t version;        // that user_version
+    const char *what;       // "a viewworth ledger", for messages
+};
+
+enum vw_database_access {
+    VW_DATABASE_READ,  // changes nothing: neither the file nor its folder
+    VW_DATABASE_APPEND // durable transactions; first finishes what a killed program has left half done
+};
+
+// Opens a file that exists and checks all of it: it may come from someone who wants to harm. VW_ERROR_INPUT if it is
+// not exactly of this format. Close it also after a failure.
+enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
+                                enum vw_database_access access, struct vw_database *database);
+// A new database in memory with the tables of the format; `path` is for messages. Close it also after a failure.
+enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
+                                       struct vw_database *database);
+// Writes a database in memory as a new file of its path. VW_ERROR_USAGE if that exists.
+enum vw_status vw_database_create_file(struct vw_database *database);
+// Opens a file to append, and makes it with empty tables if it is missing.
+enum vw_status vw_database_open_or_create(const char *path, const struct vw_database_format *format,
+                                          struct vw_database *database);
 void vw_database_close(struct vw_database *database);
 
 // Records a message for SQLite's last failure, with the remedy.
@@ -30,11 +52,8 @@ enum vw_status vw_database_prepare(struct vw_database *database, const char *sql
 // Steps to the next row; `*found` is false after the last one.
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
-// Runs `schema_sql`, which sets user_version to `version`, if the file has no tables yet (a new file, or one whose
-// program was killed before its first transaction). VW_ERROR_INPUT if the file has another version; `what` names its
-// contents for the message.
-enum vw_status vw_database_make_tables(struct vw_database *database, const char *schema_sql, int64_t version,
-                                       const char *what);
+// The integer in the first column of the first row of a query; 0 if it has no rows.
+enum vw_status vw_database_read_number(struct vw_database *database, const char *sql, int64_t *number);
 
 enum vw_status vw_database_begin(struct vw_database *database);
 // Begins a reading transaction: all queries until its end see the same state of the file.

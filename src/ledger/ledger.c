@@ -1,11 +1,9 @@
 #include "viewworth/ledger.h"
 
-#include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
+#include "ledger/database_file.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 #include "base/file.h"
@@ -66,73 +64,51 @@ static enum vw_status insert_run(struct vw_database *database, const struct vw_l
 static enum vw_status write_first_rows(struct vw_database *database, const struct vw_ledger_run *run,
                                        const struct vw_ledger_image *images, uint32_t image_count) {
     char run_hash[VW_HASH_HEX_BYTES], final_hash[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_schema_create(database);
-    if (!status) status = insert_run(database, run);
+    enum vw_status status = insert_run(database, run);
     if (!status) status = insert_images(database, run->scene_hash, images, image_count);
     if (!status) status = vw_ledger_write_run_hash(database, run_hash);
     if (!status) status = vw_ledger_write_final_hash(database, run_hash, run_hash, final_hash);
     return status;
 }
 
+// Built in memory, so that every existing ledger has its run and image rows, and no temporary file is needed.
 static enum vw_status build_file(const char *path, const struct vw_ledger_run *run,
                                  const struct vw_ledger_image *images, uint32_t image_count) {
     struct vw_database database;
-    enum vw_status status = vw_database_open(path, true, &database);
+    enum vw_status status = vw_database_open_memory(path, &vw_ledger_format, &database);
     if (!status) status = vw_database_begin(&database);
     if (!status) status = vw_database_end(&database, write_first_rows(&database, run, images, image_count));
+    if (!status) status = vw_database_create_file(&database);
     vw_database_close(&database);
     return status;
 }
 
-// If a ledger is removed after a crash, its journal remains. SQLite would roll it back into a new ledger of that name.
-static enum vw_status check_place(const char *path) {
-    if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; choose another --out", path);
-    char *journal = vw_format_text("%s-journal", path);
-    if (!journal) return VW_ERROR_MEMORY;
-    enum vw_status status = VW_OK;
-    if (vw_file_exists(journal))
-        status = vw_fail(VW_ERROR_USAGE, "%s: the journal of a removed ledger; remove it too, or choose another --out",
-                         journal);
-    free(journal);
-    return status;
-}
-
-// Never replaces a ledger that another process has created meanwhile: hard links fail then. File systems without hard
-// links use rename.
-static enum vw_status move_into_place(const char *temporary, const char *path) {
-    if (!link(temporary, path)) return VW_OK;
-    if (errno == EEXIST)
-        return vw_fail(VW_ERROR_USAGE, "%s: another process has created a run here; choose another --out", path);
-    if (!vw_file_exists(path) && !rename(temporary, path)) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "%s: cannot create: %s; check the folder and its permissions", path, strerror(errno));
-}
-
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger) {
-    enum vw_status status = check_place(path);
-    if (status) return status;
-    // Built under a temporary name and then moved, so that every existing ledger has its run and image rows.
-    char *temporary = vw_format_text("%s.part-%ld", path, (long)getpid());
-    if (!temporary) return VW_ERROR_MEMORY;
-    unlink(temporary); // left by a killed run with the same process id
-    status = build_file(temporary, run, images, image_count);
-    if (!status) status = move_into_place(temporary, path);
-    unlink(temporary);
-    free(temporary);
-    return status ? status : vw_ledger_open(path, ledger);
+    if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: holds a run already; choose another --out", path);
+    enum vw_status status = vw_database_check_free(path);
+    if (!status) status = build_file(path, run, images, image_count);
+    return status ? status : vw_ledger_open_to_append(path, ledger);
 }
 
-enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger) {
+static enum vw_status open_ledger(const char *path, enum vw_database_access access, struct vw_ledger **ledger) {
     if (!vw_file_exists(path))
         return vw_fail(VW_ERROR_INPUT, "%s: no ledger here; make one with viewworth value", path);
     struct vw_ledger *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_database_open(path, false, &opened->database);
-    if (!status) status = vw_schema_check(&opened->database);
+    enum vw_status status = vw_database_open(path, &vw_ledger_format, access, &opened->database);
     if (!status) status = vw_ledger_load(opened);
     if (status) vw_ledger_close(&opened);
     else *ledger = opened;
     return status;
+}
+
+enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger) {
+    return open_ledger(path, VW_DATABASE_READ, ledger);
+}
+
+enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger) {
+    return open_ledger(path, VW_DATABASE_APPEND, ledger);
 }
 
 void vw_ledger_close(struct vw_ledger **ledger) {

@@ -10,7 +10,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-// Tells the file from a ledger, which counts its user_version from 1.
+// In a series of its own: see vw_database_format.
 enum { RETRAININGS_VERSION = 1004 };
 
 static const char schema_sql[] =
@@ -25,6 +25,9 @@ static const char schema_sql[] =
     "PRAGMA user_version = 1004;";
 _Static_assert(RETRAININGS_VERSION == 1004, "write it into schema_sql, too");
 
+static const struct vw_database_format format = {schema_sql, RETRAININGS_VERSION,
+                                                 "the retrainings of a benchmark or comparison"};
+
 struct vw_retrainings {
     struct vw_database database;
 };
@@ -32,10 +35,7 @@ struct vw_retrainings {
 enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings) {
     struct vw_retrainings *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_database_open(path, true, &opened->database);
-    if (!status)
-        status = vw_database_make_tables(&opened->database, schema_sql, RETRAININGS_VERSION,
-                                         "the retrainings of a benchmark or comparison");
+    enum vw_status status = vw_database_open_or_create(path, &format, &opened->database);
     if (status) vw_retrainings_close(&opened);
     else *retrainings = opened;
     return status;

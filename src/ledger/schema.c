@@ -41,28 +41,6 @@ static const char schema_sql[] =
     " PRIMARY KEY (run_id, image_id, method));"
     "PRAGMA user_version = 5;";
 
-_Static_assert(VW_SCHEMA_VERSION == 5,
-               "raise user_version above too, and decide in vw_schema_check how older files are handled");
+_Static_assert(VW_SCHEMA_VERSION == 5, "raise user_version above too");
 
-enum vw_status vw_schema_create(struct vw_database *database) { return vw_database_run(database, schema_sql); }
-
-enum vw_status vw_schema_check(struct vw_database *database) {
-    sqlite3_stmt *statement = NULL;
-    bool found = false;
-    enum vw_status status = vw_database_prepare(database, "PRAGMA user_version", &statement);
-    if (!status) status = vw_database_next(database, statement, &found);
-    int version = !status && found ? sqlite3_column_int(statement, 0) : 0;
-    sqlite3_finalize(statement);
-    if (status) return status;
-    if (version < 1) return vw_fail(VW_ERROR_INPUT, "%s: not a viewworth ledger; check the path", database->path);
-    if (version < VW_SCHEMA_VERSION)
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: made by an older viewworth (ledger version %d, this viewworth reads %d); run it again into "
-                       "another --out",
-                       database->path, version, VW_SCHEMA_VERSION);
-    if (version > VW_SCHEMA_VERSION)
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: made by a newer viewworth (ledger version %d, this viewworth reads %d); update viewworth",
-                       database->path, version, VW_SCHEMA_VERSION);
-    return VW_OK;
-}
+const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};

@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-// Tells the file from a ledger, whose user_version counts from 1, and from retrainings.
+// In a series of its own: see vw_database_format.
 enum { SWEEPS_VERSION = 2002 };
 static const char hashed_as[] = "viewworth measurement row 1";
 
@@ -73,16 +73,15 @@ static char *write_sql(const char *before, bool defines, const char *behind) {
     return NULL;
 }
 
-static enum vw_status make_tables(struct vw_database *database) {
+static enum vw_status open_file(const char *path, struct vw_database *database) {
     char *schema_sql = write_sql("CREATE TABLE measurement (configuration_id TEXT NOT NULL, quantity TEXT NOT NULL, "
                                  "value REAL, row_hash TEXT NOT NULL,"
                                  " PRIMARY KEY (configuration_id, quantity)) WITHOUT ROWID;"
                                  "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
                                  true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2002;");
     _Static_assert(SWEEPS_VERSION == 2002, "write it into the statement, too");
-    enum vw_status status =
-        schema_sql ? vw_database_make_tables(database, schema_sql, SWEEPS_VERSION, "the results of a sweep")
-                   : VW_ERROR_MEMORY;
+    const struct vw_database_format format = {schema_sql, SWEEPS_VERSION, "the results of a sweep"};
+    enum vw_status status = schema_sql ? vw_database_open_or_create(path, &format, database) : VW_ERROR_MEMORY;
     free(schema_sql);
     return status;
 }
@@ -90,8 +89,7 @@ static enum vw_status make_tables(struct vw_database *database) {
 enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **sweeps) {
     struct vw_sweeps *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_database_open(path, true, &opened->database);
-    if (!status) status = make_tables(&opened->database);
+    enum vw_status status = open_file(path, &opened->database);
     if (status) vw_sweeps_close(&opened);
     else *sweeps = opened;
     return status;

@@ -82,7 +82,7 @@ static void log_effects(const struct vw_run *run) {
 static enum vw_status take_recorded_effects(struct vw_run *run) {
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run recorded;
-    enum vw_status status = vw_ledger_open(run->ledger_path, &ledger);
+    enum vw_status status = vw_ledger_open_to_append(run->ledger_path, &ledger);
     if (!status) status = vw_ledger_get_run(ledger, &recorded);
     if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
     if (!status) status = vw_effects_choose(run->config.effects, run->effects, run->effect_count);

@@ -57,7 +57,7 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
 enum vw_status vw_run_resume(struct vw_run *run) {
     struct vw_ledger_run recorded;
     struct vw_run_row ours = {0};
-    enum vw_status status = vw_ledger_open(run->ledger_path, &run->ledger);
+    enum vw_status status = vw_ledger_open_to_append(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &recorded);
     if (!status) status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->config, &ours);
     if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);

@@ -136,7 +136,7 @@ struct scene {
 static void append_and_die(const struct scene *scene) {
     struct vw_ledger *ledger = NULL;
     watch_files();
-    if (vw_ledger_open(scene->path, &ledger)) _exit(1);
+    if (vw_ledger_open_to_append(scene->path, &ledger)) _exit(1);
     const char *small = "PRAGMA cache_spill = 1; PRAGMA cache_size = 1";
     if (scene->spills && sqlite3_exec(ledger->database.handle, small, NULL, NULL, NULL) != SQLITE_OK) _exit(2);
     observed->counting = true;
@@ -166,7 +166,7 @@ static bool append_in_child(const struct scene *scene, uint32_t dies_in) {
 static void assert_unharmed(const struct scene *scene, uint32_t operation, const char *cut) {
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run run;
-    ASSERT_OK(vw_ledger_open(scene->path, &ledger));
+    ASSERT_OK(vw_ledger_open_to_append(scene->path, &ledger));
     enum vw_status status = vw_ledger_verify(ledger);
     uint64_t next = vw_ledger_next_step(ledger);
     ASSERT_OK(vw_ledger_get_run(ledger, &run));

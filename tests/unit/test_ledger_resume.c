@@ -53,7 +53,7 @@ static void go_on_after(const char *folder, const char *ended) {
     }
     vw_ledger_close(&ledger);
     assert_true(chain_holds(path));
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     assert_head(ledger, path, ended ? SQL_FINAL_HASH : "SELECT row_hash FROM step WHERE step = 2");
     ASSERT_OK(vw_ledger_extend(ledger, extended));
     assert_run(ledger, ended ? ended : "running", config); // as yet nothing is written
@@ -198,7 +198,7 @@ static void a_killed_run_keeps_what_it_recorded(void **state) {
     struct vw_ledger *ledger = NULL;
     struct vw_step_record *records = NULL;
     uint64_t count = 0;
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
     assert_int_equal(count, 3);
     assert_true(records[2].val_psnr < 99);

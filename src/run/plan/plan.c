@@ -246,7 +246,7 @@ static enum vw_status take_recorded(const struct vw_run_params *params, const ch
                                     struct vw_config *config, struct vw_plan *plan) {
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run run;
-    enum vw_status status = vw_ledger_open(ledger_path, &ledger);
+    enum vw_status status = vw_ledger_open_to_append(ledger_path, &ledger);
     if (!status) status = vw_ledger_get_run(ledger, &run);
     if (!status) status = read_record(run.plan_json, plan);
     if (!status) status = check_same_choice(params, plan);
