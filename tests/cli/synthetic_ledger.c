@@ -1,7 +1,7 @@
 // Writes the ledger of a run that never was, for tests of its report:
 //
-//     synthetic_ledger FILE PHOTOS [hostile]    so many train photos, 12 to validate, 3 epochs; hostile: names that
-//     would break a page
+//     synthetic_ledger FILE PHOTOS [plain|hostile [EPOCHS [VIEWS]]]    so many train photos, VIEWS (12) to validate,
+//     EPOCHS (3); hostile: names that would break a page
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
-enum { VIEWS = 12, EPOCHS = 3, SEED = 7 };
+enum { VIEWS_MOST = 64, SEED = 7 };
 static const char zeros[] = "0000000000000000000000000000000000000000000000000000000000000000";
 static const char *const hostile_names[] = {
     "</script><script>window.broken = 1</script>.png",
@@ -29,10 +29,10 @@ static const char *const hostile_names[] = {
 
 struct synthetic {
     struct vw_ledger_image *images;
-    uint32_t photos, image_count, record_count;
+    uint32_t photos, epochs, view_count, image_count, record_count;
     struct vw_step_record *records;
-    struct vw_view_error *errors; // VIEWS per record
-    uint32_t views[VIEWS];
+    struct vw_view_error *errors; // view_count per record
+    uint32_t views[VIEWS_MOST];
 };
 
 static double draw(uint32_t step, uint32_t item) {
@@ -63,9 +63,9 @@ static void take_steps(struct synthetic *run) {
     double psnr_db = 12;
     for (uint32_t step = 0; step < run->record_count; step++) {
         uint32_t photo = step ? (step - 1) % run->photos : 0;
-        struct vw_view_error *errors = &run->errors[(size_t)step * VIEWS];
+        struct vw_view_error *errors = &run->errors[(size_t)step * run->view_count];
         if (step) psnr_db += 0.1 * (draw(0, photo) + draw(step, 1));
-        for (uint32_t v = 0; v < VIEWS; v++) {
+        for (uint32_t v = 0; v < run->view_count; v++) {
             double view_db = psnr_db + draw(step, 2 + v);
             errors[v] = (struct vw_view_error){.mse = pow(10, -view_db / 10), .l1 = 0.4 * pow(10, -view_db / 20)};
         }
@@ -78,16 +78,16 @@ static void take_steps(struct synthetic *run) {
                                                      .val_psnr_pooled = psnr_db - 0.1,
                                                      .val_l1 = 0.4 * pow(10, -psnr_db / 20),
                                                      .views = errors,
-                                                     .view_count = VIEWS};
+                                                     .view_count = run->view_count};
     }
 }
 
 static enum vw_status make(struct synthetic *run, bool hostile) {
-    run->image_count = run->photos + VIEWS;
-    run->record_count = 1 + EPOCHS * run->photos;
+    run->image_count = run->photos + run->view_count;
+    run->record_count = 1 + run->epochs * run->photos;
     run->images = vw_allocate(run->image_count, sizeof *run->images);
     run->records = vw_allocate(run->record_count, sizeof *run->records);
-    run->errors = vw_allocate((size_t)run->record_count * VIEWS, sizeof *run->errors);
+    run->errors = vw_allocate((size_t)run->record_count * run->view_count, sizeof *run->errors);
     if (!run->images || !run->records || !run->errors) return VW_ERROR_MEMORY;
     enum vw_status status = name_images(run, hostile);
     if (!status) take_steps(run);
@@ -96,7 +96,7 @@ static enum vw_status make(struct synthetic *run, bool hostile) {
 
 static enum vw_status write_run(const char *path, const struct synthetic *run, bool hostile) {
     struct vw_config config = vw_config_default;
-    config.epochs = EPOCHS;
+    config.epochs = run->epochs;
     char *config_json = vw_config_to_json(&config, false);
     const struct vw_ledger_run row = {
         .run_id = zeros,
@@ -132,9 +132,11 @@ static enum vw_status write_run(const char *path, const struct synthetic *run, b
 }
 
 int main(int argc, char **argv) {
-    struct synthetic run = {.photos = argc > 2 ? (uint32_t)atoi(argv[2]) : 0};
+    struct synthetic run = {.photos = argc > 2 ? (uint32_t)atoi(argv[2]) : 0,
+                            .epochs = argc > 4 ? (uint32_t)atoi(argv[4]) : 3,
+                            .view_count = argc > 5 ? (uint32_t)atoi(argv[5]) : 12};
     bool hostile = argc > 3 && strcmp(argv[3], "hostile") == 0;
-    if (run.photos < VW_ARRAY_COUNT(hostile_names)) return 2;
+    if (run.photos < VW_ARRAY_COUNT(hostile_names) || run.view_count > VIEWS_MOST) return 2;
     enum vw_status status = make(&run, hostile);
     if (!status) status = write_run(argv[1], &run, hostile);
     if (status) fprintf(stderr, "%s\n", vw_error_message());
