@@ -38,6 +38,14 @@ enum vw_status vw_ledger_load(struct vw_ledger *ledger);
 enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
 // A copy of a text that lives as long as the ledger; NULL with a recorded message if memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
+// Columns of the current row of a query. They set `*status` (VW_ERROR_INPUT) when the value is none that viewworth
+// writes, and give any value after that: an integer of 0 to `most`; a finite number, or NaN for NULL; the id of one of
+// ledger->images, which must have been loaded.
+uint64_t vw_ledger_read_count(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, uint64_t most,
+                              enum vw_status *status);
+double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status);
+uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
+                                 enum vw_status *status);
 
 // ---- ledger_hash.c: hashes of the rows, as ledger.h describes them ----
 

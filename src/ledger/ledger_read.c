@@ -1,6 +1,8 @@
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "ledger/find_image.h"
 #include "ledger/ledger_private.h"
 #include "base/memory.h"
 
@@ -15,25 +17,66 @@ const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
     return kept;
 }
 
-// A copy of a text column that lives as long as the ledger; NULL for a NULL column. Sets `*status` if memory is short.
+// ---- Columns: each reader sets `*status` when the value is none that viewworth writes, and does nothing after that
+// ----
+
+static void fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    *status = vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s has an invalid value; restore the file from a copy",
+                      ledger->database.path, sqlite3_column_name(statement, column));
+}
+
+// A copy that lives as long as the ledger; NULL for NULL.
 static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
-    if (*status || sqlite3_column_type(statement, column) == SQLITE_NULL) return NULL;
-    const char *text = (const char *)sqlite3_column_text(statement, column);
-    const char *kept = text ? vw_ledger_keep_text(ledger, text) : NULL;
+    int type = sqlite3_column_type(statement, column);
+    if (*status || type == SQLITE_NULL) return NULL;
+    const char *text = type == SQLITE_TEXT ? (const char *)sqlite3_column_text(statement, column) : NULL;
+    if (!text || strlen(text) != (size_t)sqlite3_column_bytes(statement, column)) {
+        fail_damaged(ledger, statement, column, status);
+        return NULL;
+    }
+    const char *kept = vw_ledger_keep_text(ledger, text);
     if (!kept) *status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory", ledger->database.path);
     return kept;
 }
 
-static enum vw_status fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column) {
-    return vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s has an invalid value; restore the file from a copy",
-                   ledger->database.path, sqlite3_column_name(statement, column));
+uint64_t vw_ledger_read_count(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, uint64_t most,
+                              enum vw_status *status) {
+    int64_t value = sqlite3_column_int64(statement, column);
+    if (*status) return 0;
+    if (sqlite3_column_type(statement, column) == SQLITE_INTEGER && value >= 0 && (uint64_t)value <= most)
+        return (uint64_t)value;
+    fail_damaged(ledger, statement, column, status);
+    return 0;
+}
+
+double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
+                           enum vw_status *status) {
+    int type = sqlite3_column_type(statement, column);
+    double value = type == SQLITE_FLOAT ? sqlite3_column_double(statement, column) : NAN;
+    if (*status || type == SQLITE_NULL) return NAN;
+    if (type != SQLITE_FLOAT || !isfinite(value)) fail_damaged(ledger, statement, column, status);
+    return value;
+}
+
+uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
+                                 enum vw_status *status) {
+    uint32_t id = (uint32_t)vw_ledger_read_count(ledger, statement, column, VW_RECORD_UNTRAINED - 1, status);
+    if (!*status && !vw_ledger_find_image(ledger->images, ledger->image_count, id))
+        fail_damaged(ledger, statement, column, status);
+    return id;
+}
+
+static uint32_t read_image_or_untrained(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
+                                        enum vw_status *status) {
+    bool untrained = sqlite3_column_type(statement, column) == SQLITE_NULL;
+    return untrained ? (uint32_t)VW_RECORD_UNTRAINED : vw_ledger_read_image_id(ledger, statement, column, status);
 }
 
 // The same for a column that is never NULL in a valid ledger.
 static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                   enum vw_status *status) {
     const char *text = keep_text(ledger, statement, column, status);
-    if (!text && !*status) *status = fail_damaged(ledger, statement, column);
+    if (!text && !*status) fail_damaged(ledger, statement, column, status);
     return text;
 }
 
@@ -58,7 +101,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .run_id = keep_some_text(ledger, statement, 0, &status),
             .scene_hash = keep_some_text(ledger, statement, 1, &status),
             .scene_path = keep_some_text(ledger, statement, 2, &status),
-            .seed = sqlite3_column_int64(statement, 3),
+            .seed = (int64_t)vw_ledger_read_count(ledger, statement, 3, INT64_MAX, &status),
             .config_json = keep_some_text(ledger, statement, 4, &status),
             .subset_hash = keep_some_text(ledger, statement, 5, &status),
             .device = keep_some_text(ledger, statement, 6, &status),
@@ -91,7 +134,7 @@ static enum vw_status load_last_step(struct vw_ledger *ledger) {
         &ledger->database, "SELECT step, row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && found) {
-        ledger->next_step = (uint64_t)sqlite3_column_int64(statement, 0) + 1;
+        ledger->next_step = 1 + vw_ledger_read_count(ledger, statement, 0, INT64_MAX - 1, &status);
         vw_row_copy_hash(statement, 1, ledger->head);
     }
     sqlite3_finalize(statement);
@@ -140,11 +183,11 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
 
 // ---- Tables ----
 
-// Reads the current row of a query into an item of an array.
+// Reads the current row of a query into an item of an array; `index` counts the rows.
 struct row_reader {
     const char *sql;
     size_t item_bytes;
-    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item);
+    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item);
 };
 
 // Reads all rows into an array, which the caller frees.
@@ -157,7 +200,8 @@ static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reade
     enum vw_status status = vw_database_prepare(&ledger->database, reader->sql, &statement);
     while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
         status = vw_grow(&read, &capacity, used + 1, reader->item_bytes);
-        if (!status) status = reader->read(ledger, statement, (char *)read + used++ * reader->item_bytes);
+        if (!status) status = reader->read(ledger, statement, used, (char *)read + used * reader->item_bytes);
+        used++;
     }
     sqlite3_finalize(statement);
     if (status) {
@@ -169,16 +213,19 @@ static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reade
     return VW_OK;
 }
 
-static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+// Whoever looks for an image halves the array: the ids ascend.
+static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
     enum vw_status status = VW_OK;
-    *(struct vw_ledger_image *)item = (struct vw_ledger_image){
-        .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
+    struct vw_ledger_image *image = item;
+    *image = (struct vw_ledger_image){
+        .image_id = (uint32_t)vw_ledger_read_count(ledger, statement, 0, VW_RECORD_UNTRAINED - 1, &status),
         .name = keep_some_text(ledger, statement, 1, &status),
         .split = keep_some_text(ledger, statement, 2, &status),
         .provider = keep_text(ledger, statement, 3, &status),
         .sha256 = keep_text(ledger, statement, 4, &status),
         .ground_truth = keep_text(ledger, statement, 5, &status),
     };
+    if (!status && index > 0 && image[-1].image_id >= image->image_id) fail_damaged(ledger, statement, 0, &status);
     return status;
 }
 
@@ -199,27 +246,31 @@ enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_le
     return VW_OK;
 }
 
-static uint32_t image_or_untrained(sqlite3_stmt *statement, int column) {
-    bool untrained = sqlite3_column_type(statement, column) == SQLITE_NULL;
-    return untrained ? (uint32_t)VW_RECORD_UNTRAINED : (uint32_t)sqlite3_column_int64(statement, column);
+static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    enum vw_status status = VW_OK;
+    struct vw_step_record *record = item;
+    *record = (struct vw_step_record){
+        .step = vw_ledger_read_count(ledger, statement, 0, index, &status),
+        .epoch = (uint32_t)vw_ledger_read_count(ledger, statement, 1, index < UINT32_MAX ? index : UINT32_MAX, &status),
+        .view = read_image_or_untrained(ledger, statement, 2, &status),
+        .train_loss = vw_ledger_read_real(ledger, statement, 3, &status),
+        .validated = sqlite3_column_type(statement, 4) != SQLITE_NULL,
+        .val_psnr = vw_ledger_read_real(ledger, statement, 4, &status),
+        .val_psnr_pooled = vw_ledger_read_real(ledger, statement, 5, &status),
+        .val_l1 = vw_ledger_read_real(ledger, statement, 6, &status),
+        .nonfinite = vw_ledger_read_count(ledger, statement, 7, 1, &status) == 1,
+        .clamped_count = vw_ledger_read_count(ledger, statement, 8, INT64_MAX, &status),
+        .floored_views = (uint32_t)vw_ledger_read_count(ledger, statement, 9, UINT32_MAX, &status),
+    };
+    if (!status && record->step != index) fail_damaged(ledger, statement, 0, &status);
+    return status;
 }
 
-static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
-    (void)ledger;
-    *(struct vw_step_record *)item = (struct vw_step_record){
-        .step = (uint64_t)sqlite3_column_int64(statement, 0),
-        .epoch = (uint32_t)sqlite3_column_int64(statement, 1),
-        .view = image_or_untrained(statement, 2),
-        .train_loss = vw_row_read_real(statement, 3),
-        .validated = sqlite3_column_type(statement, 4) != SQLITE_NULL,
-        .val_psnr = vw_row_read_real(statement, 4),
-        .val_psnr_pooled = vw_row_read_real(statement, 5),
-        .val_l1 = vw_row_read_real(statement, 6),
-        .nonfinite = sqlite3_column_int(statement, 7),
-        .clamped_count = (uint64_t)sqlite3_column_int64(statement, 8),
-        .floored_views = (uint32_t)sqlite3_column_int64(statement, 9),
-    };
-    return VW_OK;
+// The images that the rows of the other tables may name.
+static enum vw_status load_images(struct vw_ledger *ledger) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0;
+    return vw_ledger_get_images(ledger, &images, &count);
 }
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {
@@ -227,47 +278,58 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
                                              "val_l1, nonfinite, clamped, floored FROM step"
                                              " ORDER BY run_id, step",
                                              sizeof **records, read_step};
-    return read_rows(ledger, &reader, (void **)records, count);
+    enum vw_status status = load_images(ledger);
+    return status ? status : read_rows(ledger, &reader, (void **)records, count);
 }
 
-static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    (void)index;
+    enum vw_status status = VW_OK;
     const char *name = (const char *)sqlite3_column_text(statement, 2);
     uint32_t kind = 0;
     while (kind < VW_PROBE_KIND_COUNT && !(name && strcmp(name, vw_probe_kind_names[kind]) == 0)) kind++;
-    if (kind == VW_PROBE_KIND_COUNT) return fail_damaged(ledger, statement, 2);
+    if (kind == VW_PROBE_KIND_COUNT) fail_damaged(ledger, statement, 2, &status);
     *(struct vw_probe *)item = (struct vw_probe){
-        .step = (uint64_t)sqlite3_column_int64(statement, 0),
-        .index = (uint32_t)sqlite3_column_int64(statement, 1),
+        .step = vw_ledger_read_count(ledger, statement, 0, INT64_MAX, &status),
+        .index = (uint32_t)vw_ledger_read_count(ledger, statement, 1, UINT32_MAX, &status),
         .kind = (enum vw_probe_kind)kind,
-        .val_psnr = vw_row_read_real(statement, 3),
-        .val_psnr_pooled = vw_row_read_real(statement, 4),
-        .val_l1 = vw_row_read_real(statement, 5),
-        .view = image_or_untrained(statement, 6),
+        .val_psnr = vw_ledger_read_real(ledger, statement, 3, &status),
+        .val_psnr_pooled = vw_ledger_read_real(ledger, statement, 4, &status),
+        .val_l1 = vw_ledger_read_real(ledger, statement, 5, &status),
+        .view = read_image_or_untrained(ledger, statement, 6, &status),
     };
-    return VW_OK;
+    return status;
 }
 
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
     static const struct row_reader reader = {
         "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe",
         sizeof **probes, read_probe};
-    return read_rows(ledger, &reader, (void **)probes, count);
+    enum vw_status status = load_images(ledger);
+    return status ? status : read_rows(ledger, &reader, (void **)probes, count);
 }
 
-static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *statement, void *item) {
+// The best and the worst rank are NULL together where there is no interval: 0.
+static uint32_t read_rank(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    if (sqlite3_column_type(statement, column) == SQLITE_NULL) return 0;
+    return (uint32_t)vw_ledger_read_count(ledger, statement, column, UINT32_MAX, status);
+}
+
+static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    (void)index;
     enum vw_status status = VW_OK;
     *(struct vw_ledger_score *)item = (struct vw_ledger_score){
-        .image_id = (uint32_t)sqlite3_column_int64(statement, 0),
+        .image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
         .method = keep_some_text(ledger, statement, 1, &status),
-        .value = vw_row_read_real(statement, 2),
+        .value = vw_ledger_read_real(ledger, statement, 2, &status),
         .unit = keep_some_text(ledger, statement, 3, &status),
-        .standard_error = vw_row_read_real(statement, 4),
-        .visits = (uint32_t)sqlite3_column_int64(statement, 5),
-        .resampling_stderr = vw_row_read_real(statement, 6),
-        .ci_low = vw_row_read_real(statement, 7),
-        .ci_high = vw_row_read_real(statement, 8),
-        .rank_ci_low = (uint32_t)sqlite3_column_int64(statement, 9), // NULL becomes 0
-        .rank_ci_high = (uint32_t)sqlite3_column_int64(statement, 10),
+        .standard_error = vw_ledger_read_real(ledger, statement, 4, &status),
+        .visits = (uint32_t)vw_ledger_read_count(ledger, statement, 5, UINT32_MAX, &status),
+        .resampling_stderr = vw_ledger_read_real(ledger, statement, 6, &status),
+        .ci_low = vw_ledger_read_real(ledger, statement, 7, &status),
+        .ci_high = vw_ledger_read_real(ledger, statement, 8, &status),
+        .rank_ci_low = read_rank(ledger, statement, 9, &status),
+        .rank_ci_high = read_rank(ledger, statement, 10, &status),
     };
     return status;
 }
@@ -279,7 +341,8 @@ enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_s
         " JOIN (SELECT method, min(rowid) AS first FROM score GROUP BY method) USING (method) ORDER BY first, image_id",
         sizeof **scores, read_score};
     uint64_t read_count = 0;
-    enum vw_status status = read_rows(ledger, &reader, (void **)scores, &read_count);
+    enum vw_status status = load_images(ledger);
+    if (!status) status = read_rows(ledger, &reader, (void **)scores, &read_count);
     if (!status) *count = (uint32_t)read_count;
     return status;
 }
