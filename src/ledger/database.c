@@ -65,20 +65,25 @@ enum vw_status vw_database_create_file(struct vw_database *database) {
     return status;
 }
 
+// VW_OK also if another process was faster.
+static enum vw_status create_empty(const char *path, const struct vw_database_format *format) {
+    struct vw_database empty;
+    enum vw_status status = vw_database_open_memory(path, format, &empty);
+    if (!status) status = vw_database_create_file(&empty);
+    vw_database_close(&empty);
+    return status == VW_ERROR_USAGE ? VW_OK : status;
+}
+
 enum vw_status vw_database_open_or_create(const char *path, const struct vw_database_format *format,
                                           struct vw_database *database) {
     struct stat info;
-    struct vw_database empty = {0};
-    enum vw_status status = VW_OK;
-    *database = empty;
+    *database = (struct vw_database){0};
     if (lstat(path, &info) && errno == ENOENT) {
-        status = vw_database_check_free(path);
-        if (!status) status = vw_database_open_memory(path, format, &empty);
-        if (!status) status = vw_database_create_file(&empty);
-        if (status == VW_ERROR_USAGE) status = VW_OK; // another process was faster
-        vw_database_close(&empty);
+        enum vw_status status = vw_database_check_free(path);
+        if (!status) status = create_empty(path, format);
+        if (status) return status;
     }
-    return status ? status : vw_database_open(path, format, VW_DATABASE_APPEND, database);
+    return vw_database_open(path, format, VW_DATABASE_APPEND, database);
 }
 
 void vw_database_close(struct vw_database *database) {

@@ -161,6 +161,7 @@ enum {
     HEADER_BYTES = 100,
     FORMAT = 16, // page size, journal mode, reserved bytes and fractions of a page
     PAGE_COUNT = 28,
+    SCHEMA_FORMAT = 44,
     AUTO_VACUUM = 52,
     ENCODING = 56,
     INCREMENTAL_VACUUM = 64
@@ -178,6 +179,8 @@ enum vw_status vw_database_check_header(struct vw_database *database, const char
         return vw_fail(VW_ERROR_INPUT, "%s: not %s; check the path", database->path, what);
     if (memcmp(header + FORMAT, header_format, sizeof header_format) != 0)
         return fail_damaged(database, "its header has another page format or journal mode than viewworth writes");
+    if (read_u32(header + SCHEMA_FORMAT) != 4)
+        return fail_damaged(database, "its schema has another format than viewworth writes");
     if (read_u32(header + ENCODING) != 1) return fail_damaged(database, "its text is not UTF-8");
     if (read_u32(header + AUTO_VACUUM) != 0 || read_u32(header + INCREMENTAL_VACUUM) != 0)
         return fail_damaged(database, "its header asks for vacuuming, which viewworth does not use");
