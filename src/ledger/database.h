@@ -1,5 +1,5 @@
-// SQLite with every result checked: an open file, statements, transactions, and rows whose values are bound and hashed
-// by the same call.
+// SQLite with every result checked: an open file (see database_open.h), statements, transactions, and rows whose values
+// are bound and hashed by the same call.
 #ifndef VIEWWORTH_LEDGER_DATABASE_H
 #define VIEWWORTH_LEDGER_DATABASE_H
 
@@ -28,18 +28,7 @@ enum vw_database_access {
     VW_DATABASE_APPEND // durable transactions; first finishes what a killed program has left half done
 };
 
-// Opens a file that exists and checks all of it: it may come from someone who wants to harm. VW_ERROR_INPUT if it is
-// not exactly of this format. Close it also after a failure.
-enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
-                                enum vw_database_access access, struct vw_database *database);
-// A new database in memory with the tables of the format; `path` is for messages. Close it also after a failure.
-enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
-                                       struct vw_database *database);
-// Writes a database in memory as a new file of its path. VW_ERROR_USAGE if that exists.
-enum vw_status vw_database_create_file(struct vw_database *database);
-// Opens a file to append, and makes it with empty tables if it is missing.
-enum vw_status vw_database_open_or_create(const char *path, const struct vw_database_format *format,
-                                          struct vw_database *database);
+// Also after a failure to open.
 void vw_database_close(struct vw_database *database);
 
 // Records a message for SQLite's last failure, with the remedy.

@@ -96,28 +96,24 @@ static enum vw_status compare_rows(struct vw_database *database, sqlite3_stmt *o
                    database->path);
 }
 
-// There is one source of truth: what our own statements make.
-static enum vw_status compare_schema(struct vw_database *database, const struct vw_database_format *format,
+static enum vw_status compare_schema(struct vw_database *database, struct vw_database *expected,
                                      struct vw_database_trees *trees) {
-    struct vw_database expected = {0};
     sqlite3_stmt *ours = NULL, *theirs = NULL;
-    enum vw_status status = vw_database_open_memory(database->path, format, &expected);
-    if (!status) status = vw_database_prepare(&expected, schema_query, &ours);
+    enum vw_status status = vw_database_prepare(expected, schema_query, &ours);
     if (!status) status = vw_database_prepare(database, schema_query, &theirs);
-    if (!status) status = compare_rows(database, ours, &expected, theirs, trees);
+    if (!status) status = compare_rows(database, ours, expected, theirs, trees);
     sqlite3_finalize(ours);
     sqlite3_finalize(theirs);
-    vw_database_close(&expected);
     return status;
 }
 
-static enum vw_status check_schema(struct vw_database *database, const struct vw_database_format *format,
+static enum vw_status check_schema(struct vw_database *database, struct vw_database *expected,
                                    struct vw_database_trees *trees) {
     struct work work = {SCHEMA_WORK_MOST};
     sqlite3_limit(database->handle, SQLITE_LIMIT_LENGTH, SCHEMA_ROW_BYTES_MOST);
     sqlite3_progress_handler(database->handle, STEPS_PER_CALL, spend_work, &work);
     enum vw_status status = vw_database_trees_check(trees, 1);
-    if (!status) status = compare_schema(database, format, trees);
+    if (!status) status = compare_schema(database, expected, trees);
     sqlite3_progress_handler(database->handle, 0, NULL, NULL);
     sqlite3_limit(database->handle, SQLITE_LIMIT_LENGTH, ROW_BYTES_MOST);
     return status;
@@ -143,7 +139,8 @@ static enum vw_status check_contents(struct vw_database *database, uint32_t page
     return status;
 }
 
-static enum vw_status check_locked(struct vw_database *database, const struct vw_database_format *format) {
+static enum vw_status check_locked(struct vw_database *database, const struct vw_database_format *format,
+                                   struct vw_database *expected) {
     int64_t version = 0;
     struct vw_database_trees trees = {0};
     // The first query: it takes the lock, and rolls back when the file is open to append. It reads no schema yet.
@@ -151,14 +148,15 @@ static enum vw_status check_locked(struct vw_database *database, const struct vw
     if (!status) status = vw_database_check_header(database, format->what, true); // as it is after a rollback
     if (!status) status = compare_versions(database, format, version);
     if (!status) status = vw_database_trees_begin(database, &trees);
-    if (!status) status = check_schema(database, format, &trees);
+    if (!status) status = check_schema(database, expected, &trees);
     if (!status) status = check_contents(database, trees.page_count);
     free(trees.visited);
     return status;
 }
 
-enum vw_status vw_database_check(struct vw_database *database, const struct vw_database_format *format) {
+enum vw_status vw_database_check(struct vw_database *database, const struct vw_database_format *format,
+                                 struct vw_database *expected) {
     enum vw_status status = vw_database_check_header(database, format->what, false);
     if (!status) status = vw_database_begin_reading(database);
-    return status ? status : vw_database_end(database, check_locked(database, format));
+    return status ? status : vw_database_end(database, check_locked(database, format, expected));
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "ledger/database_file.h"
+#include "ledger/database_open.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 #include "base/file.h"

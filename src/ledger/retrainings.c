@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/database.h"
+#include "ledger/database_open.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"

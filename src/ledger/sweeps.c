@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "ledger/database.h"
+#include "ledger/database_open.h"
 #include "base/hash.h"
 #include "base/memory.h"
 

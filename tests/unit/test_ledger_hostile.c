@@ -56,7 +56,8 @@ static void only_the_schema_of_a_ledger_is_read(void **state) {
         "ALTER TABLE run RENAME COLUMN driver TO drivers",
         "ANALYZE",
         "DROP TABLE probe",
-        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, '''val'', ', '') WHERE name = 'image'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, '''val'', ', '') WHERE "
+        "name = 'image'",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'name TEXT', 'name TEXT COLLATE "
         "NOCASE') WHERE name = 'image'",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'CREATE TABLE', 'create table')",
