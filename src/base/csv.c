@@ -16,13 +16,17 @@ static bool looks_like_formula(const char *text) {
 // ---- Reading ----
 
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv) {
-    static const char byte_order_mark[] = "\xef\xbb\xbf";
-    *csv = (struct vw_csv){.path = path, .next_line = 1};
     void *text = NULL;
-    enum vw_status status = vw_file_read(path, limit_bytes, &text, &csv->size_bytes);
-    if (status) return status;
-    csv->text = text;
-    if (memchr(text, 0, csv->size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
+    size_t size_bytes = 0;
+    *csv = (struct vw_csv){.path = path};
+    enum vw_status status = vw_file_read(path, limit_bytes, &text, &size_bytes);
+    return status ? status : vw_csv_take(path, text, size_bytes, csv);
+}
+
+enum vw_status vw_csv_take(const char *path, void *text, size_t size_bytes, struct vw_csv *csv) {
+    static const char byte_order_mark[] = "\xef\xbb\xbf";
+    *csv = (struct vw_csv){.path = path, .text = text, .size_bytes = size_bytes, .next_line = 1};
+    if (memchr(text, 0, size_bytes)) return vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
     csv->next =
         csv->text + (strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0 ? strlen(byte_order_mark) : 0);
     return VW_OK;
@@ -69,6 +73,9 @@ static enum vw_status take_plain(struct vw_csv *csv) {
 
 // Reads one field; `*more`: another field follows in the record. The separator is overwritten by the field's end.
 static enum vw_status take_field(struct vw_csv *csv, bool *more) {
+    if (csv->field_count == VW_CSV_FIELDS_MAX)
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: more than %d fields; give a table with fewer columns", csv->path,
+                       csv->line, VW_CSV_FIELDS_MAX);
     enum vw_status status =
         vw_grow((void **)&csv->fields, &csv->field_capacity, csv->field_count + (size_t)1, sizeof *csv->fields);
     if (status) return status;

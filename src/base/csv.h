@@ -9,6 +9,8 @@
 
 #include "viewworth/status.h"
 
+enum { VW_CSV_FIELDS_MAX = 4096 }; // in a record: no table has more columns, and a field costs a pointer
+
 // A file while it is read. Lines end with LF or CR LF, the last one possibly with the file. A byte order mark at the
 // start and blank lines are skipped. A field has no quotes, or is "quoted" and may then contain commas, line ends and
 // doubled quotes. The apostrophe that vw_csv_write_text() adds before formulas is removed.
@@ -28,8 +30,11 @@ struct vw_csv {
 // Reads a file of at most `limit_bytes`. VW_ERROR_INPUT if it cannot be opened or has a zero byte. Close it also after
 // a failure.
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv);
+// The same of a file that is read already; `text`, with a zero byte after its end, is owned by `csv` from now on, also
+// after a failure. `path` is for messages.
+enum vw_status vw_csv_take(const char *path, void *text, size_t size_bytes, struct vw_csv *csv);
 // Reads the next record; `*found` is false after the last one. VW_ERROR_INPUT names file and line of a quote that is
-// misplaced or not closed.
+// misplaced or not closed, and of a record of more than VW_CSV_FIELDS_MAX fields.
 enum vw_status vw_csv_next(struct vw_csv *csv, bool *found);
 void vw_csv_close(struct vw_csv *csv);
 

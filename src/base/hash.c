@@ -3,9 +3,10 @@
 #include <assert.h>
 #include <errno.h>
 #include <sodium.h>
-#include <stdbool.h>
-#include <stdio.h>
 #include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
 
 _Static_assert(sizeof(struct vw_hasher) >= sizeof(crypto_generichash_state),
                "struct vw_hasher holds libsodium's state");
@@ -18,22 +19,28 @@ void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES])
     crypto_hash_sha256(hash, data, size_bytes);
 }
 
-enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]) {
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        return vw_fail(VW_ERROR_INPUT, "%s: cannot open: %s; check the path and its permissions", path,
-                       strerror(errno));
+enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]) {
     crypto_hash_sha256_state state;
     crypto_hash_sha256_init(&state);
     unsigned char buffer[READ_BYTES];
-    size_t got;
-    while ((got = fread(buffer, 1, sizeof buffer, file)) > 0) crypto_hash_sha256_update(&state, buffer, got);
-    bool failed = ferror(file);
-    int read_error = errno;
-    fclose(file);
-    if (failed) return vw_fail(VW_ERROR_IO, "%s: cannot read: %s; check the disk", path, strerror(read_error));
+    ssize_t got = 1;
+    for (off_t offset = 0; got; offset += got) {
+        do got = pread(descriptor, buffer, sizeof buffer, offset);
+        while (got < 0 && errno == EINTR);
+        if (got < 0) return vw_fail(VW_ERROR_IO, "%s: cannot read: %s; check the disk", path, strerror(errno));
+        crypto_hash_sha256_update(&state, buffer, (size_t)got);
+    }
     crypto_hash_sha256_final(&state, hash);
     return VW_OK;
+}
+
+enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]) {
+    int descriptor = -1;
+    enum vw_status status = vw_file_open(path, &descriptor);
+    if (status) return status;
+    status = vw_sha256_descriptor(descriptor, path, hash);
+    close(descriptor);
+    return status;
 }
 
 static crypto_generichash_state *state_of(struct vw_hasher *hasher) {

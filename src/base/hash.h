@@ -9,6 +9,8 @@
 #include "viewworth/types.h"
 
 enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
+// The same of an opened file, whose position stays as it is. `path` is for messages.
+enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]);
 void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);
 
 // An incremental BLAKE2b-256. Values are added with a type tag and in little-endian order, texts with their length, so

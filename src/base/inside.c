@@ -121,8 +121,8 @@ static enum vw_status fail(const char *folder, const char *name, enum problem pr
         return vw_fail(VW_ERROR_INPUT,
                        "%s/%s: is reached through a link; put the file itself there, or remove the link", folder, name);
     case OTHER_KIND:
-        return vw_fail(VW_ERROR_INPUT, "%s/%s: is not what viewworth put there, but another kind of file; remove it",
-                       folder, name);
+        return vw_fail(VW_ERROR_INPUT, "%s/%s: is another kind of file than viewworth puts there; remove it", folder,
+                       name);
     case FAILED: break;
     }
     return vw_fail(VW_ERROR_INPUT, "%s/%s: cannot open: %s; check the path and its permissions", folder, name,
@@ -151,7 +151,7 @@ enum vw_status vw_file_read_inside(const char *folder, const char *name, size_t 
 
 static enum problem find_in(const char *folder, const char *name, mode_t kind) {
     int place = open_folder(folder);
-    if (place < 0) return problem_of(errno);
+    if (place < 0) return errno == ENOENT || errno == ENOTDIR ? MISSING : FAILED; // the caller sees that by itself
     enum problem problem = vw_path_leaves_folder(name) ? LINKED : find_below(place, name, kind);
     close_keeping_errno(place);
     return problem;

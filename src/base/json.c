@@ -7,6 +7,70 @@
 
 #include "base/memory.h"
 
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// What jansson and malloc take at most, with a place in the container that holds the value. Containers grow by
+// doubling, and keep the smaller one until the larger one is filled.
+enum { ARRAY_BYTES = 152, OBJECT_BYTES = 248, NUMBER_BYTES = 56, TEXT_BYTES = 104 };
+
+// A text while its values are counted.
+struct scan {
+    const char *next, *end;
+    size_t cost_bytes;
+};
+
+static void skip_text(struct scan *scan) {
+    const char *begin = scan->next++;
+    while (scan->next < scan->end && *scan->next != '"') scan->next += *scan->next == '\\' ? 2 : 1;
+    if (scan->next > scan->end) scan->next = scan->end;
+    scan->cost_bytes += TEXT_BYTES + (size_t)(scan->next - begin);
+    if (scan->next < scan->end) scan->next++;
+}
+
+static void skip_number(struct scan *scan) {
+    scan->cost_bytes += NUMBER_BYTES;
+    while (scan->next < scan->end && *scan->next && !strchr(" \t\r\n,:[]{}\"", *scan->next)) scan->next++;
+}
+
+static void skip_value(struct scan *scan) {
+    switch (*scan->next) {
+    case '[': scan->cost_bytes += ARRAY_BYTES, scan->next++; break;
+    case '{': scan->cost_bytes += OBJECT_BYTES, scan->next++; break;
+    case '"': skip_text(scan); break;
+    case ' ':
+    case '\t':
+    case '\r':
+    case '\n':
+    case ',':
+    case ':':
+    case ']':
+    case '}':
+    case 0: scan->next++; break;
+    default: skip_number(scan);
+    }
+}
+
+static void fail_at(const char *text, const char *place, json_error_t *error) {
+    if (!error) return;
+    *error = (json_error_t){.line = 1};
+    for (; text < place; text++) {
+        error->column = *text == '\n' ? 0 : error->column + 1;
+        error->line += *text == '\n';
+    }
+    strcpy(error->text, "so many small values would take too much memory for the size of the text");
+}
+
+json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_error_t *error) {
+    size_t limit_bytes = VW_JSON_MEMORY_BASE_BYTES + VW_JSON_MEMORY_RATIO * size_bytes;
+    struct scan scan = {.next = text, .end = text + size_bytes};
+    while (scan.next < scan.end && scan.cost_bytes <= limit_bytes) skip_value(&scan);
+    if (scan.cost_bytes <= limit_bytes) return json_loadb(text, size_bytes, flags, error);
+    fail_at(text, scan.next, error);
+    return NULL;
+}
+
+// ---- Values --------------------------------------------------------------------------------------------------------
+
 json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 
 // The number of bytes of the UTF-8 character at `text`; 0 if it is invalid, as jansson decides.

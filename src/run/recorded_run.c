@@ -8,11 +8,13 @@
 #include "run/open.h"
 #include "base/hash.h"
 #include "base/file.h"
+#include "base/inside.h"
 
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, "ledger.db")};
     if (!run->ledger_path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_ledger_open(run->ledger_path, &run->ledger);
+    enum vw_status status = vw_file_check_inside(out, "ledger.db");
+    if (!status) status = vw_ledger_open(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
     if (status) return status;
     status = vw_is_imported(&run->row) ? vw_imported_config_from_json(run->row.config_json, &run->config)

@@ -33,11 +33,8 @@ enum vw_status vw_mask_find(const char *folder, const char *image_path, char **m
     for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) {
         if (!candidates[i]) status = VW_ERROR_MEMORY;
         if (status || *mask_path || !vw_file_exists(candidates[i])) continue;
-        if (!vw_path_lies_inside(folder, candidates[i]))
-            status =
-                vw_fail(VW_ERROR_INPUT, "%s: this mask leaves the scene folder through a link; copy it into the folder",
-                        candidates[i]);
-        else if (!(*mask_path = vw_copy_text(candidates[i]))) status = VW_ERROR_MEMORY;
+        status = vw_scene_file_check(folder, candidates[i]);
+        if (!status && !(*mask_path = vw_copy_text(candidates[i]))) status = VW_ERROR_MEMORY;
     }
     for (size_t i = 0; i < VW_ARRAY_COUNT(candidates); i++) free(candidates[i]);
     return status;

@@ -1,11 +1,13 @@
 // Reads photos: pixels, masks, --downscale, file hashes, transparency, and notes on repaired pixels.
 #include <inttypes.h>
+#include <unistd.h>
 
 #include "image/downscale.h"
 #include "scene/camera_fit.h"
 #include "scene/builder.h"
 #include "scene/lens_mask.h"
 #include "scene/mask.h"
+#include "scene/safe_path.h"
 #include "image/image.h"
 #include "base/hash.h"
 
@@ -66,7 +68,11 @@ static enum vw_status read_photo(const struct vw_scene_builder *builder, uint32_
                                  uint32_t height_px, struct repairs *repairs) {
     struct vw_view *view = &builder->scene->views[index];
     const char *path = builder->photos[index].image_path;
-    enum vw_status status = vw_sha256_file(path, view->sha256);
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
+    if (status) return status;
+    status = vw_sha256_descriptor(descriptor, path, view->sha256);
+    close(descriptor);
     if (status || view->split == VW_SPLIT_EXCLUDED) return status;
     status = vw_image_load(path, builder->params->downscale, &view->image);
     if (status) return status;

@@ -1,24 +1,33 @@
 #include "scene/safe_path.h"
 
-#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-bool vw_path_leaves_folder(const char *name) {
-    if (name[0] == '/') return true;
-    for (const char *part = name; part; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (!strncmp(part, "..", 2) && (part[2] == '/' || !part[2])) return true;
-    }
-    return false;
+#include "base/file.h"
+#include "base/inside.h"
+
+enum vw_status vw_scene_file_open(const char *folder, const char *path, int *descriptor) {
+    if (!folder) return vw_file_open(path, descriptor);
+    size_t length = strlen(folder);
+    if (strncmp(path, folder, length) != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: is not in the scene folder %s; copy it there", path, folder);
+    const char *name = path + length;
+    return vw_file_open_inside(folder, name + strspn(name, "/"), descriptor);
 }
 
-bool vw_path_lies_inside(const char *folder, const char *path) {
-    char *real_folder = realpath(folder, NULL), *real_path = realpath(path, NULL);
-    size_t length = real_folder ? strlen(real_folder) : 0;
-    bool root = length == 1;
-    bool inside =
-        real_folder && real_path && !strncmp(real_folder, real_path, length) && (root || real_path[length] == '/');
-    free(real_folder);
-    free(real_path);
-    return inside;
+enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (status) return status;
+    status = vw_descriptor_read(descriptor, path, limit_bytes, data, size_bytes);
+    close(descriptor);
+    return status;
+}
+
+enum vw_status vw_scene_file_check(const char *folder, const char *path) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (!status) close(descriptor);
+    return status;
 }

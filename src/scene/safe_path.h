@@ -1,12 +1,20 @@
-// Guards for the names and links in a scene: nothing is read outside the scene folder.
+// Guards for the names and links in a scene: nothing is read outside the scene folder. What is checked is what is read,
+// by one descriptor.
 #ifndef VIEWWORTH_SAFE_PATH_H
 #define VIEWWORTH_SAFE_PATH_H
 
-#include <stdbool.h>
+#include <stddef.h>
 
-// Whether a path leaves the folder that it is relative to: it is absolute or has a part "..".
-bool vw_path_leaves_folder(const char *name);
-// Whether a file is in a folder, after following all links of both. False if either does not exist.
-bool vw_path_lies_inside(const char *folder, const char *path);
+#include "viewworth/status.h"
+
+// Opens a plain file of a scene for reading; the caller closes it. `path` begins with `folder`, the scene folder, and a
+// slash. VW_ERROR_INPUT if it is not there, is a folder, pipe or device, or lies outside of the folder, after following
+// all links. With the folder NULL, the user named the file, which may be anywhere.
+enum vw_status vw_scene_file_open(const char *folder, const char *path, int *descriptor);
+// Reads the whole file, as vw_file_read() does.
+enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes);
+// Whether it can be opened, so that what is wrong is known before any work is done.
+enum vw_status vw_scene_file_check(const char *folder, const char *path);
 
 #endif

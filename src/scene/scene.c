@@ -9,6 +9,7 @@
 #include "scene/formats/photo_list_writers.h"
 #include "scene/synthetic/recipe.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "image/image.h"
 #include "base/memory.h"
 
@@ -16,7 +17,7 @@ static bool probe_recipe(const char *path) {
     void *text = NULL;
     size_t size_bytes = 0;
     if (!vw_file_exists(path) || vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes)) return false;
-    json_t *file = json_loadb(text, size_bytes, 0, NULL); // NULL: not JSON
+    json_t *file = vw_json_load(text, size_bytes, 0, NULL); // NULL: not JSON
     bool recipe = json_object_get(file, "viewworth_recipe") != NULL;
     json_decref(file);
     free(text);

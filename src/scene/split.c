@@ -64,7 +64,7 @@ static enum vw_status read_list(const struct vw_scene *scene, const char *path, 
 static enum vw_status read_tsv(const struct vw_scene *scene, const char *path, enum vw_split split, uint8_t *claims) {
     struct vw_tsv tsv = {0};
     bool tests = split != VW_SPLIT_TRAIN, empty = true;
-    enum vw_status status = vw_tsv_read(path, &tsv);
+    enum vw_status status = vw_tsv_read(NULL, path, &tsv);
     for (size_t i = 0; !status && i < tsv.row_count; i++) {
         if (tsv.rows[i].test != tests) continue;
         status = claim(scene, path, tsv.rows[i].line, tsv.rows[i].name, split, claims);
@@ -126,8 +126,8 @@ enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_
     enum vw_status status = VW_OK;
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
         if (lists[split])
-            status = vw_tsv_has_header(lists[split]) ? read_tsv(scene, lists[split], split, claims)
-                                                     : read_list(scene, lists[split], split, claims);
+            status = vw_tsv_has_header(NULL, lists[split]) ? read_tsv(scene, lists[split], split, claims)
+                                                           : read_list(scene, lists[split], split, claims);
     if (!status) {
         if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
         apply_claims(scene, lists, claims);

@@ -96,21 +96,21 @@ check "a comparison's render from elsewhere is refused" refuses 'compare.json: r
 compare_json 'renders/secret.png' >"$folder/compare/compare.json"
 cp "$folder/compare/renders/0.png" "$folder/secret.png"
 ln -s ../../secret.png "$folder/compare/renders/secret.png"
-check "nor one that a link leads to" refuses 'renders/secret.png: is a link that leads out of' "$folder/compare"
+check "nor one that a link leads to" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
 ln -sfn 0.png "$folder/compare/renders/secret.png"
-check "but a link within the folder is fine" report "$folder/compare" --no-thumbnails
+check "even one within the folder" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
 cp "$folder/run/scores.csv" "$folder/compare/renders/secret.png" --remove-destination
 check "a render that is no picture" refuses 'renders/secret.png: is no PNG file' "$folder/compare"
 rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
-check "nor a file, which might never end" refuses 'renders/secret.png: no such file' "$folder/compare"
+check "nor a file, which might never end" refuses 'renders/secret.png: is another kind of file' "$folder/compare"
 mkdir "$folder/linked"
 for name in benchmark.csv compare.json ledger.db; do
     ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
-    check "$name that is a link to another folder" refuses "linked/$name: is a link that leads out of" "$folder/linked"
+    check "$name that is a link to another folder" refuses "linked/$name: is reached through a link" "$folder/linked"
     rm "$folder/linked/$name"
 done
 ln -s ../run "$folder/linked/seed_0"
-check "so is the folder of a seed" refuses "linked/seed_0/ledger.db: is a link that leads out of" "$folder/linked"
+check "so is the folder of a seed" refuses "linked/seed_0: is reached through a link" "$folder/linked"
 # edited PATTERN SQL: compare.json as SQLite's json functions change it is refused.
 edited() {
     compare_json 'renders/0.png' >"$folder/draft.json"
@@ -220,7 +220,7 @@ check "a tradeoff that lacks any column it needs" eval 'for column in configurat
         refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
 done'
 mkdir "$folder/trade_linked" && ln -s ../trade/tradeoff.csv "$folder/trade_linked/tradeoff.csv"
-check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is a link that leads out of' "$folder/trade_linked"
+check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is reached through a link' "$folder/trade_linked"
 check "an empty one" eval ': >"$folder/edited/tradeoff.csv" && refuses "edited/tradeoff.csv: is empty; remove it" "$folder/edited"'
 check "one whose quotes are broken" eval '{ cat "$folder/trade/tradeoff.csv" && echo "\"open"; } >"$folder/edited/tradeoff.csv" &&
     refuses "edited/tradeoff.csv:24: " "$folder/edited"'

@@ -19,7 +19,7 @@ static int remove_folder(void **state) {
 
 static struct vw_tsv read(const char *path) {
     struct vw_tsv tsv = {0};
-    if (vw_tsv_read(path, &tsv)) fail_msg("%s", vw_error_message());
+    if (vw_tsv_read(NULL, path, &tsv)) fail_msg("%s", vw_error_message());
     return tsv;
 }
 
@@ -74,7 +74,7 @@ static void bad_files_are_refused(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_tsv tsv = {0};
         const char *path = temporary_file(*state, "a.tsv", cases[i].text);
-        assert_int_equal(vw_tsv_read(path, &tsv), VW_ERROR_INPUT);
+        assert_int_equal(vw_tsv_read(NULL, path, &tsv), VW_ERROR_INPUT);
         assert_null(tsv.text);
         assert_null(strchr(vw_error_message(), '\n'));
         if (!strstr(vw_error_message(), cases[i].line) || !strstr(vw_error_message(), cases[i].said))
@@ -83,16 +83,16 @@ static void bad_files_are_refused(void **state) {
     struct vw_tsv tsv = {0};
     const char zero[] = "filename\tsplit\na.jpg\ttrain\0\n";
     assert_int_equal(vw_file_write(temporary_path(*state, "a.tsv"), zero, sizeof zero - 1), VW_OK);
-    assert_int_equal(vw_tsv_read(temporary_path(*state, "a.tsv"), &tsv), VW_ERROR_INPUT);
-    assert_int_equal(vw_tsv_read(temporary_path(*state, "none.tsv"), &tsv), VW_ERROR_INPUT);
+    assert_int_equal(vw_tsv_read(NULL, temporary_path(*state, "a.tsv"), &tsv), VW_ERROR_INPUT);
+    assert_int_equal(vw_tsv_read(NULL, temporary_path(*state, "none.tsv"), &tsv), VW_ERROR_INPUT);
 }
 
 static void the_header_is_recognised(void **state) {
-    assert_true(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\tfilename\r\n")));
-    assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "id\tsplit\n")));
-    assert_false(vw_tsv_has_header(temporary_file(*state, "a.tsv", "")));
-    assert_false(vw_tsv_has_header(temporary_path(*state, "none.tsv")));
-    assert_false(vw_tsv_has_header(*state));
+    assert_true(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "id\tsplit\tfilename\r\n")));
+    assert_false(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "id\tsplit\n")));
+    assert_false(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "")));
+    assert_false(vw_tsv_has_header(NULL, temporary_path(*state, "none.tsv")));
+    assert_false(vw_tsv_has_header(NULL, *state));
 }
 
 // As counted in the published files: rows = train with id + train without + test.

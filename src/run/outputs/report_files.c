@@ -1,16 +1,17 @@
 #include "run/outputs/report_files.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "run/outputs/report_shape.h"
-#include "scene/safe_path.h"
 #include "base/csv.h"
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 
-enum { TABLE_LIMIT_BYTES = 64 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
+enum { TABLE_LIMIT_BYTES = 16 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
 
 // A place for one more document; what it points to is owned from now on.
 static struct vw_report_document *add_document(struct vw_report_files *files, const char *out, const char *kind,
@@ -23,41 +24,69 @@ static struct vw_report_document *add_document(struct vw_report_files *files, co
 
 // ---- CSV -----------------------------------------------------------------------------------------------------------
 
+static enum vw_status out_of_memory(const char *path) {
+    return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for its JSON", path);
+}
+
 static json_t *record_to_json(const struct vw_csv *csv) {
     json_t *array = json_array();
     for (uint32_t i = 0; i < csv->field_count; i++) vw_json_append(&array, vw_json_string(csv->fields[i]));
     return array;
 }
 
-static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
-    json_t *rows = json_array(), *header = NULL;
-    bool found = true, failed = !rows;
-    enum vw_status status = VW_OK;
-    while (!status && !failed && found) {
-        status = vw_csv_next(csv, &found);
-        if (status || !found) continue;
-        if (!header) failed = !(header = record_to_json(csv));
-        else failed = json_array_append_new(rows, record_to_json(csv));
-    }
-    if (!status && !failed && !header) status = vw_fail(VW_ERROR_INPUT, "%s: is empty; remove it", csv->path);
-    if (!status && !failed) status = vw_report_shape_of_table(csv->path, file, header);
-    json_t *table = status ? NULL : json_pack("{s:O, s:O}", "header", header, "rows", rows);
-    *json = table && !failed ? json_dumps(table, JSON_COMPACT) : NULL;
-    json_decref(table);
+static enum vw_status print_header(struct vw_csv *csv, const char *file, FILE *stream) {
+    bool found = false;
+    enum vw_status status = vw_csv_next(csv, &found);
+    if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: is empty; remove it", csv->path);
+    if (status) return status;
+    json_t *header = record_to_json(csv);
+    status = header ? vw_report_shape_of_table(csv->path, file, header) : out_of_memory(csv->path);
+    fputs("{\"header\":", stream);
+    if (!status && json_dumpf(header, stream, JSON_COMPACT)) status = out_of_memory(csv->path);
     json_decref(header);
-    json_decref(rows);
-    return *json || status ? status : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for its JSON", csv->path);
+    return status;
 }
 
-static enum vw_status add_table(struct vw_report_files *files, const char *out, const char *file, const char *path) {
+// Record by record, because the values of a whole table would take many times its memory.
+static enum vw_status print_rows(struct vw_csv *csv, FILE *stream) {
+    bool found = true;
+    const char *separator = ",\"rows\":[";
+    enum vw_status status = VW_OK;
+    while (!(status = vw_csv_next(csv, &found)) && found) {
+        json_t *row = record_to_json(csv);
+        fputs(separator, stream);
+        if (!row || json_dumpf(row, stream, JSON_COMPACT)) status = out_of_memory(csv->path);
+        json_decref(row);
+        if (status) return status;
+        separator = ",";
+    }
+    fputs(*separator && separator[1] ? ",\"rows\":[]}" : "]}", stream);
+    return status;
+}
+
+static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
+    char *text = NULL;
+    size_t size_bytes = 0;
+    FILE *stream = open_memstream(&text, &size_bytes);
+    if (!stream) return out_of_memory(csv->path);
+    enum vw_status status = print_header(csv, file, stream);
+    if (!status) status = print_rows(csv, stream);
+    bool failed = ferror(stream);
+    if ((fclose(stream) || failed) && !status) status = out_of_memory(csv->path);
+    if (status) free(text);
+    else *json = text;
+    return status;
+}
+
+static enum vw_status add_table(struct vw_report_files *files, const char *out, const char *file, const char *path,
+                                void *text, size_t size_bytes) {
     struct vw_csv csv;
     char *json = NULL;
     struct vw_report_document *document = add_document(files, out, "table", file);
-    if (!document) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_csv_open(path, TABLE_LIMIT_BYTES, &csv);
-    if (!status) status = table_to_json(&csv, file, &json);
+    enum vw_status status = vw_csv_take(path, text, size_bytes, &csv);
+    if (!status) status = document ? table_to_json(&csv, file, &json) : VW_ERROR_MEMORY;
     vw_csv_close(&csv);
-    document->json = json;
+    if (document) document->json = json;
     return status;
 }
 
@@ -70,24 +99,21 @@ static bool is_render(const char *file) {
            !strchr(file + strlen(folder), '/');
 }
 
-static enum vw_status read_picture(const char *out, const char *path, struct vw_report_picture *picture) {
+static enum vw_status read_picture(const char *out, const char *file, struct vw_report_picture *picture) {
     static const char signature[] = "\x89PNG\r\n\x1a\n";
-    if (!vw_file_exists(path)) return vw_fail(VW_ERROR_INPUT, "%s: no such file; compare again", path);
-    enum vw_status status = vw_report_files_check(out, path);
-    if (!status) status = vw_file_read(path, RENDER_LIMIT_BYTES, &picture->data, &picture->size_bytes);
+    enum vw_status status = vw_file_read_inside(out, file, RENDER_LIMIT_BYTES, &picture->data, &picture->size_bytes);
     if (!status &&
         (picture->size_bytes < strlen(signature) || memcmp(picture->data, signature, strlen(signature)) != 0))
-        status = vw_fail(VW_ERROR_INPUT, "%s: is no PNG file; compare again", path);
+        status = vw_fail(VW_ERROR_INPUT, "%s/%s: is no PNG file; compare again", out, file);
     return status;
 }
 
 static enum vw_status add_picture(const char *out, const char *file, struct vw_report_document *document) {
     if (!is_render(file))
         return vw_fail(VW_ERROR_INPUT, "%s/compare.json: renders: a file is none of renders/; compare again", out);
-    char *path = vw_path_join(out, file), *name = vw_copy_text(file);
+    char *name = vw_copy_text(file);
     struct vw_report_picture picture = {0};
-    enum vw_status status = path && name ? read_picture(out, path, &picture) : VW_ERROR_MEMORY;
-    free(path);
+    enum vw_status status = name ? read_picture(out, file, &picture) : VW_ERROR_MEMORY;
     if (status) {
         free(picture.data);
         free(name);
@@ -110,18 +136,18 @@ static enum vw_status add_pictures(const char *out, const json_t *compare, struc
 
 // ---- A comparison --------------------------------------------------------------------------------------------------
 
-static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path) {
-    void *text = NULL;
-    size_t size_bytes = 0;
+static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path,
+                                  void *text, size_t size_bytes) {
     json_error_t error;
     struct vw_report_document *document = add_document(files, out, "compare", file);
-    if (!document) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_file_read(path, TABLE_LIMIT_BYTES, &text, &size_bytes);
-    if (status) return status;
+    if (!document) {
+        free(text);
+        return VW_ERROR_MEMORY;
+    }
     document->json = text;
-    json_t *compare = json_loadb(text, size_bytes, 0, &error);
-    status = compare ? vw_report_shape_of_comparison(path, compare)
-                     : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    json_t *compare = vw_json_load(text, size_bytes, 0, &error);
+    enum vw_status status = compare ? vw_report_shape_of_comparison(path, compare)
+                                    : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
     if (!status) status = add_pictures(out, compare, document);
     json_decref(compare);
     return status;
@@ -129,25 +155,22 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
 
 // ---- All of them ---------------------------------------------------------------------------------------------------
 
-enum vw_status vw_report_files_check(const char *out, const char *path) {
-    if (vw_path_lies_inside(out, path)) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s: is a link that leads out of %s; put the file itself there, or remove it", path,
-                   out);
-}
-
 enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out) {
     static const struct {
         const char *file;
-        enum vw_status (*add)(struct vw_report_files *files, const char *out, const char *file, const char *path);
+        enum vw_status (*add)(struct vw_report_files *files, const char *out, const char *file, const char *path,
+                              void *text, size_t size_bytes);
     } known[] = {{"providers.csv", add_table}, {"payout.csv", add_table},   {"duplicates.csv", add_table},
                  {"benchmark.csv", add_table}, {"tradeoff.csv", add_table}, {"compare.json", add_compare}};
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {
+        void *text = NULL;
+        size_t size_bytes = 0;
         char *path = vw_path_join(out, known[i].file);
         if (!path) return VW_ERROR_MEMORY;
         bool held = vw_file_exists(path);
-        if (held) status = vw_report_files_check(out, path);
-        if (held && !status) status = known[i].add(files, out, known[i].file, path);
+        if (held) status = vw_file_read_inside(out, known[i].file, TABLE_LIMIT_BYTES, &text, &size_bytes);
+        if (held && !status) status = known[i].add(files, out, known[i].file, path, text, size_bytes);
         free(path);
     }
     return status;

@@ -12,6 +12,7 @@
 #include "run/outputs/report_thumbnails.h"
 #include "run/scoring.h"
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/json.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
@@ -121,14 +122,13 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
 }
 
 // A folder without a ledger is no run; `found` becomes true for another one.
-static enum vw_status add_run(struct gathering *gathering, const char *out, const char *folder, bool *found) {
+static enum vw_status add_run(struct gathering *gathering, const char *folder, bool *found) {
     char *ledger_path = vw_path_join(folder, "ledger.db");
     if (!ledger_path) return VW_ERROR_MEMORY;
     bool held = vw_file_exists(ledger_path);
-    enum vw_status status = held ? vw_report_files_check(out, ledger_path) : VW_OK;
     free(ledger_path);
     *found |= held;
-    return held && !status ? read_ledger(gathering, folder) : status;
+    return held ? read_ledger(gathering, folder) : VW_OK;
 }
 
 // The number behind "seed_"; false for other names.
@@ -154,8 +154,9 @@ static enum vw_status add_seeds(struct gathering *gathering, const char *out, bo
     enum vw_status status =
         count < 0 ? vw_fail(VW_ERROR_INPUT, "%s: cannot list the folder: %s", out, strerror(errno)) : VW_OK;
     for (int i = 0; i < count; i++) {
+        if (!status) status = vw_folder_check_inside(out, entries[i]->d_name);
         char *folder = status ? NULL : vw_path_join(out, entries[i]->d_name);
-        if (!status) status = folder ? add_run(gathering, out, folder, found) : VW_ERROR_MEMORY;
+        if (!status) status = folder ? add_run(gathering, folder, found) : VW_ERROR_MEMORY;
         free(folder);
         free(entries[i]);
     }
@@ -181,7 +182,7 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     size_t files = gathering->files.count;
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
-    enum vw_status status = add_run(gathering, out, out, &found);
+    enum vw_status status = add_run(gathering, out, &found);
     if (!status) status = add_seeds(gathering, out, &found);
     if (!status) status = vw_report_files_add(&gathering->files, out);
     if (!status && !found && gathering->files.count == files)

@@ -88,11 +88,9 @@ static enum vw_status add_view(struct vw_scene_builder *builder, const struct vw
     struct vw_camera camera = model->cameras[image->camera].camera;
     uint32_t width_px, height_px;
     bool rescaled = false;
-    if (!vw_path_lies_inside(builder->folder, path))
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: image %u: field name leaves the scene folder through a link; copy the photo into it", path,
-                       image->id);
-    enum vw_status status = vw_image_probe(path, &width_px, &height_px);
+    enum vw_status status = vw_scene_file_check(builder->folder, path);
+    if (status) return vw_fail_context(status, "image %u: field name", image->id);
+    status = vw_image_probe(path, &width_px, &height_px);
     if (!status) status = vw_camera_fit(path, width_px, height_px, &camera, &rescaled);
     if (status) return status;
     struct vw_view *view = vw_scene_builder_add_view(builder, name, path);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "scene/formats/colmap_builder.h"
-#include "base/file.h"
+#include "scene/safe_path.h"
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
@@ -145,7 +145,7 @@ struct file_kind {
 static enum vw_status read_file(const char *path, const struct file_kind *kind, struct colmap_builder *builder) {
     void *data;
     size_t size_bytes;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &data, &size_bytes);
+    enum vw_status status = vw_scene_file_read(builder->scene_folder, path, FILE_LIMIT_BYTES, &data, &size_bytes);
     if (status) return status; // its message names the file
     struct bytes bytes = {.begin = data, .next = data, .end = (const uint8_t *)data + size_bytes};
     uint64_t count = take_count(&bytes, kind->count_field, kind->record_bytes_min);

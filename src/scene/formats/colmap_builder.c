@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "scene/builder.h"
-#include "scene/safe_path.h"
+#include "base/inside.h"
 #include "base/file.h"
 #include "base/text.h"
 #include "base/memory.h"

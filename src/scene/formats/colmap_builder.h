@@ -10,6 +10,7 @@ enum { COLMAP_PARAMS_MAX = 12 };
 
 struct colmap_builder {
     struct vw_colmap_model *model;
+    const char *scene_folder; // no file may be outside of it
     size_t camera_capacity, image_capacity, feature_capacity, point_capacity, track_capacity;
     struct colmap_id *camera_ids,
         *image_ids;      // owned; sorted; of the model's cameras and images, once their file is read

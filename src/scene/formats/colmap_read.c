@@ -4,7 +4,6 @@
 
 #include "scene/formats/colmap_builder.h"
 #include "scene/builder.h"
-#include "scene/safe_path.h"
 #include "base/file.h"
 #include "base/memory.h"
 
@@ -41,16 +40,12 @@ char *vw_colmap_find(const char *scene_folder) {
     return NULL;
 }
 
-static enum vw_status read_file(const char *model_folder, const char *scene_folder, const char *name,
-                                const char *extension,
+static enum vw_status read_file(const char *model_folder, const char *name, const char *extension,
                                 enum vw_status (*read)(const char *path, struct colmap_builder *builder),
                                 struct colmap_builder *builder) {
     char *path = vw_format_text("%s/%s.%s", model_folder, name, extension);
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status;
-    if (!vw_path_lies_inside(scene_folder, path))
-        status = vw_fail(VW_ERROR_INPUT, "%s: leaves the scene folder through a link; copy the file into it", path);
-    else status = read(path, builder);
+    enum vw_status status = read(path, builder);
     free(path);
     return status;
 }
@@ -65,12 +60,10 @@ enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder
             "%s: the COLMAP model is not complete; put cameras, images and points3D there, all .bin or all .txt",
             model_folder);
     struct vw_colmap_model read = {0};
-    struct colmap_builder builder = {.model = &read};
-    enum vw_status status =
-        read_file(model_folder, scene_folder, "cameras", reader->extension, reader->cameras, &builder);
-    if (!status) status = read_file(model_folder, scene_folder, "images", reader->extension, reader->images, &builder);
-    if (!status)
-        status = read_file(model_folder, scene_folder, "points3D", reader->extension, reader->points, &builder);
+    struct colmap_builder builder = {.model = &read, .scene_folder = scene_folder};
+    enum vw_status status = read_file(model_folder, "cameras", reader->extension, reader->cameras, &builder);
+    if (!status) status = read_file(model_folder, "images", reader->extension, reader->images, &builder);
+    if (!status) status = read_file(model_folder, "points3D", reader->extension, reader->points, &builder);
     colmap_builder_clear(&builder);
     if (status) vw_colmap_clear(&read);
     else *model = read;

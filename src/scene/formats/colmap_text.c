@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "scene/formats/colmap_builder.h"
-#include "base/file.h"
+#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
 static const char SPACES[] = " \t\r";
@@ -161,7 +161,7 @@ static enum vw_status read_file(const char *path, struct colmap_builder *builder
                                 enum vw_status (*done)(struct colmap_builder *builder)) {
     void *data;
     size_t size_bytes;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &data, &size_bytes);
+    enum vw_status status = vw_scene_file_read(builder->scene_folder, path, FILE_LIMIT_BYTES, &data, &size_bytes);
     if (status) return status; // its message names the file
     struct text text = {.next_line = data};
     if (strlen(data) < size_bytes)

@@ -1,12 +1,13 @@
 #include "scene/formats/nerfw_tsv.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "scene/safe_path.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "base/inside.h"
 #include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
@@ -122,11 +123,11 @@ static enum vw_status read_rows(const char *path, struct vw_tsv *tsv) {
     return check_unique(path, tsv);
 }
 
-enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv) {
+enum vw_status vw_tsv_read(const char *folder, const char *path, struct vw_tsv *tsv) {
     struct vw_tsv read = {0};
     void *text;
     size_t size_bytes;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    enum vw_status status = vw_scene_file_read(folder, path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     read.text = text;
     if (memchr(text, 0, size_bytes)) status = vw_fail(VW_ERROR_INPUT, "%s: has a zero byte; give a text file", path);
@@ -147,12 +148,12 @@ void vw_tsv_clear(struct vw_tsv *tsv) {
     *tsv = (struct vw_tsv){0};
 }
 
-bool vw_tsv_has_header(const char *path) {
-    char text[HEADER_LIMIT_BYTES] = "";
-    FILE *file = vw_file_exists(path) ? fopen(path, "r") : NULL;
-    if (!file) return false;
-    char *read = fgets(text, sizeof text, file), *rest = text;
-    fclose(file);
+bool vw_tsv_has_header(const char *folder, const char *path) {
+    char text[HEADER_LIMIT_BYTES] = "", *rest = text;
+    int descriptor = -1;
+    if (vw_scene_file_open(folder, path, &descriptor)) return false;
+    ssize_t got = read(descriptor, text, sizeof text - 1);
+    close(descriptor);
     struct vw_tsv_columns columns = find_columns(next_line(&rest));
-    return read && is_header(&columns);
+    return got > 0 && is_header(&columns);
 }

@@ -29,14 +29,15 @@ struct vw_tsv {
     char **fields; // owned: the header's, then those of each row, by column
 };
 
-// VW_ERROR_INPUT with one line that names the file and the line. The caller frees it with vw_tsv_clear().
-enum vw_status vw_tsv_read(const char *path, struct vw_tsv *tsv);
+// `folder` is that of the scene, which the file must lie in; NULL for a file that the user named. VW_ERROR_INPUT with
+// one line that names the file and the line. The caller frees it with vw_tsv_clear().
+enum vw_status vw_tsv_read(const char *folder, const char *path, struct vw_tsv *tsv);
 void vw_tsv_clear(struct vw_tsv *tsv); // accepts an empty one
 // All fields of a row.
 char *const *vw_tsv_fields(const struct vw_tsv *tsv, size_t row);
 
 // Whether a file begins with such a header.
-bool vw_tsv_has_header(const char *path);
+bool vw_tsv_has_header(const char *folder, const char *path);
 
 // phototourism.c: reads the one TSV of a scene folder.
 enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv);

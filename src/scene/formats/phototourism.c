@@ -8,7 +8,6 @@
 #include "scene/formats/colmap.h"
 #include "scene/builder.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "scene/safe_path.h"
 #include "base/file.h"
 #include "base/memory.h"
 
@@ -23,7 +22,7 @@ static enum vw_status find_tsv(const char *folder, char **path, int *count) {
     for (int i = 0; i < entry_count; i++) {
         const char *dot = strrchr(entries[i]->d_name, '.');
         char *file = dot && !strcmp(dot, ".tsv") ? vw_path_join(folder, entries[i]->d_name) : NULL;
-        if (file && vw_path_lies_inside(folder, file) && vw_tsv_has_header(file)) {
+        if (file && vw_tsv_has_header(folder, file)) {
             (*count)++;
             if (!*path) *path = vw_copy_text(file);
             if (!*path) status = VW_ERROR_MEMORY;
@@ -55,7 +54,7 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
     if (!status && count > 1)
         status = vw_fail(VW_ERROR_INPUT, "%s: has %d TSV files with the columns filename and split; keep one of them",
                          folder, count);
-    if (!status) status = vw_tsv_read(path, tsv);
+    if (!status) status = vw_tsv_read(folder, path, tsv);
     free(path);
     return status;
 }

@@ -56,7 +56,7 @@ static enum vw_status read_names(struct reading *reading) {
 
 static enum vw_status read_tsv(const struct reading *reading) {
     struct vw_tsv tsv = {0};
-    enum vw_status status = vw_tsv_read(reading->path, &tsv);
+    enum vw_status status = vw_tsv_read(NULL, reading->path, &tsv);
     for (size_t i = 0; !status && i < tsv.row_count; i++) {
         if (tsv.rows[i].test || !tsv.rows[i].has_id) continue;
         const struct vw_view *view = vw_scene_find_named(reading->scene, tsv.rows[i].name);
@@ -145,7 +145,7 @@ enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path
     *passed_over = 0;
     enum vw_status status;
     if (least) status = read_scores(&reading, *least);
-    else if (vw_tsv_has_header(path)) status = read_tsv(&reading);
+    else if (vw_tsv_has_header(NULL, path)) status = read_tsv(&reading);
     else if (extension && !strcasecmp(extension, ".json")) status = read_transforms(&reading);
     else status = read_names(&reading);
     for (uint32_t v = 0; v < scene->view_count; v++) any |= chosen[v];

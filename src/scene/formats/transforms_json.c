@@ -1,7 +1,5 @@
 // transforms.json as Blender's NeRF scenes, instant-ngp and nerfstudio write it: one file, or
 // transforms_{train,val,test}.json.
-#include <errno.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -12,10 +10,12 @@
 #include "scene/formats/transforms.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "base/inside.h"
+#include "base/json.h"
 #include "image/image.h"
 #include "base/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a frame takes about 1 KiB
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
 static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_train.json", "transforms_val.json",
                                                                   "transforms_test.json"}; // by enum vw_split
@@ -69,13 +69,8 @@ enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file fi
 // folder; `file` is the file itself.
 static enum vw_status check_file(const struct vw_scene_builder *builder, const char *where, const char *field,
                                  const char *file) {
-    if (!vw_path_lies_inside(builder->folder, file))
-        return vw_fail(VW_ERROR_INPUT, "%s: field %s leaves the scene folder through a link; copy the file into it",
-                       where, field);
-    if (access(file, R_OK))
-        return vw_fail(VW_ERROR_INPUT, "%s: field %s: %s: %s; check its permissions", where, field, file,
-                       strerror(errno));
-    return VW_OK;
+    enum vw_status status = vw_scene_file_check(builder->folder, file);
+    return status ? vw_fail_context(status, "%s: field %s", where, field) : VW_OK;
 }
 
 static enum vw_status check_name(const char *where, const char *field, const char *name) {
@@ -211,13 +206,10 @@ static enum vw_status read_box(const char *path, const json_t *file, struct vw_n
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file) {
     void *text;
     size_t size_bytes;
-    if (folder && vw_file_exists(path) && !vw_path_lies_inside(folder, path))
-        return vw_fail(VW_ERROR_INPUT, "%s: this file leaves the scene folder through a link; copy it into the folder",
-                       path);
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
+    enum vw_status status = vw_scene_file_read(folder, path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     json_error_t error;
-    *file = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    *file = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     free(text);
     if (*file) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s:%d:%d: not valid JSON: %s; correct this line", path, error.line, error.column,

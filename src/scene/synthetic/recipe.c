@@ -6,6 +6,7 @@
 
 #include "scene/synthetic/recipe_private.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
@@ -17,7 +18,7 @@ static enum vw_status parse_file(const char *path, json_t **root) {
     json_error_t error;
     enum vw_status status = vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
-    *root = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    *root = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     free(text);
     if (*root) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s:%d: %s (column %d); correct the JSON", path, error.line, error.text,
