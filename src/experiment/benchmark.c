@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "run/out_lock.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/hash.h"
@@ -16,6 +17,7 @@
 // A benchmark while it is made.
 struct work {
     const struct vw_benchmark_params *params;
+    struct vw_out_lock *lock; // of OUT
     struct vw_session session;
     struct vw_retrainer retrainer;
     struct vw_scorers scorers;
@@ -227,11 +229,13 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     work->params = params;
     enum vw_status status = vw_experiment_check(&params->common, SEED_COUNT, true);
     if (!status) status = check_curves(params);
+    if (!status) status = vw_out_lock_take(params->common.out, &work->lock);
     if (!status) status = make(work, benchmark);
     vw_subsets_free(&work->subsets);
     vw_scorers_free(&work->scorers);
     vw_retrainer_close(&work->retrainer);
     vw_session_close(&work->session);
+    vw_out_lock_release(&work->lock);
     free(work);
     return status;
 }

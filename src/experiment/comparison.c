@@ -3,8 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "run/out_lock.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
@@ -15,6 +17,7 @@
 struct work {
     const struct vw_comparison_params *params;
     struct vw_comparison *comparison;
+    struct vw_out_lock *lock; // of OUT
     struct vw_retrainer retrainer;
     char *renders_folder,
         *pictures_folder; // owned: OUT/renders, and in it the folder for pictures of single retrainings
@@ -168,11 +171,16 @@ static enum vw_status write_results(struct work *work) {
 
 // Nothing is written before the lists are known to be right.
 static enum vw_status make(struct work *work) {
+    const char *out = work->params->common.out;
     enum vw_status status = check(work->params);
+    if (!status) status = vw_out_lock_take(out, &work->lock);
     if (!status) status = vw_experiment_open_session(&work->params->common, &work->comparison->session);
     if (!status) status = plan(work);
-    if (!status) status = vw_folder_create(work->pictures_folder);
-    if (!status) status = open_retrainer(work);
+    if (!status) status = vw_folder_create_inside(out, "renders/retrainings");
+    if (status) return status;
+    vw_folder_remove_leftovers(work->renders_folder);
+    vw_folder_remove_leftovers(work->pictures_folder);
+    status = open_retrainer(work);
     if (!status) status = train(work);
     return status ? status : write_results(work);
 }
@@ -184,6 +192,7 @@ enum vw_status vw_comparison_make(const struct vw_comparison_params *params, str
     free(work.renders_folder);
     free(work.pictures_folder);
     vw_retrainer_close(&work.retrainer);
+    vw_out_lock_release(&work.lock);
     return status;
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "run/out_lock.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -188,13 +189,15 @@ static enum vw_status compare_runs(struct vw_reproduction *reproduction) {
 
 enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, struct vw_reproduction *reproduction) {
     *reproduction = (struct vw_reproduction){.params = params, .pair_count = params->seeds * (params->seeds - 1) / 2};
+    struct vw_out_lock *lock = NULL;
     enum vw_status status = vw_experiment_check(params, params->seeds, true);
+    if (!status) status = vw_out_lock_take(params->out, &lock);
     if (!status) status = make_runs(params);
     if (!status) status = compare_runs(reproduction);
-    if (status) return status;
     const struct vw_report_params report = {.device = params->device, .no_thumbnails = params->no_thumbnails};
-    reproduction->report_path = vw_report_folder_finish(params->out, &report, NULL);
-    return VW_OK;
+    if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report, NULL);
+    vw_out_lock_release(&lock);
+    return status;
 }
 
 static void free_stop(struct vw_reproduction_stop *stop) {

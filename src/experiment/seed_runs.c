@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "run/run.h"
 #include "viewworth/log.h"
@@ -13,6 +14,14 @@ static char *name_folder(const char *out, uint64_t seed) {
     char *path = name ? vw_path_join(out, name) : NULL;
     free(name);
     return path;
+}
+
+// Whoever sent OUT may have put a link in the place of the ledger or of its folder.
+static enum vw_status check_ledger(const char *out, uint64_t seed) {
+    char *name = vw_format_text("seed_%" PRIu64 "/ledger.db", seed);
+    enum vw_status status = name ? vw_file_check_inside(out, name) : VW_ERROR_MEMORY;
+    free(name);
+    return status;
 }
 
 static bool report_progress(void *context, const struct vw_run_state *state) {
@@ -34,7 +43,8 @@ static enum vw_status make_run(const struct vw_experiment_params *params, uint64
                                              .progress = report_progress,
                                              .context = (void *)params};
     struct vw_run *run = NULL;
-    enum vw_status status = vw_run_open_in_session(&run_params, session, &run);
+    enum vw_status status = check_ledger(params->out, seed);
+    if (!status) status = vw_run_open_in_session(&run_params, session, &run);
     if (!status) status = vw_run_advance(run, UINT64_MAX);
     if (!status) status = vw_run_score(run);
     vw_run_close(&run);
@@ -70,7 +80,8 @@ char *vw_seed_run_path(const char *out, uint64_t seed, const char *file) {
 
 enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger) {
     char *path = vw_seed_run_path(out, seed, "ledger.db");
-    enum vw_status status = path ? vw_ledger_open(path, ledger) : VW_ERROR_MEMORY;
+    enum vw_status status = path ? check_ledger(out, seed) : VW_ERROR_MEMORY;
+    if (!status) status = vw_ledger_open(path, ledger);
     free(path);
     return status;
 }

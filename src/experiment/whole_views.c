@@ -2,8 +2,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "base/file.h"
+#include "base/inside.h"
 #include "image/image.h"
 #include "base/memory.h"
 #include "train/trainer.h"
@@ -19,7 +20,7 @@ bool vw_saved_views_exist(const struct vw_saved_views *saved, const char *retrai
     bool exist = true;
     for (uint32_t i = 0; exist && i < saved->count; i++) {
         char *path = vw_saved_view_path(saved, retraining_id, saved->views[i]);
-        exist = path && vw_file_exists(path);
+        exist = path && vw_file_exists_inside(saved->folder, path + strlen(saved->folder) + 1);
         free(path);
     }
     return exist;

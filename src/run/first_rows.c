@@ -1,7 +1,5 @@
 #include <stdlib.h>
-#include <unistd.h>
 
-#include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/utc.h"
@@ -44,11 +42,8 @@ static enum vw_status write_first_rows(struct vw_run *run, const struct vw_ledge
 enum vw_status vw_run_create_ledger(struct vw_run *run) {
     struct vw_ledger_image *images = NULL;
     char(*hashes)[VW_HASH_HEX_BYTES] = NULL;
-    bool existed = vw_folder_exists(run->out);
     enum vw_status status = list_images(run->scene, &images, &hashes);
-    if (!status) status = vw_folder_create(run->out);
     if (!status) status = write_first_rows(run, images);
-    if (status && !existed) rmdir(run->out); // does nothing to a folder that holds something
     free(images);
     free(hashes);
     return status;

@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "run/imported.h"
 #include "run/out_folder.h"
+#include "run/out_lock.h"
 #include "run/scoring.h"
 #include "base/utc.h"
 #include "base/file.h"
@@ -22,6 +22,7 @@ struct import {
     const struct vw_import_params *params;
     struct vw_config config;
     struct vw_step_log log;
+    struct vw_out_lock *lock;        // of OUT
     char *ledger_path, *scores_path; // owned
     char log_sha256[VW_HASH_HEX_BYTES];
     char *config_json, *options_json; // owned; of the run row
@@ -57,15 +58,17 @@ static void warn(const struct import *import) {
             import->log.epochs, import->config.burn_in_epochs);
 }
 
-// Everything that can be wrong with the input is known before anything is written.
+// Everything that can be wrong with the input is known before anything is written, but for the lock.
 static enum vw_status open_import(struct import *import) {
     const char *out = import->params->out;
     import->ledger_path = vw_path_join(out, "ledger.db");
     import->scores_path = vw_path_join(out, "scores.csv");
     if (!import->ledger_path || !import->scores_path) return VW_ERROR_MEMORY;
-    if (vw_file_exists(import->ledger_path))
-        return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
-    enum vw_status status = vw_step_log_read(import->params->log, &import->log);
+    enum vw_status status = vw_out_check(out);
+    if (!status) status = vw_out_lock_take(out, &import->lock);
+    if (!status && vw_file_exists(import->ledger_path))
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
+    if (!status) status = vw_step_log_read(import->params->log, &import->log);
     if (status) return status;
     import->config = *import->params->config;
     import->config.epochs = import->log.epochs;
@@ -75,7 +78,7 @@ static enum vw_status open_import(struct import *import) {
     vw_hash_to_hex(import->log.sha256, import->log_sha256);
     import->config_json = vw_imported_config_to_json(&import->config);
     import->options_json = vw_imported_options_to_json(import->log_sha256);
-    return import->config_json && import->options_json ? vw_out_check(out) : VW_ERROR_MEMORY;
+    return import->config_json && import->options_json ? VW_OK : VW_ERROR_MEMORY;
 }
 
 static void close_import(struct import *import) {
@@ -85,6 +88,7 @@ static void close_import(struct import *import) {
     free(import->options_json);
     free(import->ledger_path);
     free(import->scores_path);
+    vw_out_lock_release(&import->lock);
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
@@ -116,13 +120,7 @@ static enum vw_status create_ledger(struct import *import) {
         .scene_options_json = import->options_json,
         .effects_json = "[]",
     };
-    bool existed = vw_folder_exists(import->params->out);
-    enum vw_status status = vw_folder_create(import->params->out);
-    if (!status)
-        status =
-            vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
-    if (status && !existed) rmdir(import->params->out); // leaves it when something else came to be in it
-    return status;
+    return vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
 }
 
 // The table comes before the end: a run that the ledger calls finished has it.

@@ -59,11 +59,12 @@ static enum vw_status name_outputs(struct vw_run *run) {
     run->scores_path = vw_path_join(run->out, "scores.csv");
     run->field_path = vw_path_join(run->out, "field.vwf");
     if (!run->ledger_path || !run->scores_path || !run->field_path) return VW_ERROR_MEMORY;
-    if (vw_file_exists(run->ledger_path) && !run->resume)
-        return vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; continue it by --resume, or name another folder",
-                       run->out);
-    enum vw_status status = vw_checkpoints_open(run->out, &run->checkpoints);
-    return status ? status : vw_out_check(run->out);
+    enum vw_status status = vw_out_check(run->out);
+    if (!status) status = vw_out_lock_take(run->out, &run->lock);
+    if (!status && vw_file_exists(run->ledger_path) && !run->resume)
+        status = vw_fail(VW_ERROR_USAGE,
+                         "--out %s: holds a run already; continue it by --resume, or name another folder", run->out);
+    return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
 }
 
 // ---- Effects -------------------------------------------------------------------------------------------------------
@@ -146,7 +147,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     return vw_file_exists(run->ledger_path) ? vw_run_resume(run) : VW_OK;
 }
 
-// The plan comes first: it chooses the config that the trainer has.
+// OUT is locked first, then the plan chooses the config that the trainer has.
 static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
     const struct vw_session_params session = {
         .scene = params->scene, .device = params->device, .timers = params->profile};
@@ -206,6 +207,7 @@ void vw_run_close(struct vw_run **run) {
     vw_session_close(&closed->own);
     vw_stability_watch_end(&closed->watch);
     vw_plan_free(&closed->plan);
+    vw_out_lock_release(&closed->lock);
     free(closed->ledger_path);
     free(closed->scores_path);
     free(closed->field_path);

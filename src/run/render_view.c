@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "run/out_lock.h"
 #include "run/recorded_run.h"
 #include "base/file.h"
 #include "image/image.h"
@@ -48,8 +49,7 @@ static enum vw_status load_field(struct rendering *rendering) {
 
 static enum vw_status open_rendering(const struct vw_render_params *params, struct rendering *rendering) {
     *rendering = (struct rendering){.params = params};
-    enum vw_status status = check_target(params->to);
-    if (!status) status = vw_recorded_open(params->out, &rendering->run);
+    enum vw_status status = vw_recorded_open(params->out, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, params->device);
     if (!status) status = load_field(rendering);
     rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
@@ -155,10 +155,18 @@ static enum vw_status tell(const struct rendering *rendering, uint32_t view, str
     return rendered->view ? VW_OK : VW_ERROR_MEMORY;
 }
 
+static enum vw_status lock_target(const struct vw_render_params *params, struct vw_out_lock **lock) {
+    if (params->to) return vw_out_lock_take_for(params->to, &params->out, 1, lock);
+    return vw_folder_exists(params->out) ? vw_out_lock_take(params->out, lock) : VW_OK; // opening says what is missing
+}
+
 enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_rendered_view *rendered) {
-    struct rendering rendering;
+    struct rendering rendering = {0};
+    struct vw_out_lock *lock = NULL;
     uint32_t view = 0;
-    enum vw_status status = open_rendering(params, &rendering);
+    enum vw_status status = check_target(params->to);
+    if (!status) status = lock_target(params, &lock);
+    if (!status) status = open_rendering(params, &rendering);
     if (!status) status = choose_view(&rendering, &view);
     if (!status) status = tell(&rendering, view, rendered);
     if (!status) {
@@ -167,6 +175,7 @@ enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_r
                                       : VW_ERROR_MEMORY;
     }
     close_rendering(&rendering);
+    vw_out_lock_release(&lock);
     return status;
 }
 

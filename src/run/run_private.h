@@ -7,6 +7,7 @@
 
 #include "base/utc.h"
 #include "run/checkpoints.h"
+#include "run/out_lock.h"
 #include "run/outputs/attribution.h"
 #include "run/outputs/validation_views.h"
 #include "run/plan/plan.h"
@@ -38,6 +39,7 @@ struct vw_run {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
+    struct vw_out_lock *lock;                     // of OUT; the first thing taken and the last released
     char *ledger_path, *scores_path, *field_path; // owned; in OUT
     struct vw_checkpoints checkpoints;
     struct vw_ledger *ledger; // NULL until the first steps are recorded, unless resumed
@@ -73,7 +75,7 @@ struct vw_run {
     char *report_path; // owned; NULL: none was written
 };
 
-// Creates OUT and its ledger, with the run row and the image rows.
+// Creates the ledger, with the run row and the image rows.
 enum vw_status vw_run_create_ledger(struct vw_run *run);
 // Takes the recorded steps again that the loaded checkpoint lacks, so that the trainer has the field of the last one.
 enum vw_status vw_run_catch_up(struct vw_run *run);

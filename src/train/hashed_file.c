@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/hash.h"
 #include "gpu/compute.h"
 #include "base/memory.h"
@@ -69,7 +70,13 @@ enum vw_status hashed_file_open(const char *path, const char *magic, uint64_t pa
                                 struct hashed_file *file) {
     *file = (struct hashed_file){0};
     size_t size_bytes = 0;
-    enum vw_status status = vw_file_read(path, payload_limit_bytes + DESCRIPTION_BYTES_MAX, &file->bytes, &size_bytes);
+    const char *slash = strrchr(path, '/');
+    char *folder = vw_path_folder(path);
+    enum vw_status status =
+        folder ? vw_file_read_inside(folder, slash ? slash + 1 : path, payload_limit_bytes + DESCRIPTION_BYTES_MAX,
+                                     &file->bytes, &size_bytes)
+               : VW_ERROR_MEMORY;
+    free(folder);
     if (status == VW_OK) status = take_apart(path, magic, remedy, size_bytes, file);
     if (status != VW_OK) hashed_file_close(file);
     return status;

@@ -110,8 +110,11 @@ with_keys "a camera model that is not supported" 'camera_model' '"fl_x": 8, "cam
 with_keys "intrinsics of another shape" 'w and h' '"fl_x": 8, "w": 9, "h": 6,'
 with_keys "a key twice" ':1:[0-9]+:.*duplicate' '"fl_x": 8, "fl_x": 9,'
 reset
-head -c 200000 /dev/zero | tr '\0' '[' >"$scene/transforms.json"
-refused "JSON nested 200,000 deep" 'transforms.json:1:[0-9]+:.*depth' "$scene"
+head -c 20000 /dev/zero | tr '\0' '[' >"$scene/transforms.json"
+refused "JSON nested 20,000 deep" 'transforms.json:1:[0-9]+:.*depth' "$scene"
+reset
+yes '{},' | head -n 4000000 | tr -d '\n' >"$scene/transforms.json"
+refused "JSON of 4 million objects" 'transforms.json:1:[0-9]+:.*too much memory' "$scene"
 reset
 truncate -s 1000000000 "$scene/transforms.json"
 refused "JSON of 1 GB" 'transforms.json: larger than' "$scene"

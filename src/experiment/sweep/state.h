@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "experiment/retrain.h"
 #include "experiment/sweep/configurations.h"
+#include "run/out_lock.h"
 #include "value/evaluation/subsets.h"
 
 struct vw_sweep; // and its params: experiment/sweep/sweep.h
@@ -27,6 +28,7 @@ struct vw_measured_configuration {
 
 struct vw_sweep_state {
     const struct vw_sweep_params *params;           // borrowed
+    struct vw_out_lock *lock;                       // of OUT
     struct vw_session session;                      // of the base
     struct vw_retrainer retrainer;                  // on that session
     struct vw_sweep_configurations *configurations; // borrowed from the sweep

@@ -2,10 +2,12 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
@@ -44,7 +46,7 @@ static enum vw_status open_files(struct vw_sweep_state *state) {
     const struct vw_retrainer_params params = {
         .session = &state->session, .config = common->config, .out = common->out, .interrupt = common->interrupt};
     char *path = vw_path_join(common->out, "tradeoff.db");
-    enum vw_status status = path ? vw_folder_create(common->out) : VW_ERROR_MEMORY;
+    enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;
     if (!status) status = vw_retrainer_open(&params, &state->retrainer);
     if (!status) status = vw_sweeps_open(path, &state->store);
     free(path);
@@ -112,7 +114,9 @@ static enum vw_status make_runs(const struct vw_sweep_state *state, uint32_t pla
 // When the PSNR of a configuration is recorded, its runs are finished.
 static enum vw_status make_configuration(struct vw_sweep_state *state, uint32_t place, const char *folder) {
     bool known = false;
-    enum vw_status status = vw_sweep_find_psnr(state, place, &known);
+    const char *out = state->params->common.out;
+    enum vw_status status = vw_folder_check_inside(out, folder + strlen(out) + 1); // the part below OUT
+    if (!status) status = vw_sweep_find_psnr(state, place, &known);
     if (status || (known && has_runs(&state->params->common, folder))) return status;
     status = make_runs(state, place, folder);
     return status || known ? status : vw_sweep_measure_psnr(state, place);
@@ -181,6 +185,7 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
 static enum vw_status make(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const struct vw_experiment_params *common = &state->params->common;
     enum vw_status status = vw_experiment_check(common, common->seeds + VW_SUBSET_SEEDS, true);
+    if (!status) status = vw_out_lock_take(common->out, &state->lock);
     if (!status) status = open_sweep(state);
     if (!status) status = vw_sweep_time_steps(state);
     if (status) return status;
@@ -205,6 +210,7 @@ enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_swe
     vw_sweeps_close(&state->store);
     vw_retrainer_close(&state->retrainer);
     vw_session_close(&state->session);
+    vw_out_lock_release(&state->lock);
     free(state);
     return status;
 }

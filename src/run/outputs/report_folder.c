@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "run/imported.h"
+#include "run/out_lock.h"
 #include "run/recorded_run.h"
 #include "run/outputs/report_files.h"
 #include "run/outputs/report_thumbnails.h"
@@ -264,7 +265,11 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
     if (!folders || !folder_count || !to)
         return vw_fail(VW_ERROR_USAGE, "vw_report_write: folders or to is missing: name both");
     struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}};
-    return write_report(&gathering, folders, folder_count, to);
+    struct vw_out_lock *lock = NULL;
+    enum vw_status status = vw_out_lock_take_for(to, folders, folder_count, &lock);
+    if (!status) status = write_report(&gathering, folders, folder_count, to);
+    vw_out_lock_release(&lock);
+    return status;
 }
 
 char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const struct vw_report_run *run) {

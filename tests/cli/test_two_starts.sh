@@ -1,0 +1,96 @@
+#!/usr/bin/env bash
+# Two commands at once on one OUT: one wins, the other says so. A killed run leaves no lock. Planted links send nothing elsewhere. Takes the
+# program's path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+scene=$root/tests/support/tiny.json
+tiny=("${small[@]}" --quiet)
+printf 'view_001\nview_002\n' >"$folder/some"
+busy='another viewworth process \(pid [0-9]+\) writes there; wait until it ends'
+
+# ---- Two starts ----------------------------------------------------------------------------------------------------------
+
+# pair OUT: starts twice at once. Exactly one run is made, and the other start says why it ends, at once and in one line.
+pair() {
+    local out=$folder/$1 codes=() pids=() i
+    for i in 0 1; do
+        "$program" train "$scene" --out "$out" --epochs 1 "${tiny[@]}" >"$out.$i.stdout" 2>"$out.$i.stderr" &
+        pids[i]=$!
+    done
+    for i in 0 1; do wait "${pids[i]}"; codes[i]=$?; done
+    local loser=$((codes[0] == 0))
+    [[ ${codes[loser]} -eq 2 && ${codes[1 - loser]} -eq 0 && ! -s $out.$loser.stdout && $(wc -l <"$out.$loser.stderr") -eq 1 ]] &&
+        grep -qE "^viewworth: .*$out: ($busy|another viewworth process writes there|holds a run already)" "$out.$loser.stderr" &&
+        "$program" verify "$out" --quiet >/dev/null && rm -rf "$out"* && return
+    echo "exit codes ${codes[*]}"
+    cat "$out".*.stderr
+    return 1
+}
+pairs() { local i; for ((i = 1; i <= $1; i++)); do pair "pair_$i" || return; done; }
+check "20 times two starts at once: one wins, with its ledger intact" pairs 20
+
+# ---- While a run goes on -------------------------------------------------------------------------------------------------
+
+"$program" value "$scene" --out "$folder/long" --epochs 100000 "${tiny[@]}" >"$folder/long.log" 2>&1 &
+long=$!
+until [[ -s $folder/long/ledger.db ]] || ! kill -0 "$long" 2>/dev/null; do sleep 0.05; done
+refuses() { fails 2 "/long: $busy" "$program" "$@"; }
+check "value says that a run goes on" refuses value "$scene" --out "$folder/long" "${tiny[@]}"
+check "value --resume" refuses value "$scene" --out "$folder/long" --resume "${tiny[@]}"
+check "train" refuses train "$scene" --out "$folder/long" "${tiny[@]}"
+check "report" refuses report "$folder/long" --no-thumbnails
+check "render" refuses render "$folder/long" --quiet --device llvmpipe
+check "import-steps" refuses import-steps "$folder/none.csv" --out "$folder/long"
+for command in reproduce benchmark compare tradeoff; do
+    more=()
+    [[ $command != compare ]] || more=(--list "$folder/some" --list random)
+    check "$command" refuses "$command" "$scene" --out "$folder/long" --epochs 4 "${more[@]}" "${tiny[@]}"
+done
+check "readers take no lock" prints 'report' "$program" report "$folder/long" --no-thumbnails --to "$folder/elsewhere.html"
+check "the run itself goes on" kill -0 "$long"
+kill -KILL "$long"
+wait "$long" 2>/dev/null
+steps() { sqlite3 -readonly "$folder/long/ledger.db" 'SELECT count(*) FROM step' 2>/dev/null || echo 0; }
+resume() { # takes a step more than the killed run, and is stopped
+    local before deadline=$((SECONDS + 60)) resumed
+    before=$(steps)
+    "$program" value "$scene" --out "$folder/long" --epochs 100000 --resume "${tiny[@]}" >"$folder/long.log" 2>&1 &
+    resumed=$!
+    while [[ $(steps) -le $before && $SECONDS -lt $deadline ]] && kill -0 "$resumed" 2>/dev/null; do sleep 0.1; done
+    kill -INT "$resumed"
+    wait "$resumed"
+    [[ $(steps) -gt $before ]] && return
+    cat "$folder/long.log"
+    return 1
+}
+check "a killed run can be resumed at once" resume
+check "and leaves no lock file" test ! -e "$folder/long/.viewworth.lock"
+
+# ---- What is refused leaves nothing ---------------------------------------------------------------------------------------
+
+check "a refused start" fails 2 'no such scene' "$program" value "$folder/none" --out "$folder/a/b" "${tiny[@]}"
+check "leaves no folder" test ! -e "$folder/a"
+
+# ---- Planted links --------------------------------------------------------------------------------------------------------
+
+mkdir "$folder/mine" && echo precious >"$folder/mine/file"
+untouched() { [[ $(ls "$folder/mine") == file && $(<"$folder/mine/file") == precious ]]; }
+planted() { # planted NAME PATTERN COMMAND...: refused with OUT/NAME a link to a folder or to a file of ours
+    local name=$1 pattern=$2 target=$folder/mine
+    shift 2
+    rm -rf "$folder/planted" && mkdir -p "$(dirname "$folder/planted/$name")"
+    [[ $name != *.* ]] || target=$folder/mine/file
+    ln -s "$target" "$folder/planted/$name"
+    fails 2 "planted/$pattern.*through a link" "$program" "$@" --out "$folder/planted" "${tiny[@]}" && untouched
+}
+check "renders/ a link" planted renders renders/retrainings compare "$scene" --list "$folder/some" --list random --epochs 2
+check "renders/retrainings/ a link" planted renders/retrainings renders/retrainings \
+    compare "$scene" --list "$folder/some" --list random --epochs 2
+check "seed_0/ a link" planted seed_0 seed_0 reproduce "$scene" --seeds 2 --epochs 2
+check "configurations/ a link" planted configurations configurations tradeoff "$scene" --epochs 2 --parameters rays
+for name in ledger.db ledger.db-journal field.vwf checkpoint_0.vwc; do
+    check "$name a link" planted "$name" "$name" value "$scene" --epochs 2
+done
+check "retrainings.db a link" planted retrainings.db retrainings.db benchmark "$scene" --epochs 2
+check "tradeoff.db a link" planted tradeoff.db tradeoff.db tradeoff "$scene" --epochs 2
+conclude

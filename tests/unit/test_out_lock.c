@@ -1,0 +1,191 @@
+// The lock of a folder of results: one holder at a time, nothing left behind, and nothing planted followed.
+#include "support/cmocka_test.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "run/out_lock.h"
+#include "support/temporary_folder.h"
+
+static int prepare(void **state) { return (*state = temporary_folder_create()) == NULL; }
+
+static int clean_up(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static void assert_locked(const char *out, const char *why) {
+    struct vw_out_lock *lock = NULL;
+    assert_int_equal(vw_out_lock_take(out, &lock), VW_ERROR_USAGE);
+    assert_null(lock);
+    assert_non_null(strstr(vw_error_message(), out));
+    if (!strstr(vw_error_message(), why)) fail_msg("\"%s\" does not say: %s", vw_error_message(), why);
+}
+
+static void a_second_start_is_refused(void **state) {
+    char pid[40];
+    const char *out = temporary_path(*state, "out");
+    struct vw_out_lock *lock = NULL, *again = NULL;
+    ASSERT_OK(vw_out_lock_take(out, &lock));
+    snprintf(pid, sizeof pid, "(pid %ld) writes there", (long)getpid());
+    assert_locked(out, pid);
+    assert_true(vw_folder_exists(out));
+    vw_out_lock_release(&lock);
+    assert_null(lock);
+    ASSERT_OK(vw_out_lock_take(out, &again));
+    vw_out_lock_release(&again);
+    vw_out_lock_release(&again); // does nothing
+}
+
+static void what_the_lock_created_goes_with_it(void **state) {
+    struct vw_out_lock *lock = NULL;
+    const char *deep = temporary_path(*state, "a/b//c/");
+    ASSERT_OK(vw_out_lock_take(deep, &lock));
+    assert_true(vw_folder_exists(deep));
+    vw_out_lock_release(&lock);
+    assert_false(vw_folder_exists(temporary_path(*state, "a")));
+    assert_true(vw_folder_exists(*state));
+
+    ASSERT_OK(vw_out_lock_take(deep, &lock));
+    temporary_file(*state, "a/b/c/result", "");
+    vw_out_lock_release(&lock);
+    assert_true(vw_file_exists(temporary_path(*state, "a/b/c/result")));
+    assert_false(vw_file_exists(temporary_path(*state, "a/b/c/.viewworth.lock")));
+
+    assert_int_equal(mkdir(temporary_path(*state, "empty"), 0777), 0);
+    ASSERT_OK(vw_out_lock_take(temporary_path(*state, "empty"), &lock));
+    vw_out_lock_release(&lock);
+    assert_true(vw_folder_exists(temporary_path(*state, "empty")));
+}
+
+static void leftovers_of_killed_writers_are_removed(void **state) {
+    static const char left[] = ".viewworth-0123456789abcdef0123456789abcdef.part";
+    struct vw_out_lock *lock = NULL;
+    temporary_file(*state, left, "half");
+    temporary_file(*state, ".viewworth.lock", "1\n"); // no process holds it
+    ASSERT_OK(vw_out_lock_take(*state, &lock));
+    assert_false(vw_file_exists(temporary_path(*state, left)));
+    vw_out_lock_release(&lock);
+}
+
+static void planted_files_are_refused(void **state) {
+    static const char *const names[] = {"ledger.db",       "ledger.db-journal", "retrainings.db",
+                                        "tradeoff.db-wal", "field.vwf",         "checkpoint_1.vwc"};
+    struct vw_out_lock *lock = NULL;
+    char *victim = strdup(temporary_file(*state, "victim", "precious"));
+    assert_non_null(victim);
+    for (size_t i = 0; i < 2 * sizeof names / sizeof *names; i++) {
+        const char *name = names[i / 2], *path;
+        temporary_file(*state, "out/other", "");
+        path = temporary_path(temporary_path(*state, "out"), name);
+        assert_int_equal(i % 2 ? mkfifo(path, 0666) : symlink(victim, path), 0);
+        assert_int_equal(vw_out_lock_take(temporary_path(*state, "out"), &lock), VW_ERROR_INPUT);
+        assert_non_null(strstr(vw_error_message(), name));
+        assert_int_equal(unlink(path), 0);
+    }
+    const char *file = temporary_path(*state, "out/.viewworth.lock");
+    assert_int_equal(symlink(victim, file), 0);
+    assert_int_not_equal(vw_out_lock_take(temporary_path(*state, "out"), &lock), VW_OK);
+    assert_int_equal(unlink(file), 0);
+    assert_int_equal(mkfifo(file, 0666), 0);
+    assert_int_not_equal(vw_out_lock_take(temporary_path(*state, "out"), &lock), VW_OK);
+    assert_int_equal(unlink(file), 0);
+    assert_int_equal(link(victim, file), 0); // a second name of another file
+    ASSERT_OK(vw_out_lock_take(temporary_path(*state, "out"), &lock));
+    vw_out_lock_release(&lock);
+    void *data = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_file_read(temporary_path(*state, "victim"), 100, &data, &size_bytes));
+    assert_string_equal(data, "precious");
+    free(data);
+    free(victim);
+}
+
+static void only_a_target_in_the_folder_locks_it(void **state) {
+    const char *const folders[] = {temporary_path(*state, "none"), *state};
+    struct vw_out_lock *held = NULL, *lock = NULL;
+    ASSERT_OK(vw_out_lock_take(*state, &held));
+    ASSERT_OK(vw_out_lock_take_for("/elsewhere/report.html", folders, 2, &lock));
+    assert_null(lock);
+    ASSERT_OK(vw_out_lock_take_for(temporary_path(*state, "none/report.html"), folders, 2, &lock));
+    assert_null(lock);
+    assert_int_equal(vw_out_lock_take_for(temporary_path(*state, "./report.html"), folders, 2, &lock), VW_ERROR_USAGE);
+    vw_out_lock_release(&held);
+    ASSERT_OK(vw_out_lock_take_for(temporary_path(*state, "report.html"), folders, 2, &lock));
+    assert_non_null(lock);
+    vw_out_lock_release(&lock);
+}
+
+static void a_killed_holder_leaves_no_lock(void **state) {
+    const char *out = temporary_path(*state, "out");
+    struct vw_out_lock *lock = NULL;
+    int ready[2];
+    char byte;
+    assert_int_equal(pipe(ready), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        if (vw_out_lock_take(out, &lock) || write(ready[1], "", 1) != 1) _exit(1);
+        for (;;) pause();
+    }
+    assert_int_equal(read(ready[0], &byte, 1), 1);
+    assert_locked(out, "another viewworth process (pid ");
+    assert_int_equal(kill(child, SIGKILL), 0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    ASSERT_OK(vw_out_lock_take(out, &lock));
+    vw_out_lock_release(&lock);
+    close(ready[0]);
+    close(ready[1]);
+}
+
+// Every child takes and releases the lock again and again. Whoever holds it creates and removes a file that nobody else
+// may have at that moment.
+static int contend(const char *out, const char *mark) {
+    int held = 0;
+    for (int i = 0; i < 400; i++) {
+        struct vw_out_lock *lock = NULL;
+        if (vw_out_lock_take(out, &lock)) continue;
+        int file = open(mark, O_WRONLY | O_CREAT | O_EXCL, 0666);
+        if (file < 0) return 1;
+        close(file);
+        if (unlink(mark)) return 1;
+        held++;
+        vw_out_lock_release(&lock);
+    }
+    return held ? 0 : 2;
+}
+
+static void two_never_hold_it(void **state) {
+    enum { CHILDREN = 3 };
+    pid_t children[CHILDREN];
+    const char *out = temporary_path(*state, "out"), *mark = temporary_path(*state, "mark");
+    for (int i = 0; i < CHILDREN; i++)
+        if ((children[i] = fork()) == 0) _exit(contend(out, mark));
+    for (int i = 0; i < CHILDREN; i++) {
+        int result = 0;
+        assert_int_equal(waitpid(children[i], &result, 0), children[i]);
+        assert_int_equal(result, 0);
+    }
+}
+
+#define TEST(test) cmocka_unit_test_setup_teardown(test, prepare, clean_up)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        TEST(a_second_start_is_refused),
+        TEST(what_the_lock_created_goes_with_it),
+        TEST(leftovers_of_killed_writers_are_removed),
+        TEST(planted_files_are_refused),
+        TEST(only_a_target_in_the_folder_locks_it),
+        TEST(a_killed_holder_leaves_no_lock),
+        TEST(two_never_hold_it),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
