@@ -196,15 +196,15 @@ check "render gives it nothing to say" validated "$program" render "$folder/vali
 
 # ---- Outputs that cannot be written ---------------------------------------------------------------------------------------
 
-blocked() { # blocked OUTPUT: a folder stands where the output belongs
+blocked() { # a folder stands where the scores belong
     local code=0
-    mkdir -p "$folder/blocked_$1/$1"
-    value "blocked_$1" 2>"$folder/stderr" || code=$?
-    [[ $code -eq 1 && $(query "blocked_$1" 'SELECT status FROM run') == failed ]]
+    mkdir -p "$folder/blocked/scores.csv"
+    value blocked 2>"$folder/stderr" || code=$?
+    [[ $code -eq 1 && $(query blocked 'SELECT status FROM run') == failed ]]
 }
-for output in scores.csv field.vwf; do
-    check "a run without its $output is not called finished" blocked "$output"
-done
+check "a run without its scores.csv is not called finished" blocked
+mkdir -p "$folder/taken/field.vwf"
+check "a run does not begin where its field has no place" fails 2 'field.vwf: is another kind of file' value taken
 
 # ---- A full disk --------------------------------------------------------------------------------------------------------
 

@@ -32,8 +32,10 @@ check "is the extended one" same_run longer short
 
 copy short corrupted
 check "another config is refused by name" fails 2 'learning_rate = 0.003, not 0.01' value corrupted 6 --resume --lr 0.01
+printf 'view_%03d\n' 1 2 3 >"$folder/train.txt"
+printf 'view_%03d\n' 0 >"$folder/val.txt"
 check "so is another choice of photos" fails 2 'other photos to train on' value corrupted 6 --resume \
-    --train <(printf 'view_%03d\n' 1 2 3) --val <(printf 'view_%03d\n' 0)
+    --train "$folder/train.txt" --val "$folder/val.txt"
 check "and other effects" fails 2 'other --effects' value corrupted 6 --resume --effects occupancy,background
 check "and the same by train" fails 2 'train instead of value' \
     "$program" train "$scene" --out "$folder/corrupted" --epochs 6 "${small[@]}" --effects occupancy --resume --quiet
@@ -131,6 +133,6 @@ check "two processes in one folder do no harm" both
 check "and the run is the one it would have been" same_run whole both
 
 mkdir "$folder/left" && echo x >"$folder/left/ledger.db-journal"
-check "the journal of a removed ledger is refused" fails 2 'ledger.db-journal: the journal of a removed ledger; remove it' value left 3
+check "the journal of a removed ledger is refused" fails 2 'ledger.db-journal: belongs to a removed file; remove it' value left 3
 check "a head is 64 digits" fails 2 '64 hexadecimal digits' verify short --expect zzz
 conclude "$@"
