@@ -1,4 +1,5 @@
-// Photos in host memory, read and written with OpenImageIO (through src/image/oiio_shim.cpp).
+// Photos in host memory. Files are read and written in other processes, without rights: see image/decoder.h. The
+// formats are those of image/photo_formats.h.
 #ifndef VIEWWORTH_IMAGE_H
 #define VIEWWORTH_IMAGE_H
 
@@ -6,21 +7,47 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/pixel.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-// Reads the header only.
-enum vw_status vw_image_probe(const char *path, uint32_t *width_px, uint32_t *height_px);
+// For those who have not opened the file: `path` is opened. Otherwise the call takes over an open plain file, and closes
+// it in any case; `path` is for messages.
+enum { VW_IMAGE_OF_PATH = -1 };
+
+// Reads the header only. VW_ERROR_INPUT for a file of another format and for more than 2^28 pixels or 64 channels.
+enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_header *header);
 
 // Reads an image of 8 or 16 bit integers or of floats, with unassociated alpha; ignores EXIF orientation. `downscale` >
 // 1 filters it (premultiplied) down to floor(size / downscale) pixels, at least 1, as UINT16 (FLOAT32 for float input).
-// Float values are clamped to [0,1] and counted. VW_ERROR_INPUT for more than 5 % masked pixels, more than 2^28 pixels
-// or an invalid header; VW_ERROR_IO if the pixels cannot be decoded.
+// Float values are clamped to [0,1] and counted. VW_ERROR_INPUT as vw_image_probe() and for more than 5 % masked
+// pixels; VW_ERROR_IO if the pixels cannot be decoded, or the file changes meanwhile.
 enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image);
+// The bytes of its pixels after that.
+uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t downscale);
+
+// The same in two parts, so that several are decoded at once. A file whose header is no longer `header` is refused. The
+// path must live until the end. `sha256` is that of the file; NULL: not wanted. Finishing frees the load in any case;
+// to cancel accepts NULL.
+struct vw_image_load;
+enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header, uint32_t downscale,
+                                   struct vw_image_load **load);
+enum vw_status vw_image_load_finish(struct vw_image_load **load, uint8_t *sha256, struct vw_image *image);
+void vw_image_load_cancel(struct vw_image_load **load);
+
 // Writes 3- or 4-channel float pixels in [0,1]; the extension of `path` decides the format (PNG: 8 bit, EXR: half or
 // float). Writes a temporary file and renames it, so that no incomplete file remains.
 enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
                              const float *pixels);
+// Makes the bytes of an image file, owned by the caller (free).
+struct vw_image_encoding {
+    uint32_t format; // index in vw_photo_formats
+    uint32_t width_px, height_px, channels;
+    bool eight_bit;          // 8 bit with straight alpha, otherwise float with premultiplied alpha
+    const char *compression; // OpenImageIO's, for example "webp:70"; NULL: the format's default
+};
+enum vw_status vw_image_encode(const struct vw_image_encoding *encoding, const float *pixels, void **data,
+                               size_t *size_bytes);
 // Makes a thumbnail as the bytes of a WebP file: at most `height_px` high and four times as wide; transparent pixels
 // are over `background`. `*data` is owned by the caller (free). VW_ERROR_MEMORY, VW_ERROR_IO.
 enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t height_px, const float background[3],

@@ -1,4 +1,4 @@
-// Channel values of every pixel format as floats in [0,1] (floats: as they are).
+// What a file holds, and channel values of every pixel format as floats in [0,1] (floats: as they are).
 #ifndef VIEWWORTH_PIXEL_H
 #define VIEWWORTH_PIXEL_H
 
@@ -7,6 +7,12 @@
 #include <stdint.h>
 
 #include "viewworth/types.h"
+
+// The header of an image file.
+struct vw_image_header {
+    uint32_t width_px, height_px, channels;
+    enum vw_pixel_format format;
+};
 
 static inline size_t vw_pixel_channel_bytes(enum vw_pixel_format format) {
     return format == VW_PIXEL_UINT8 ? 1 : format == VW_PIXEL_UINT16 ? 2 : 4;

@@ -1,6 +1,6 @@
 #include <stdlib.h>
 
-#include "image/oiio_shim.h"
+#include "image/photo_formats.h"
 #include "image/image.h"
 #include "base/memory.h"
 
@@ -38,10 +38,11 @@ enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t he
     for (uint32_t y = 0; y < small_px[1]; y++)
         for (uint32_t x = 0; x < small_px[0]; x++)
             average(image, small_px, x, y, background, pixels + 3 * ((size_t)y * small_px[0] + x));
-    struct vw_oiio_result file = vw_oiio_encode("thumbnail.webp", small_px[0], small_px[1], 3, true, "webp:70", pixels);
+    struct vw_image_encoding encoding = {
+        .width_px = small_px[0], .height_px = small_px[1], .channels = 3, .eight_bit = true, .compression = "webp:70"};
+    enum vw_status status = vw_photo_format_of_name("thumbnail.webp", &encoding.format)
+                                ? vw_image_encode(&encoding, pixels, data, size_bytes)
+                                : vw_fail(VW_ERROR_IO, "WebP is not a format that is written");
     free(pixels);
-    if (file.status) return vw_fail(file.status, "thumbnail: %s", file.message);
-    *data = file.data;
-    *size_bytes = file.size_bytes;
-    return VW_OK;
+    return status ? vw_fail_context(status, "thumbnail") : VW_OK;
 }

@@ -7,7 +7,8 @@
 
 #include "base/memory.h"
 
-struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path) {
+struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path,
+                                          const struct vw_image_header *header) {
     struct vw_scene *scene = builder->scene;
     size_t needed = (size_t)scene->view_count + 1;
     if (vw_grow((void **)&scene->views, &builder->view_capacity, needed, sizeof *scene->views)) return NULL;
@@ -18,6 +19,7 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
     view->name = vw_copy_text(name);
     view->provider = vw_copy_text("");
     photo->image_path = vw_copy_text(image_path);
+    photo->image_header = *header;
     return view->name && view->provider && photo->image_path ? view : NULL;
 }
 

@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_BUILDER_H
 #define VIEWWORTH_BUILDER_H
 
+#include "image/pixel.h"
 #include "viewworth/scene.h"
 
 struct vw_photo_list;
@@ -11,6 +12,7 @@ struct vw_photo_list;
 struct vw_scene_builder_photo {
     char *image_path; // owned
     char *mask_path;  // owned; NULL: none
+    struct vw_image_header image_header, mask_header;
 };
 
 struct vw_scene_builder {
@@ -30,8 +32,10 @@ struct vw_scene_format {
     enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see scene/formats/photo_list.h
 };
 
-// Appends a view and returns it; name and image path are copied. NULL when memory is short.
-struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path);
+// Appends a view and returns it; name and image path are copied. The header is the photo's, for a view that has a file.
+// NULL when memory is short.
+struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path,
+                                          const struct vw_image_header *header);
 // Sets the mask file of the view that was added last; the path is copied.
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
 // Adds a line to the scene's notes.

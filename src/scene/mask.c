@@ -40,19 +40,26 @@ enum vw_status vw_mask_find(const char *folder, const char *image_path, char **m
     return status;
 }
 
-enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t photo_height_px) {
-    uint32_t width_px, height_px;
-    enum vw_status status = vw_image_probe(path, &width_px, &height_px);
-    if (status || (uint64_t)width_px * photo_height_px == (uint64_t)height_px * photo_width_px) return status;
-    return vw_fail(VW_ERROR_INPUT, "%s: the mask has %u x %u pixels but its photo %u x %u; give both the same shape",
-                   path, width_px, height_px, photo_width_px, photo_height_px);
+enum vw_status vw_mask_probe(const char *folder, const char *path, uint32_t photo_width_px, uint32_t photo_height_px,
+                             struct vw_image_header *header) {
+    struct vw_image_header found;
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (!status) status = vw_image_probe(path, descriptor, &found);
+    if (status) return status;
+    if ((uint64_t)found.width_px * photo_height_px != (uint64_t)found.height_px * photo_width_px)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: the mask has %u x %u pixels but its photo %u x %u; give both the same shape", path,
+                       found.width_px, found.height_px, photo_width_px, photo_height_px);
+    *header = found;
+    return VW_OK;
 }
 
 // ---- Reading ----
 
 // A mask file, and the sizes of the photo.
 struct masking {
-    struct vw_image file;
+    const struct vw_image *file;
     uint32_t photo_width_px, photo_height_px; // before --downscale
     uint32_t width_px, height_px;             // after --downscale
 };
@@ -64,8 +71,8 @@ static uint32_t nearest(uint32_t at, uint32_t from_px, uint32_t to_px) {
 
 static bool keeps_photo_pixel(const struct masking *masking, uint32_t x_px, uint32_t y_px) {
     float rgba[4];
-    vw_image_pixel(&masking->file, nearest(x_px, masking->photo_width_px, masking->file.width_px),
-                   nearest(y_px, masking->photo_height_px, masking->file.height_px), rgba);
+    vw_image_pixel(masking->file, nearest(x_px, masking->photo_width_px, masking->file->width_px),
+                   nearest(y_px, masking->photo_height_px, masking->file->height_px), rgba);
     return (rgba[0] + rgba[1] + rgba[2]) * rgba[3] >= 1.5f;
 }
 
@@ -86,14 +93,22 @@ static bool keeps(const struct masking *masking, uint32_t x_px, uint32_t y_px) {
     return true;
 }
 
-static enum vw_status make_mask(const char *path, const struct masking *masking, uint8_t **mask) {
+enum vw_status vw_mask_make(const char *path, const struct vw_image *file, uint32_t photo_width_px,
+                            uint32_t photo_height_px, uint32_t downscale, uint8_t **mask) {
+    const struct masking masking = {
+        .file = file,
+        .photo_width_px = photo_width_px,
+        .photo_height_px = photo_height_px,
+        .width_px = vw_downscaled_px(photo_width_px, downscale),
+        .height_px = vw_downscaled_px(photo_height_px, downscale),
+    };
     uint64_t kept_count = 0;
-    uint8_t *made = vw_allocate((size_t)masking->width_px * masking->height_px, 1);
+    uint8_t *made = vw_allocate((size_t)masking.width_px * masking.height_px, 1);
     if (!made) return VW_ERROR_MEMORY;
-    for (uint32_t y = 0; y < masking->height_px; y++) {
-        for (uint32_t x = 0; x < masking->width_px; x++) {
-            bool kept = keeps(masking, x, y);
-            made[(size_t)y * masking->width_px + x] = kept ? VW_MASK_KEEP : VW_MASK_HIDE;
+    for (uint32_t y = 0; y < masking.height_px; y++) {
+        for (uint32_t x = 0; x < masking.width_px; x++) {
+            bool kept = keeps(&masking, x, y);
+            made[(size_t)y * masking.width_px + x] = kept ? VW_MASK_KEEP : VW_MASK_HIDE;
             kept_count += kept;
         }
     }
@@ -106,19 +121,4 @@ static enum vw_status make_mask(const char *path, const struct masking *masking,
         VW_ERROR_INPUT,
         "%s: the mask hides the whole photo, because white keeps and black hides; invert it, or leave the photo out",
         path);
-}
-
-enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale,
-                            uint8_t **mask) {
-    struct masking masking = {
-        .photo_width_px = photo_width_px,
-        .photo_height_px = photo_height_px,
-        .width_px = vw_downscaled_px(photo_width_px, downscale),
-        .height_px = vw_downscaled_px(photo_height_px, downscale),
-    };
-    enum vw_status status = vw_mask_probe(path, photo_width_px, photo_height_px);
-    if (!status) status = vw_image_load(path, 1, &masking.file);
-    if (!status) status = make_mask(path, &masking, mask);
-    vw_image_clear(&masking.file);
-    return status;
 }

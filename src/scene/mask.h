@@ -8,17 +8,19 @@
 
 #include <stdint.h>
 
+#include "image/image.h"
 #include "viewworth/status.h"
 
 // Finds the mask of a photo in a folder images/ of the scene folder: the file in masks/ beside it with the photo's
 // name, with the name and ".png", or with ".png" in place of its extension. `*mask_path` is owned by the caller; it
 // stays NULL if there is no mask.
 enum vw_status vw_mask_find(const char *folder, const char *image_path, char **mask_path);
-// Checks, by its header, that a mask fits a photo of this size.
-enum vw_status vw_mask_probe(const char *path, uint32_t photo_width_px, uint32_t photo_height_px);
-// Reads the mask of a photo of this size with --downscale: a byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the
-// caller. VW_ERROR_INPUT if it hides everything.
-enum vw_status vw_mask_load(const char *path, uint32_t photo_width_px, uint32_t photo_height_px, uint32_t downscale,
-                            uint8_t **mask);
+// Reads the header of a mask of the scene folder and checks that it fits a photo of this size.
+enum vw_status vw_mask_probe(const char *folder, const char *path, uint32_t photo_width_px, uint32_t photo_height_px,
+                             struct vw_image_header *header);
+// Makes the mask of a photo of this size with --downscale from the file that was read, whose `path` is for messages: a
+// byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the caller. VW_ERROR_INPUT if it hides everything.
+enum vw_status vw_mask_make(const char *path, const struct vw_image *file, uint32_t photo_width_px,
+                            uint32_t photo_height_px, uint32_t downscale, uint8_t **mask);
 
 #endif

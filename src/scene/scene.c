@@ -9,6 +9,7 @@
 #include "scene/formats/photo_list_writers.h"
 #include "scene/synthetic/recipe.h"
 #include "base/file.h"
+#include "image/decoder.h"
 #include "base/json.h"
 #include "image/image.h"
 #include "base/memory.h"
@@ -103,6 +104,7 @@ static void close_builder(struct vw_scene_builder *builder) {
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene) {
     struct vw_scene_builder builder = {.params = params, .scene = vw_allocate(1, sizeof *builder.scene)};
     if (!builder.scene) return VW_ERROR_MEMORY;
+    vw_decoder_hold(); // until the scene is closed
     enum vw_status status = load(&builder);
     if (!status) status = finish(&builder);
     close_builder(&builder);
@@ -154,5 +156,6 @@ void vw_scene_close(struct vw_scene **scene) {
     free(closing->format);
     free(closing->box_source);
     free(closing);
+    vw_decoder_release();
     *scene = NULL;
 }

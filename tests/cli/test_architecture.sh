@@ -129,7 +129,7 @@ public_headers() {
 
 one_shim() {
     local others
-    others=$(find src include tests \( -name '*.cc' -o -name '*.cpp' -o -name '*.cxx' \) -not -path src/image/oiio_shim.cpp \
+    others=$(find src include tests \( -name '*.cc' -o -name '*.cpp' -o -name '*.cxx' \) -not -path src/image/decode/oiio_shim.cpp \
         -not -path 'tests/*example*')
     [[ -z $others ]] || { echo "$others"; return 1; }
 }
@@ -147,7 +147,7 @@ rule "public headers include public headers alone" include/viewworth/injected.h 
 rule "only gpu sees Vulkan" src/scene/injected.c '#include <volk.h>' -- \
     nowhere_but src/gpu/ '^ *# *include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
 rule "only the shim sees OpenImageIO" src/image/injected.c '#include <OpenImageIO/imageio.h>' -- \
-    nowhere_but src/image/oiio_shim.cpp '^ *# *include.*OpenImageIO' "${c_code[@]}" src include tests
+    nowhere_but src/image/decode/oiio_shim.cpp '^ *# *include.*OpenImageIO' "${c_code[@]}" src include tests
 rule "only the shim is C++" src/image/injected.cpp '' -- one_shim
 rule "only ledger sees SQLite" src/value/injected.c '#include <sqlite3.h>' -- \
     nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
@@ -188,7 +188,7 @@ unique_test_names() {
 repeat() { awk -v count="$1" -v text="$2" 'BEGIN { while (count--) printf "%s", text }'; }
 
 rule "only main may end the program" src/run/injected.c '    exit(1);' -- \
-    nowhere_but src/main.c '\b(_exit|exit|quick_exit|abort)\(' src include
+    nowhere_but 'src/main\.c\|src/image/decode/main\.c' '\b(_exit|exit|quick_exit|abort)\(' src include
 rule "only cli prints to stdout" src/experiment/injected.c '    printf("x");' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
 rule "  by any name" src/report/injected.c '    fputs(text, stdout);' -- \
@@ -197,7 +197,7 @@ rule "commands print through cli/output/print.h" src/cli/commands/injected.c '  
     nowhere_but 'src/cli/output/\(print\|json_output\|progress\)\.c\|src/cli/\(help\|manual\)\.c\|src/main\.c' \
     '\b(v?printf|puts|putchar|fputs|fprintf|fwrite)\(' "${c_code[@]}" src/cli
 rule "the library leaves stderr alone" src/scene/injected.c '    fprintf(stderr, "x");' -- \
-    nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/oiio_shim\.cpp' \
+    nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/decode/oiio_shim\.cpp' \
     '\(stderr,|, stderr\)|\bperror\(|STDERR_FILENO' \
     --include='*.c' --include='*.cpp' src
 rule "asserts stay in every build" src/base/injected.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests

@@ -31,7 +31,7 @@ installs() {
 stands_alone() {
     local file
     ! grep -rlF "$build/" "$prefix" || return
-    for file in "$prefix/bin/viewworth" "$(one_file viewworth_oiio.so)" "$(one_file 'libviewworth.so.*.*')"; do
+    for file in "$prefix/bin/viewworth" "$(one_file viewworth-decode)" "$(one_file 'libviewworth.so.*.*')"; do
         ! readelf --dynamic "$file" | grep -E 'RPATH|RUNPATH' || return
     done
 }
@@ -75,11 +75,11 @@ installed_program() {
     [[ -s valued/scores.csv ]]
 }
 
-# render writes a picture through the module for OpenImageIO: the installed one, without which it fails.
+# render writes a picture through viewworth-decode: the installed one, without which it fails.
 reads_photos() {
     run "$prefix/bin/viewworth" render valued --quiet || return
-    mv "$(one_file viewworth_oiio.so)" "$folder/viewworth_oiio.so"
-    fails 1 'viewworth_oiio.so' "$prefix/bin/viewworth" render valued --quiet
+    mv "$(one_file viewworth-decode)" "$folder/viewworth-decode"
+    fails 1 'viewworth-decode' "$prefix/bin/viewworth" render valued --quiet
 }
 
 check "cmake --install" installs
@@ -87,5 +87,5 @@ check "nothing installed points to the build" stands_alone
 check "the installed program values a scene" installed_program
 check "the example, built with pkg-config" pkg_config_example
 check "the example, built with CMake" cmake_example
-check "photos go through the installed module" reads_photos
+check "photos go through the installed viewworth-decode" reads_photos
 conclude "$@"

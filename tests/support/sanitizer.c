@@ -16,9 +16,7 @@ int dlclose(void *module) {
 // reports Vulkan objects that we forget, so that the driver's line does not hide those.
 const char *__lsan_default_suppressions(void) {
     return "leak:/libvulkan_lvp.so$\n"
-           "leak:/libVkLayer_khronos_validation.so$\n"
-           // OpenImageIO 2.4 leaks one string for a PNG that is cut off; found with fast_unwind_on_malloc=0 only.
-           "leak:OpenImageIO*::PNGInput::PngReadCallback\n";
+           "leak:/libVkLayer_khronos_validation.so$\n";
 }
 
 // stderr has the same lines as in other builds.

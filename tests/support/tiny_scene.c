@@ -7,11 +7,20 @@
 #include <string.h>
 
 #include "support/temporary_folder.h"
+#include "image/decoder.h"
 #include "image/image.h"
 #include "base/file.h"
 
+// One start of the decoder for all tests of a program.
+static void hold_decoder(void) {
+    static bool held;
+    if (!held) vw_decoder_hold();
+    held = true;
+}
+
 void tiny_photo_write(const char *path, uint32_t index) {
     float pixels[TINY_HEIGHT_PX * TINY_WIDTH_PX * 3];
+    hold_decoder();
     for (size_t i = 0; i < sizeof pixels / sizeof pixels[0]; i++) pixels[i] = (float)(index % 16) / 16;
     char *folder = vw_path_folder(path);
     assert_int_equal(vw_folder_create(folder), VW_OK);
@@ -55,6 +64,7 @@ const char *tiny_scene_write(const char *folder, const struct tiny_scene *tiny) 
 
 struct vw_scene *tiny_scene_open(const struct vw_scene_params *params) {
     struct vw_scene *scene = NULL;
+    hold_decoder();
     if (vw_scene_open(params, &scene)) fail_msg("%s", vw_error_message());
     return scene;
 }

@@ -11,6 +11,7 @@
 
 #include "support/temporary_folder.h"
 #include "base/file.h"
+#include "image/decoder.h"
 #include "image/image.h"
 #include "base/memory.h"
 
@@ -123,10 +124,10 @@ static void png_round_trips(void **state) {
     const float pixels[2 * 3 * 4] = {1,    0,    0,    1,    0,      1, 0, 1, /**/ 0, 0,    1,    1,
                                      0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f,   0.1f, 0.1f, 1};
     assert_int_equal(vw_image_save(path, 2, 3, 4, pixels), VW_OK);
-    uint32_t width_px, height_px;
-    assert_int_equal(vw_image_probe(path, &width_px, &height_px), VW_OK);
-    assert_int_equal(width_px, 2);
-    assert_int_equal(height_px, 3);
+    struct vw_image_header header;
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    assert_int_equal(header.width_px, 2);
+    assert_int_equal(header.height_px, 3);
     struct vw_image image = load(path, 1);
     assert_int_equal(image.format, VW_PIXEL_UINT8);
     assert_true(image.has_alpha);
@@ -449,6 +450,7 @@ static void an_image_that_cannot_be_saved_is_refused(void **state) {
 }
 
 int main(void) {
+    vw_decoder_hold(); // one start for all tests
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(png_round_trips, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(exr_round_trips, make_folder, remove_folder),

@@ -86,14 +86,15 @@ static enum vw_status add_view(struct vw_scene_builder *builder, const struct vw
                                const struct vw_colmap_image *image, const char *name, const char *path,
                                struct repairs *repairs) {
     struct vw_camera camera = model->cameras[image->camera].camera;
-    uint32_t width_px, height_px;
+    struct vw_image_header header;
     bool rescaled = false;
-    enum vw_status status = vw_scene_file_check(builder->folder, path);
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
     if (status) return vw_fail_context(status, "image %u: field name", image->id);
-    status = vw_image_probe(path, &width_px, &height_px);
-    if (!status) status = vw_camera_fit(path, width_px, height_px, &camera, &rescaled);
+    status = vw_image_probe(path, descriptor, &header);
+    if (!status) status = vw_camera_fit(path, header.width_px, header.height_px, &camera, &rescaled);
     if (status) return status;
-    struct vw_view *view = vw_scene_builder_add_view(builder, name, path);
+    struct vw_view *view = vw_scene_builder_add_view(builder, name, path, &header);
     if (!view) return VW_ERROR_MEMORY;
     view->camera = camera;
     memcpy(view->camera_to_world, image->camera_to_world, sizeof view->camera_to_world);

@@ -125,16 +125,19 @@ static enum vw_status add_frame(struct reader *reader, const char *where, const 
     struct vw_camera camera;
     double camera_to_world[3][4];
     bool rescaled = false;
-    uint32_t width_px, height_px;
+    struct vw_image_header header;
     enum vw_status status = vw_transforms_refuse_unknown(where, frame);
     if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
     if (!status) {
-        status = vw_image_probe(image_path, &width_px, &height_px);
+        int descriptor = -1;
+        status = vw_scene_file_open(reader->builder->folder, image_path, &descriptor);
+        if (!status) status = vw_image_probe(image_path, descriptor, &header);
         if (status) vw_fail_context(status, "%s", where);
     }
-    if (!status) status = vw_transforms_camera(where, file, frame, width_px, height_px, &camera, &rescaled);
+    if (!status)
+        status = vw_transforms_camera(where, file, frame, header.width_px, header.height_px, &camera, &rescaled);
     if (status) return status;
-    struct vw_view *view = vw_scene_builder_add_view(reader->builder, name, image_path);
+    struct vw_view *view = vw_scene_builder_add_view(reader->builder, name, image_path, &header);
     if (!view) return VW_ERROR_MEMORY;
     view->split = split;
     view->camera = camera;

@@ -1,19 +1,15 @@
-// The only C++ file, and the only one that uses OpenImageIO.
-#include "image/oiio_shim.h"
+// The only C++ file, and the only one that uses OpenImageIO. It is linked into the program viewworth-decode alone.
+#include "image/decode/oiio_shim.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <new>
 #include <string>
 #include <vector>
@@ -33,38 +29,11 @@ void *allocate(size_t size_bytes) {
     return memory;
 }
 
-// libpng writes its errors to stderr too; this keeps it to our one line. The first user redirects stderr and the last
-// one restores it, whatever thread they are of.
-class quiet_stderr {
-  public:
-    quiet_stderr() {
-        std::lock_guard<std::mutex> lock(mutex);
-        if (users++ > 0) return;
-        kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
-        int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-        if (kept >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
-        if (nowhere >= 0) ::close(nowhere);
-    }
-    ~quiet_stderr() {
-        std::lock_guard<std::mutex> lock(mutex);
-        if (--users > 0 || kept < 0) return;
-        ::dup2(kept, STDERR_FILENO);
-        ::close(kept);
-    }
-    quiet_stderr(const quiet_stderr &) = delete;
-    quiet_stderr &operator=(const quiet_stderr &) = delete;
-
-  private:
-    static inline std::mutex mutex;
-    static inline int users = 0, kept = -1;
-};
-
 // Runs `work` on an empty result and converts exceptions into a status and a message.
 template <typename Work> vw_oiio_result guard(Work work) {
     vw_oiio_result result{};
     std::string message;
     try {
-        quiet_stderr quiet;
         work(result);
         return result;
     } catch (const failure &problem) {
@@ -72,7 +41,7 @@ template <typename Work> vw_oiio_result guard(Work work) {
         message = problem.message;
     } catch (const std::bad_alloc &) {
         result.status = VW_ERROR_MEMORY;
-        message = "out of memory; use --downscale or close other programs";
+        message = "it needs more memory than an image of its size should";
     } catch (const std::exception &problem) {
         result.status = VW_ERROR_IO;
         message = problem.what();
@@ -114,41 +83,68 @@ void find_channels(const OIIO::ImageSpec &spec, int rgba_channel[4]) {
         int named = spec.channelindex(names[i]);
         rgba_channel[i] = named >= 0 ? named : grey ? 0 : i;
     }
-    rgba_channel[3] = spec.alpha_channel;
+    rgba_channel[3] = spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
 }
 
-std::unique_ptr<OIIO::ImageInput> open_header(const char *path, vw_oiio_result &result) {
-    OIIO::ImageSpec config;
+// An open image, and the bytes it is read from.
+struct image_file {
+    OIIO::Filesystem::IOMemReader bytes; // outlives `input`
+    std::unique_ptr<OIIO::ImageInput> input;
+    image_file(const void *file, size_t file_bytes) : bytes(const_cast<void *>(file), file_bytes) {} // only read
+};
+
+// The name that OpenImageIO is given means nothing: no photo's name can become an option or another file.
+void open_header(const char *plugin, image_file &file, vw_oiio_result &result) {
+    OIIO::ImageSpec config, spec;
     config["oiio:UnassociatedAlpha"] = 1; // do not premultiply
-    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
-    if (!input) throw failure{VW_ERROR_INPUT, or_else(OIIO::geterror(), "not an image that OpenImageIO can read")};
-    const OIIO::ImageSpec &spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1 || spec.nchannels < 1)
+    file.input = OIIO::ImageInput::create(plugin);
+    if (!file.input || !file.input->supports("ioproxy") || !file.input->set_ioproxy(&file.bytes))
+        throw failure{VW_ERROR_IO, "OpenImageIO was built without this format"};
+    if (!file.input->open("photo", spec, config))
+        throw failure{VW_ERROR_INPUT, or_else(file.input->geterror(), "not an image of its format")};
+    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1 || spec.nchannels < 1 || spec.deep)
         throw failure{VW_ERROR_INPUT, "not a plain two-dimensional image"};
-    result.width_px = static_cast<uint32_t>(spec.width);
-    result.height_px = static_cast<uint32_t>(spec.height);
-    result.channels = static_cast<uint32_t>(spec.nchannels);
-    result.format = pixel_format(spec.format);
+    result.header.width_px = static_cast<uint32_t>(spec.width);
+    result.header.height_px = static_cast<uint32_t>(spec.height);
+    result.header.channels = static_cast<uint32_t>(spec.nchannels);
+    result.header.format = pixel_format(spec.format);
     find_channels(spec, result.rgba_channel);
     result.premultiplied = spec.alpha_channel >= 0 && !spec.get_int_attribute("oiio:UnassociatedAlpha", 0);
-    return input;
+}
+
+bool is_same(const vw_image_header &a, const vw_image_header &b) {
+    return a.width_px == b.width_px && a.height_px == b.height_px && a.channels == b.channels && a.format == b.format;
 }
 
 } // namespace
 
-extern "C" vw_oiio_result vw_oiio_probe(const char *path) {
-    return guard([&](vw_oiio_result &result) { open_header(path, result); });
+extern "C" void vw_oiio_prepare(void) {
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1); // none beside the caller
+    OIIO::attribute("plugin_searchpath", "");
+    (void)OIIO::ImageInput::create("png"); // registers all formats
 }
 
-extern "C" vw_oiio_result vw_oiio_read(const char *path) {
+extern "C" vw_oiio_result vw_oiio_probe(const char *plugin, const void *bytes, size_t size_bytes) {
     return guard([&](vw_oiio_result &result) {
-        std::unique_ptr<OIIO::ImageInput> input = open_header(path, result);
-        OIIO::TypeDesc type = type_desc(result.format);
-        result.size_bytes = static_cast<size_t>(result.width_px) * result.height_px * result.channels * type.size();
+        image_file file(bytes, size_bytes);
+        open_header(plugin, file, result);
+    });
+}
+
+extern "C" vw_oiio_result vw_oiio_read(const char *plugin, const void *bytes, size_t size_bytes,
+                                       const vw_image_header *expected) {
+    return guard([&](vw_oiio_result &result) {
+        image_file file(bytes, size_bytes);
+        open_header(plugin, file, result);
+        const vw_image_header &header = result.header;
+        if (!is_same(header, *expected)) throw failure{VW_ERROR_IO, "its header changed while it was read"};
+        OIIO::TypeDesc type = type_desc(header.format);
+        result.size_bytes = static_cast<size_t>(header.width_px) * header.height_px * header.channels * type.size();
         result.data = allocate(result.size_bytes);
-        bool complete = input->read_image(0, 0, 0, static_cast<int>(result.channels), type, result.data);
-        if (!complete || input->has_error())
-            throw failure{VW_ERROR_IO, or_else(input->geterror(), "the pixels cannot be read")};
+        bool complete = file.input->read_image(0, 0, 0, static_cast<int>(header.channels), type, result.data);
+        if (!complete || file.input->has_error())
+            throw failure{VW_ERROR_IO, or_else(file.input->geterror(), "the pixels cannot be read")};
     });
 }
 
@@ -163,27 +159,24 @@ extern "C" vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, u
         OIIO::ImageBuf target(to, result.data);
         if (!OIIO::ImageBufAlgo::resize(target, source, "lanczos3"))
             throw failure{VW_ERROR_IO, or_else(target.geterror(), "resizing failed")};
-        result.width_px = new_width_px;
-        result.height_px = new_height_px;
-        result.channels = 4;
-        result.format = VW_PIXEL_FLOAT32;
+        result.header = {new_width_px, new_height_px, 4, VW_PIXEL_FLOAT32};
     });
 }
 
-extern "C" vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
-                                         bool eight_bit, const char *compression, const float *pixels) {
+extern "C" vw_oiio_result vw_oiio_encode(const char *plugin, const vw_image_header *header, bool eight_bit,
+                                         const char *compression, const float *pixels) {
     return guard([&](vw_oiio_result &result) {
-        std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path);
-        if (!output) throw failure{VW_ERROR_USAGE, or_else(OIIO::geterror(), "unknown image format")};
+        std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(plugin);
         OIIO::Filesystem::IOVecOutput memory;
-        if (!output->supports("ioproxy") || !output->set_ioproxy(&memory))
+        if (!output || !output->supports("ioproxy") || !output->set_ioproxy(&memory))
             throw failure{VW_ERROR_USAGE, "this image format cannot be written; use .png or .exr"};
-        OIIO::ImageSpec spec(static_cast<int>(width_px), static_cast<int>(height_px), static_cast<int>(channels),
+        int channels = static_cast<int>(header->channels);
+        OIIO::ImageSpec spec(static_cast<int>(header->width_px), static_cast<int>(header->height_px), channels,
                              eight_bit ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
         spec["oiio:ColorSpace"] = eight_bit ? "sRGB" : "Linear";
         if (channels == 4 && eight_bit) spec["oiio:UnassociatedAlpha"] = 1;
-        if (compression) spec["Compression"] = compression;
-        if (!output->open(path, spec) || !output->write_image(OIIO::TypeDesc::FLOAT, pixels) || !output->close())
+        if (*compression) spec["Compression"] = compression;
+        if (!output->open("photo", spec) || !output->write_image(OIIO::TypeDesc::FLOAT, pixels) || !output->close())
             throw failure{VW_ERROR_IO, or_else(output->geterror(), "encoding failed")};
         result.size_bytes = memory.buffer().size();
         result.data = allocate(result.size_bytes);

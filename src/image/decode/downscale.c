@@ -1,15 +1,11 @@
-#include "image/downscale.h"
+#include "image/decode/tasks.h"
 
 #include <stdlib.h>
 
-#include "image/oiio_shim.h"
+#include "image/decode/oiio_shim.h"
+#include "image/downscale.h"
 #include "image/pixel.h"
 #include "base/memory.h"
-
-uint32_t vw_downscaled_px(uint32_t side_px, uint32_t factor) {
-    if (factor <= 1) return side_px;
-    return side_px > factor ? side_px / factor : 1;
-}
 
 static float clamp_unit(float value) { return value > 0 ? (value < 1 ? value : 1) : 0; }
 

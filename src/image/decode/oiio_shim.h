@@ -1,5 +1,5 @@
-// The interface to OpenImageIO: plain C types, no exceptions. Only src/image calls it, through oiio_module.c: without
-// the module viewworth_oiio.so, every call fails with VW_ERROR_IO.
+// The interface to OpenImageIO: plain C types, no exceptions. `plugin` is OpenImageIO's name of a format: no other
+// reader is tried. Files are bytes in memory.
 #ifndef VIEWWORTH_OIIO_SHIM_H
 #define VIEWWORTH_OIIO_SHIM_H
 
@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/pixel.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
@@ -18,24 +19,25 @@ extern "C" {
 struct vw_oiio_result {
     enum vw_status status; // VW_ERROR_INPUT: the header cannot be used; VW_ERROR_IO: the pixels; VW_ERROR_MEMORY
     char message[400];
-    uint32_t width_px, height_px, channels;
-    enum vw_pixel_format format;
+    struct vw_image_header header;
     int rgba_channel[4]; // indices of red, green, blue and alpha among the channels; alpha is -1 if there is none
     bool premultiplied;  // the stored colour is multiplied by alpha
     void *data; // malloc'ed; interleaved pixels of vw_oiio_read and _resize, the file's bytes of vw_oiio_encode
     size_t size_bytes;
 };
 
-struct vw_oiio_result vw_oiio_probe(const char *path); // header only, no data
-struct vw_oiio_result vw_oiio_read(const char *path);
+// Switches off threads and plug-ins from elsewhere, and registers the formats; to be called before all else.
+void vw_oiio_prepare(void);
+struct vw_oiio_result vw_oiio_probe(const char *plugin, const void *file, size_t file_bytes); // header only, no data
+struct vw_oiio_result vw_oiio_read(const char *plugin, const void *file, size_t file_bytes,
+                                   const struct vw_image_header *expected); // VW_ERROR_IO if it has another header
 // Filters RGBA floats to another size with a 3-lobed Lanczos filter.
 struct vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint32_t height_px, uint32_t new_width_px,
                                      uint32_t new_height_px);
-// The bytes of an image file; the extension of `path` names the format. 8 bit with straight alpha if `eight_bit`,
-// otherwise float with premultiplied alpha. `compression` is OpenImageIO's, for example "webp:70"; NULL: the format's
-// default.
-struct vw_oiio_result vw_oiio_encode(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
-                                     bool eight_bit, const char *compression, const float *pixels);
+// The bytes of an image file. 8 bit with straight alpha if `eight_bit`, otherwise float with premultiplied alpha.
+// `compression` is OpenImageIO's, for example "webp:70"; "": the format's default.
+struct vw_oiio_result vw_oiio_encode(const char *plugin, const struct vw_image_header *header, bool eight_bit,
+                                     const char *compression, const float *pixels);
 
 #ifdef __cplusplus
 }

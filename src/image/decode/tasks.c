@@ -1,0 +1,138 @@
+#include "image/decode/tasks.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/decode/oiio_shim.h"
+#include "image/photo_formats.h"
+#include "image/pixel.h"
+#include "image/transfer.h"
+#include "base/memory.h"
+
+static const double MASKED_SHARE_LIMIT = 0.05;
+
+// ---- From the channels of a file to RGBA ----
+
+static void unpremultiply(float rgba[4]) {
+    for (int c = 0; c < 3; c++) rgba[c] = rgba[3] > 0 ? fminf(rgba[c] / rgba[3], 3e38f) : 0;
+}
+
+static bool is_usable(const float rgba[4]) {
+    for (int c = 0; c < 4; c++)
+        if (!isfinite(rgba[c]) || rgba[c] < 0) return false;
+    return true;
+}
+
+// Encodes linear light as sRGB, clamps it to 1 and counts the clamped values.
+static void encode_and_clamp(float rgba[4], uint64_t *clamped_count) {
+    for (int c = 0; c < 4; c++) {
+        if (rgba[c] > 1) {
+            rgba[c] = 1;
+            (*clamped_count)++;
+        } else if (c < 3) {
+            rgba[c] = vw_srgb_encode(rgba[c]);
+        }
+    }
+}
+
+// Fills one pixel of the image from the channels of the file.
+static void take_pixel(const struct vw_oiio_result *file, size_t pixel, struct vw_image *image) {
+    float rgba[4];
+    enum vw_pixel_format format = file->header.format;
+    for (int c = 0; c < 4; c++) {
+        int channel = file->rgba_channel[c];
+        size_t value = pixel * file->header.channels + (size_t)channel;
+        rgba[c] = channel < 0 ? 1.0f : vw_pixel_get(format, file->data, value);
+    }
+    if (is_usable(rgba)) {
+        if (rgba[3] < 1) image->has_alpha = true;
+        if (file->premultiplied) unpremultiply(rgba);
+        if (format == VW_PIXEL_FLOAT32) encode_and_clamp(rgba, &image->clamped_count);
+    } else {
+        memset(rgba, 0, sizeof rgba);
+        image->masked_count++;
+        image->unusable[pixel] = 1;
+    }
+    for (int c = 0; c < 4; c++) vw_pixel_set(image->format, image->pixels, pixel * 4 + (size_t)c, fminf(rgba[c], 1));
+}
+
+static void drop_unusable(struct vw_image *image) {
+    free(image->unusable);
+    image->unusable = NULL;
+}
+
+static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image *image) {
+    const struct vw_image_header *header = &file->header;
+    size_t pixel_count = (size_t)header->width_px * header->height_px;
+    image->width_px = header->width_px;
+    image->height_px = header->height_px;
+    image->format = header->format;
+    image->pixels = vw_allocate(pixel_count * 4, vw_pixel_channel_bytes(header->format));
+    image->unusable = vw_allocate(pixel_count, 1);
+    if (!image->pixels || !image->unusable) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < pixel_count; i++) take_pixel(file, i, image);
+    if (!image->masked_count) drop_unusable(image);
+    double masked_share = (double)image->masked_count / (double)pixel_count;
+    if (masked_share <= MASKED_SHARE_LIMIT) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%.1f %% of the pixels are NaN, infinite or negative (at most %.0f %%); repair or remove the image",
+                   100 * masked_share, 100 * MASKED_SHARE_LIMIT);
+}
+
+// ---- Tasks ----
+
+static void fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer) {
+    *answer = (struct vw_decoder_answer){.status = (uint32_t)status};
+    snprintf(answer->message, sizeof answer->message, "%s", message);
+}
+
+void vw_task_read_header(const struct vw_decoder_request *request, const void *file, size_t file_bytes,
+                         struct vw_decoder_answer *answer) {
+    struct vw_oiio_result found = vw_oiio_probe(vw_photo_formats[request->photo_format].plugin, file, file_bytes);
+    if (found.status) fail(found.status, found.message, answer);
+    else *answer = (struct vw_decoder_answer){.header = found.header};
+}
+
+static enum vw_status read_photo(const struct vw_oiio_result *file, uint32_t downscale, struct vw_image *image) {
+    enum vw_status status = convert(file, image);
+    return status || downscale <= 1 ? status : vw_image_downscale(image, downscale);
+}
+
+void vw_task_read_photo(const struct vw_decoder_request *request, const void *file, size_t file_bytes,
+                        struct vw_decoder_answer *answer, struct vw_image *image) {
+    struct vw_image made = {0};
+    struct vw_oiio_result read =
+        vw_oiio_read(vw_photo_formats[request->photo_format].plugin, file, file_bytes, &request->header);
+    if (read.status) {
+        fail(read.status, read.message, answer);
+        return;
+    }
+    enum vw_status status = read_photo(&read, request->downscale, &made);
+    free(read.data);
+    if (status) {
+        vw_image_clear(&made);
+        fail(status, vw_error_message(), answer);
+        return;
+    }
+    *answer = (struct vw_decoder_answer){.header = {made.width_px, made.height_px, 4, made.format},
+                                         .has_alpha = made.has_alpha,
+                                         .clamped_count = made.clamped_count,
+                                         .masked_count = made.masked_count};
+    answer->payload_bytes =
+        (uint64_t)made.width_px * made.height_px * (4 * vw_pixel_channel_bytes(made.format) + (made.masked_count > 0));
+    *image = made;
+}
+
+void vw_task_write_photo(const struct vw_decoder_request *request, const float *pixels,
+                         struct vw_decoder_answer *answer, void **file) {
+    struct vw_oiio_result made = vw_oiio_encode(vw_photo_formats[request->photo_format].plugin, &request->header,
+                                                request->eight_bit, request->compression, pixels);
+    if (made.status) {
+        fail(made.status, made.message, answer);
+        return;
+    }
+    *answer = (struct vw_decoder_answer){.payload_bytes = made.size_bytes};
+    *file = made.data;
+}

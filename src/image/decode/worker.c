@@ -1,0 +1,118 @@
+#include "image/decode/worker.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "image/decode/confine.h"
+#include "image/decode/tasks.h"
+#include "image/photo_formats.h"
+#include "image/pixel.h"
+
+// ---- Messages ----
+
+ssize_t vw_worker_receive(int socket, void *data, size_t size_bytes, int *descriptor) {
+    union {
+        char bytes[CMSG_SPACE(sizeof(int))];
+        struct cmsghdr aligned;
+    } control;
+    struct iovec part = {data, size_bytes};
+    struct msghdr message = {
+        .msg_iov = &part, .msg_iovlen = 1, .msg_control = &control, .msg_controllen = sizeof control};
+    ssize_t got;
+    do got = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+    while (got < 0 && errno == EINTR);
+    const struct cmsghdr *header = got > 0 ? CMSG_FIRSTHDR(&message) : NULL;
+    if (header && header->cmsg_level == SOL_SOCKET && header->cmsg_type == SCM_RIGHTS)
+        memcpy(descriptor, CMSG_DATA(header), sizeof *descriptor);
+    return got;
+}
+
+static bool read_all(void *data, size_t size_bytes) {
+    for (size_t used = 0; used < size_bytes;) {
+        ssize_t got = read(VW_DECODER_SOCKET, (char *)data + used, size_bytes - used);
+        if (got <= 0) return false;
+        used += (size_t)got;
+    }
+    return true;
+}
+
+static bool write_all(const void *data, size_t size_bytes) {
+    for (size_t used = 0; used < size_bytes;) {
+        ssize_t put = write(VW_DECODER_SOCKET, (const char *)data + used, size_bytes - used);
+        if (put <= 0) return false;
+        used += (size_t)put;
+    }
+    return true;
+}
+
+// ---- Tasks ----
+
+static void fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer) {
+    *answer = (struct vw_decoder_answer){.status = (uint32_t)status};
+    snprintf(answer->message, sizeof answer->message, "%s", message);
+}
+
+// The file is mapped and not read: only what a decoder looks at takes memory. Should someone shorten it meanwhile, the
+// kernel ends this process.
+static bool read_file(const struct vw_decoder_request *request, int descriptor) {
+    struct vw_decoder_answer answer;
+    struct vw_image image = {0};
+    struct stat info;
+    void *file = MAP_FAILED;
+    if (!fstat(descriptor, &info) && info.st_size > 0)
+        file = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    if (file == MAP_FAILED) fail(VW_ERROR_IO, "the file cannot be mapped into memory", &answer);
+    else if (request->task == VW_DECODER_READ_HEADER) vw_task_read_header(request, file, (size_t)info.st_size, &answer);
+    else vw_task_read_photo(request, file, (size_t)info.st_size, &answer, &image);
+    bool written = write_all(&answer, sizeof answer);
+    if (written && image.pixels) {
+        size_t pixel_count = (size_t)image.width_px * image.height_px;
+        written = write_all(image.pixels, pixel_count * 4 * vw_pixel_channel_bytes(image.format)) &&
+                  (!image.unusable || write_all(image.unusable, pixel_count));
+    }
+    vw_image_clear(&image);
+    if (file != MAP_FAILED) munmap(file, (size_t)info.st_size);
+    return written;
+}
+
+static bool write_file(const struct vw_decoder_request *request) {
+    const struct vw_image_header *header = &request->header;
+    struct vw_decoder_answer answer = {0};
+    size_t pixels_bytes = (size_t)header->width_px * header->height_px * header->channels * sizeof(float);
+    float *pixels = malloc(pixels_bytes);
+    void *file = NULL;
+    bool written = pixels && read_all(pixels, pixels_bytes);
+    if (written) {
+        vw_task_write_photo(request, pixels, &answer, &file);
+        written = write_all(&answer, sizeof answer) && write_all(file, answer.payload_bytes);
+    }
+    free(pixels);
+    free(file);
+    return written;
+}
+
+bool vw_worker_run(const struct vw_decoder_order *order, bool without_seccomp) {
+    const struct vw_confinement confinement = {.memory_bytes = order->memory_bytes,
+                                               .cpu_s = order->cpu_s,
+                                               .descriptor_most = VW_DECODER_SOCKET + 1,
+                                               .without_seccomp = without_seccomp};
+    if (!vw_confine(&confinement)) return false;
+    for (;;) {
+        struct vw_decoder_request request;
+        int descriptor = -1;
+        ssize_t got = vw_worker_receive(VW_DECODER_SOCKET, &request, sizeof request, &descriptor);
+        if (got <= 0) return !got;
+        if ((size_t)got < sizeof request && !read_all((char *)&request + got, sizeof request - (size_t)got))
+            return false;
+        if (request.photo_format >= VW_PHOTO_FORMAT_COUNT) return false;
+        if (request.task == VW_DECODER_WRITE_PHOTO ? !write_file(&request) : !read_file(&request, descriptor))
+            return false;
+        if (descriptor >= 0) close(descriptor);
+    }
+}

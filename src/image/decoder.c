@@ -1,0 +1,279 @@
+#include "image/decoder.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "image/decoder_protocol.h"
+#include "image/decoder_server.h"
+#include "base/clock.h"
+#include "base/memory.h"
+
+// A worker that has done this much work is replaced: what decoders leak does not add up. Reading a header counts 1.
+enum { WORK_LIMIT = 1024, WORK_OF_PHOTO = 64, PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60 };
+static const uint64_t SMALLEST_MEMORY_BYTES = UINT64_C(512) << 20;
+
+struct worker {
+    int socket;
+    uint64_t memory_bytes; // a power of two
+    uint32_t work_left;
+    struct worker *next;
+};
+
+struct vw_decoder_job {
+    struct worker *worker;
+    uint64_t payload_left;    // of the answer, once it is there
+    double time_out_s, end_s; // how long, and until when it is waited for
+    bool answered;
+};
+
+static struct {
+    pthread_mutex_t lock;
+    uint32_t users; // who hold the program, and jobs
+    bool running;
+    struct vw_decoder_server server;
+    struct worker *idle;
+    struct vw_decoder_params params;
+} decoder = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+static void lock(void) { (void)pthread_mutex_lock(&decoder.lock); }
+static void unlock(void) { (void)pthread_mutex_unlock(&decoder.lock); }
+
+// ---- Processes, under the lock ----
+
+static void close_worker(struct worker *worker) {
+    close(worker->socket); // the server kills it
+    free(worker);
+}
+
+static void stop(void) {
+    while (decoder.idle) {
+        struct worker *worker = decoder.idle;
+        decoder.idle = worker->next;
+        close_worker(worker);
+    }
+    if (decoder.running) vw_decoder_server_stop(&decoder.server);
+    decoder.running = false;
+}
+
+static bool send_with_descriptor(int socket, const void *data, size_t size_bytes, int descriptor) {
+    union {
+        char bytes[CMSG_SPACE(sizeof(int))];
+        struct cmsghdr aligned;
+    } control = {0};
+    struct iovec part = {(void *)data, size_bytes};
+    struct msghdr message = {.msg_iov = &part, .msg_iovlen = 1};
+    if (descriptor >= 0) {
+        message.msg_control = &control;
+        message.msg_controllen = sizeof control;
+        struct cmsghdr *header = CMSG_FIRSTHDR(&message);
+        *header = (struct cmsghdr){
+            .cmsg_level = SOL_SOCKET, .cmsg_type = SCM_RIGHTS, .cmsg_len = CMSG_LEN(sizeof descriptor)};
+        memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
+    }
+    ssize_t sent;
+    do sent = sendmsg(socket, &message, MSG_NOSIGNAL);
+    while (sent < 0 && errno == EINTR);
+    return sent == (ssize_t)size_bytes;
+}
+
+// Seconds that all tasks of a worker may compute, and that one may be waited for: a slow decoder on a slow machine does
+// some megabytes a second.
+static uint64_t seconds_for(uint64_t memory_bytes) { return SHORTEST_TIME_OUT_S + (memory_bytes >> 22); }
+
+static enum vw_status start_worker(uint64_t memory_bytes, struct worker **worker) {
+    const struct vw_decoder_order order = {.memory_bytes = memory_bytes, .cpu_s = seconds_for(memory_bytes)};
+    int sockets[2];
+    struct worker *started = vw_allocate(1, sizeof *started);
+    if (!started) return VW_ERROR_MEMORY;
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets)) {
+        free(started);
+        return vw_fail(VW_ERROR_IO, "cannot make a socket: %s", strerror(errno));
+    }
+    enum vw_status status = VW_OK;
+    bool ordered = false;
+    for (int attempt = 0; attempt < 2 && !ordered && !status; attempt++) { // somebody may have killed the server
+        if (attempt) stop();
+        if (!decoder.running)
+            status = vw_decoder_server_start(decoder.params.program, decoder.params.without_seccomp, &decoder.server);
+        decoder.running = !status;
+        ordered = !status && send_with_descriptor(decoder.server.socket, &order, sizeof order, sockets[1]);
+    }
+    close(sockets[1]);
+    if (!status && ordered) {
+        *started = (struct worker){.socket = sockets[0], .memory_bytes = memory_bytes, .work_left = WORK_LIMIT};
+        *worker = started;
+        return VW_OK;
+    }
+    close(sockets[0]);
+    free(started);
+    return status ? status : vw_fail(VW_ERROR_IO, "viewworth-decode takes no order; run the command again");
+}
+
+// Whether an idle worker neither ended nor speaks unasked.
+static bool is_quiet(const struct worker *worker) {
+    struct pollfd polled = {worker->socket, POLLIN, 0};
+    return !poll(&polled, 1, 0);
+}
+
+// Photos of a scene have similar sizes, so that a worker with the bound that a task needs is mostly there.
+static enum vw_status take_worker(uint64_t memory_bytes, struct worker **worker) {
+    uint64_t bound = SMALLEST_MEMORY_BYTES;
+    while (bound < memory_bytes) bound *= 2;
+    for (struct worker **at = &decoder.idle; *at;) {
+        struct worker *found = *at;
+        if (found->memory_bytes != bound) {
+            at = &found->next;
+            continue;
+        }
+        *at = found->next;
+        if (is_quiet(found)) {
+            *worker = found;
+            return VW_OK;
+        }
+        close_worker(found);
+    }
+    return start_worker(bound, worker);
+}
+
+static void give_back(struct worker *worker) {
+    worker->next = decoder.idle;
+    decoder.idle = worker;
+    uint32_t count = 0;
+    for (struct worker **at = &decoder.idle; *at; at = &(*at)->next) {
+        if (++count <= PARALLEL_MOST) continue;
+        close_worker(*at); // the one that has waited longest
+        *at = NULL;
+        return;
+    }
+}
+
+// ---- Holding ----
+
+void vw_decoder_configure(const struct vw_decoder_params *params) {
+    lock();
+    decoder.params = *params;
+    unlock();
+}
+
+void vw_decoder_hold(void) {
+    lock();
+    decoder.users++;
+    unlock();
+}
+
+void vw_decoder_release(void) {
+    lock();
+    if (decoder.users && !--decoder.users) stop();
+    unlock();
+}
+
+uint32_t vw_decoder_parallel_count(void) {
+    cpu_set_t set;
+    int count = sched_getaffinity(0, sizeof set, &set) ? 1 : CPU_COUNT(&set);
+    return count < 1 ? 1 : count < PARALLEL_MOST ? (uint32_t)count : PARALLEL_MOST;
+}
+
+// ---- Tasks ----
+
+static enum vw_status fail_worker(void) {
+    return vw_fail(VW_ERROR_IO, "the decoder crashed on it, or needed too much memory or time");
+}
+
+// Waits until bytes can be received or sent.
+static bool await(const struct vw_decoder_job *job, short event) {
+    for (;;) {
+        struct pollfd polled = {job->worker->socket, event, 0};
+        double left_s = job->end_s - vw_now_s();
+        int ready = left_s > 0 ? poll(&polled, 1, (int)(left_s * 1000) + 1) : 0;
+        if (ready > 0) return true;
+        if (!ready || errno != EINTR) return false;
+    }
+}
+
+static enum vw_status receive(struct vw_decoder_job *job, void *data, size_t size_bytes) {
+    for (size_t used = 0; used < size_bytes;) {
+        if (!await(job, POLLIN)) return fail_worker();
+        ssize_t got = recv(job->worker->socket, (char *)data + used, size_bytes - used, MSG_DONTWAIT);
+        if (!got || (got < 0 && errno != EAGAIN && errno != EINTR)) return fail_worker();
+        if (got > 0) used += (size_t)got;
+    }
+    return VW_OK;
+}
+
+static enum vw_status send_payload(struct vw_decoder_job *job, const void *data, size_t size_bytes) {
+    for (size_t used = 0; used < size_bytes;) {
+        if (!await(job, POLLOUT)) return fail_worker();
+        ssize_t sent =
+            send(job->worker->socket, (const char *)data + used, size_bytes - used, MSG_DONTWAIT | MSG_NOSIGNAL);
+        if (sent < 0 && errno != EAGAIN && errno != EINTR) return fail_worker();
+        if (sent > 0) used += (size_t)sent;
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_decoder_begin(const struct vw_decoder_request *request, int descriptor, const void *payload,
+                                size_t payload_bytes, uint64_t memory_bytes, struct vw_decoder_job **job) {
+    struct vw_decoder_job *begun = vw_allocate(1, sizeof *begun);
+    if (!begun) return VW_ERROR_MEMORY;
+    lock();
+    decoder.users++;
+    begun->time_out_s = decoder.params.time_out_s;
+    enum vw_status status = take_worker(memory_bytes, &begun->worker);
+    unlock();
+    if (!status) {
+        uint32_t work = request->task == VW_DECODER_READ_HEADER ? 1 : WORK_OF_PHOTO;
+        begun->worker->work_left -= work < begun->worker->work_left ? work : begun->worker->work_left;
+        if (!begun->time_out_s) begun->time_out_s = (double)seconds_for(begun->worker->memory_bytes);
+        begun->end_s = vw_now_s() + begun->time_out_s;
+        if (!send_with_descriptor(begun->worker->socket, request, sizeof *request, descriptor)) status = fail_worker();
+    }
+    if (!status) status = send_payload(begun, payload, payload_bytes);
+    if (status) vw_decoder_end(&begun);
+    else *job = begun;
+    return status;
+}
+
+static bool is_known(uint32_t status) {
+    return status == VW_OK || status == VW_ERROR_INPUT || status == VW_ERROR_IO || status == VW_ERROR_MEMORY ||
+           status == VW_ERROR_USAGE;
+}
+
+enum vw_status vw_decoder_finish(struct vw_decoder_job *job, struct vw_decoder_answer *answer) {
+    job->end_s = vw_now_s() + job->time_out_s; // meanwhile the caller may have been busy
+    enum vw_status status = receive(job, answer, sizeof *answer);
+    if (status) return status;
+    if (!is_known(answer->status)) return fail_worker();
+    job->answered = true;
+    job->payload_left = answer->status ? 0 : answer->payload_bytes;
+    answer->message[sizeof answer->message - 1] = 0;
+    return answer->status ? vw_fail((enum vw_status)answer->status, "%s", answer->message) : VW_OK;
+}
+
+enum vw_status vw_decoder_receive(struct vw_decoder_job *job, void *data, size_t size_bytes) {
+    if (size_bytes > job->payload_left) return fail_worker();
+    enum vw_status status = receive(job, data, size_bytes);
+    if (!status) job->payload_left -= size_bytes;
+    return status;
+}
+
+void vw_decoder_end(struct vw_decoder_job **job) {
+    struct vw_decoder_job *ending = job ? *job : NULL;
+    if (!ending) return;
+    struct vw_saved_error kept = vw_error_save();
+    struct worker *worker = ending->worker;
+    bool reusable = worker && ending->answered && !ending->payload_left && worker->work_left;
+    lock();
+    if (reusable) give_back(worker);
+    else if (worker) close_worker(worker);
+    unlock();
+    vw_decoder_release();
+    free(ending);
+    *job = NULL;
+    vw_error_restore(&kept);
+}

@@ -1,0 +1,302 @@
+// Reads and writes image files through the decoder.
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "image/decoder.h"
+#include "image/decoder_protocol.h"
+#include "image/downscale.h"
+#include "image/image.h"
+#include "image/photo_formats.h"
+#include "image/transfer.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/memory.h"
+
+static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28, FILE_LIMIT_BYTES = UINT64_C(1) << 32;
+static const uint32_t CHANNEL_LIMIT = 64;                  // renderers write depth, normals and more to EXR files
+static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // what decoders take, whatever the size of the image
+
+// ---- Opening --------------------------------------------------------------------------------------------------------
+
+// An open file, as it was then.
+struct photo_file {
+    const char *path; // borrowed
+    int descriptor;
+    struct stat info;
+    uint32_t format;
+};
+
+static enum vw_status check_file(struct photo_file *file) {
+    char bytes[VW_PHOTO_SIGNATURE_BYTES];
+    ssize_t count = pread(file->descriptor, bytes, sizeof bytes, 0);
+    if (count < 0 || fstat(file->descriptor, &file->info))
+        return vw_fail(VW_ERROR_IO, "%s: cannot read the image; check the disk", file->path);
+    if (!vw_photo_format_of_bytes(bytes, (size_t)count, &file->format))
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: cannot open the image: its first bytes are of no format that is read, which are " //
+                       VW_PHOTO_FORMAT_NAMES "; convert or remove it",
+                       file->path);
+    if ((uint64_t)file->info.st_size > FILE_LIMIT_BYTES)
+        return vw_fail(VW_ERROR_INPUT, "%s: larger than the limit of %" PRIu64 " bytes; make the image smaller",
+                       file->path, FILE_LIMIT_BYTES);
+    return VW_OK;
+}
+
+static enum vw_status open_file(const char *path, int descriptor, struct photo_file *file) {
+    if (descriptor < 0 && !vw_file_exists(path))
+        return vw_fail(VW_ERROR_INPUT, "%s: no such image file; check the path", path);
+    *file = (struct photo_file){.path = path, .descriptor = descriptor};
+    enum vw_status status = descriptor < 0 ? vw_file_open(path, &file->descriptor) : VW_OK;
+    if (!status) status = check_file(file);
+    if (status && file->descriptor >= 0) close(file->descriptor);
+    return status;
+}
+
+static bool is_unchanged(const struct photo_file *file) {
+    struct stat now;
+    const struct stat *then = &file->info;
+    return !fstat(file->descriptor, &now) && now.st_size == then->st_size &&
+           !memcmp(&now.st_mtim, &then->st_mtim, sizeof now.st_mtim) &&
+           !memcmp(&now.st_ctim, &then->st_ctim, sizeof now.st_ctim);
+}
+
+// ---- Headers --------------------------------------------------------------------------------------------------------
+
+static enum vw_status check_header(const char *path, const struct vw_image_header *header) {
+    if (!header->width_px || !header->height_px || !header->channels || header->format > VW_PIXEL_FLOAT32)
+        return vw_fail(VW_ERROR_IO, "%s: cannot open the image: the decoder was misled; remove it", path);
+    if ((uint64_t)header->width_px * header->height_px > PIXEL_LIMIT)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
+                       header->width_px, header->height_px, PIXEL_LIMIT);
+    if (header->channels > CHANNEL_LIMIT)
+        return vw_fail(VW_ERROR_INPUT, "%s: %u channels are more than the limit of %u; keep colour and alpha", path,
+                       header->channels, CHANNEL_LIMIT);
+    return VW_OK;
+}
+
+static enum vw_status read_header(const struct photo_file *file, struct vw_image_header *header) {
+    const struct vw_decoder_request request = {.task = VW_DECODER_READ_HEADER, .photo_format = file->format};
+    struct vw_decoder_job *job = NULL;
+    struct vw_decoder_answer answer;
+    enum vw_status status = vw_decoder_begin(&request, file->descriptor, NULL, 0, 0, &job);
+    if (!status) status = vw_decoder_finish(job, &answer);
+    if (status) {
+        struct vw_saved_error why = vw_error_save();
+        vw_fail(status, "%s: cannot open the image: %s; replace or remove it", file->path, why.message);
+    } else {
+        *header = answer.header;
+        status = check_header(file->path, header);
+    }
+    vw_decoder_end(&job);
+    return status;
+}
+
+enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_header *header) {
+    struct photo_file file;
+    struct vw_image_header found;
+    enum vw_status status = open_file(path, descriptor, &file);
+    if (status) return status;
+    status = read_header(&file, &found);
+    if (!status) *header = found;
+    close(file.descriptor);
+    return status;
+}
+
+// ---- Pixels ---------------------------------------------------------------------------------------------------------
+
+struct vw_image_load {
+    struct photo_file file;
+    struct vw_image_header header; // of the pixels that are to come
+    struct vw_decoder_job *job;
+};
+
+static struct vw_image_header loaded_header(const struct vw_image_header *header, uint32_t downscale) {
+    bool filtered = downscale > 1 && header->format != VW_PIXEL_FLOAT32;
+    return (struct vw_image_header){.width_px = vw_downscaled_px(header->width_px, downscale),
+                                    .height_px = vw_downscaled_px(header->height_px, downscale),
+                                    .channels = 4,
+                                    .format = filtered ? VW_PIXEL_UINT16 : header->format};
+}
+
+uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t downscale) {
+    struct vw_image_header loaded = loaded_header(header, downscale);
+    return (uint64_t)loaded.width_px * loaded.height_px * loaded.channels * vw_pixel_channel_bytes(loaded.format);
+}
+
+// A decoder holds up to four copies of the channels as 32 bits, and we three of the colours.
+static uint64_t needed_bytes(const struct vw_image_header *header) {
+    return DECODER_BYTES + (uint64_t)header->width_px * header->height_px * (16 * (uint64_t)header->channels + 48);
+}
+
+static enum vw_status begin_load(const struct vw_image_header *header, uint32_t downscale, struct vw_image_load *load) {
+    const struct vw_decoder_request request = {
+        .task = VW_DECODER_READ_PHOTO, .photo_format = load->file.format, .downscale = downscale, .header = *header};
+    load->header = loaded_header(header, downscale);
+    enum vw_status status = vw_decoder_begin(&request, load->file.descriptor, NULL, 0,
+                                             needed_bytes(header) + (uint64_t)load->file.info.st_size, &load->job);
+    return status ? vw_fail_context(status, "%s", load->file.path) : VW_OK;
+}
+
+enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header,
+                                   uint32_t downscale, struct vw_image_load **load) {
+    struct photo_file file;
+    enum vw_status status = open_file(path, descriptor, &file);
+    if (status) return status;
+    struct vw_image_load *begun = vw_allocate(1, sizeof *begun);
+    if (!begun) {
+        close(file.descriptor);
+        return VW_ERROR_MEMORY;
+    }
+    begun->file = file;
+    status = begin_load(header, downscale, begun);
+    if (status) vw_image_load_cancel(&begun);
+    else *load = begun;
+    return status;
+}
+
+void vw_image_load_cancel(struct vw_image_load **load) {
+    struct vw_image_load *ending = load ? *load : NULL;
+    if (!ending) return;
+    vw_decoder_end(&ending->job);
+    close(ending->file.descriptor);
+    free(ending);
+    *load = NULL;
+}
+
+// Nothing that the worker says about the pixels is believed: floats are checked, and counts are only for display.
+static enum vw_status check_pixels(struct vw_image *image, size_t pixel_count) {
+    for (size_t i = 0; image->unusable && i < pixel_count; i++) image->unusable[i] = image->unusable[i] != 0;
+    const float *values = image->format == VW_PIXEL_FLOAT32 ? image->pixels : NULL;
+    for (size_t i = 0; values && i < 4 * pixel_count; i++)
+        if (!(values[i] >= 0 && values[i] <= 1)) return vw_fail(VW_ERROR_IO, "the decoder was misled");
+    return VW_OK;
+}
+
+static enum vw_status receive_pixels(const struct vw_image_load *load, const struct vw_decoder_answer *answer,
+                                     struct vw_image *image) {
+    const struct vw_image_header *header = &load->header;
+    size_t pixel_count = (size_t)header->width_px * header->height_px;
+    size_t pixels_bytes = pixel_count * 4 * vw_pixel_channel_bytes(header->format);
+    *image = (struct vw_image){.width_px = header->width_px,
+                               .height_px = header->height_px,
+                               .format = header->format,
+                               .has_alpha = answer->has_alpha != 0,
+                               .clamped_count = answer->clamped_count,
+                               .masked_count = answer->masked_count};
+    if (memcmp(&answer->header, header, sizeof *header) != 0 ||
+        answer->payload_bytes != pixels_bytes + (image->masked_count ? pixel_count : 0))
+        return vw_fail(VW_ERROR_IO, "the decoder gives pixels of another size than its header");
+    image->pixels = vw_allocate(pixels_bytes, 1);
+    image->unusable = image->masked_count ? vw_allocate(pixel_count, 1) : NULL;
+    if (!image->pixels || (image->masked_count && !image->unusable)) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_decoder_receive(load->job, image->pixels, pixels_bytes);
+    if (!status && image->unusable) status = vw_decoder_receive(load->job, image->unusable, pixel_count);
+    return status ? status : check_pixels(image, pixel_count);
+}
+
+static enum vw_status finish_load(const struct vw_image_load *load, uint8_t *sha256, struct vw_image *image) {
+    const char *path = load->file.path;
+    struct vw_decoder_answer answer;
+    enum vw_status status = sha256 ? vw_sha256_descriptor(load->file.descriptor, path, sha256) : VW_OK;
+    if (status) return status;
+    status = vw_decoder_finish(load->job, &answer);
+    bool refused = status == VW_ERROR_INPUT;
+    if (!status) status = receive_pixels(load, &answer, image);
+    if (!status && !is_unchanged(&load->file))
+        return vw_fail(VW_ERROR_IO, "%s: the image changed while it was read; run the command again", path);
+    if (!status) return VW_OK;
+    struct vw_saved_error why = vw_error_save();
+    return refused ? vw_fail(status, "%s: %s", path, why.message)
+                   : vw_fail(status, "%s: cannot decode the image: %s; replace or remove it", path, why.message);
+}
+
+enum vw_status vw_image_load_finish(struct vw_image_load **load, uint8_t *sha256, struct vw_image *image) {
+    struct vw_image loaded = {0};
+    enum vw_status status = finish_load(*load, sha256, &loaded);
+    if (status) vw_image_clear(&loaded);
+    else *image = loaded;
+    vw_image_load_cancel(load);
+    return status;
+}
+
+enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image) {
+    struct vw_image_header header;
+    struct vw_image_load *load = NULL;
+    vw_decoder_hold();
+    enum vw_status status = vw_image_probe(path, VW_IMAGE_OF_PATH, &header);
+    if (!status) status = vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, downscale, &load);
+    if (!status) status = vw_image_load_finish(&load, NULL, image);
+    vw_decoder_release();
+    return status;
+}
+
+// ---- Writing --------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_image_encode(const struct vw_image_encoding *encoding, const float *pixels, void **data,
+                               size_t *size_bytes) {
+    struct vw_decoder_request request = {
+        .task = VW_DECODER_WRITE_PHOTO,
+        .photo_format = encoding->format,
+        .header = {encoding->width_px, encoding->height_px, encoding->channels, VW_PIXEL_FLOAT32},
+        .eight_bit = encoding->eight_bit};
+    struct vw_decoder_job *job = NULL;
+    struct vw_decoder_answer answer;
+    size_t pixels_bytes = (size_t)encoding->width_px * encoding->height_px * encoding->channels * sizeof(float);
+    if (encoding->compression) strncpy(request.compression, encoding->compression, sizeof request.compression - 1);
+    enum vw_status status = vw_decoder_begin(&request, -1, pixels, pixels_bytes, needed_bytes(&request.header), &job);
+    if (!status) status = vw_decoder_finish(job, &answer);
+    if (!status && answer.payload_bytes > DECODER_BYTES + 2 * pixels_bytes)
+        status = vw_fail(VW_ERROR_IO, "the encoder gives too many bytes");
+    void *file = status ? NULL : vw_allocate(answer.payload_bytes, 1);
+    if (!status && !file) status = VW_ERROR_MEMORY;
+    if (!status) status = vw_decoder_receive(job, file, answer.payload_bytes);
+    vw_decoder_end(&job);
+    if (status) {
+        free(file);
+        return status;
+    }
+    *data = file;
+    *size_bytes = answer.payload_bytes;
+    return VW_OK;
+}
+
+// Converts to linear light with premultiplied colour, as OpenEXR needs it.
+static float *to_linear(size_t pixel_count, uint32_t channels, const float *pixels) {
+    float *linear = vw_allocate(pixel_count * channels, sizeof *linear);
+    if (!linear) return NULL;
+    for (size_t i = 0; i < pixel_count * channels; i += channels) {
+        float alpha = channels == 4 ? pixels[i + 3] : 1.0f;
+        for (uint32_t c = 0; c < 3; c++) linear[i + c] = vw_srgb_decode(pixels[i + c]) * alpha;
+        if (channels == 4) linear[i + 3] = alpha;
+    }
+    return linear;
+}
+
+enum vw_status vw_image_save(const char *path, uint32_t width_px, uint32_t height_px, uint32_t channels,
+                             const float *pixels) {
+    struct vw_image_encoding encoding = {.width_px = width_px, .height_px = height_px, .channels = channels};
+    if (!vw_photo_format_of_name(path, &encoding.format))
+        return vw_fail(VW_ERROR_USAGE, "%s: cannot write the image: unknown image format; use .png or .exr", path);
+    const char *dot = strrchr(path, '.');
+    bool linear = !strcasecmp(dot, ".exr");
+    float *converted = NULL;
+    void *file = NULL;
+    size_t file_bytes = 0;
+    encoding.eight_bit = !linear;
+    if (linear) {
+        converted = to_linear((size_t)width_px * height_px, channels, pixels);
+        if (!converted) return VW_ERROR_MEMORY;
+    }
+    enum vw_status status = vw_image_encode(&encoding, linear ? converted : pixels, &file, &file_bytes);
+    if (status) vw_fail_context(status, "%s: cannot write the image", path);
+    else status = vw_file_write(path, file, file_bytes);
+    free(file);
+    free(converted);
+    return status;
+}
