@@ -11,8 +11,8 @@
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-// For those who have not opened the file: `path` is opened. Otherwise the call takes over an open plain file, and closes
-// it in any case; `path` is for messages.
+// For those who have not opened the file: `path` is opened. Otherwise the call takes over an open plain file, and
+// closes it in any case; `path` is for messages.
 enum { VW_IMAGE_OF_PATH = -1 };
 
 // Reads the header only. VW_ERROR_INPUT for a file of another format and for more than 2^28 pixels or 64 channels.
@@ -30,8 +30,8 @@ uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t do
 // path must live until the end. `sha256` is that of the file; NULL: not wanted. Finishing frees the load in any case;
 // to cancel accepts NULL.
 struct vw_image_load;
-enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header, uint32_t downscale,
-                                   struct vw_image_load **load);
+enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header,
+                                   uint32_t downscale, struct vw_image_load **load);
 enum vw_status vw_image_load_finish(struct vw_image_load **load, uint8_t *sha256, struct vw_image *image);
 void vw_image_load_cancel(struct vw_image_load **load);
 
