@@ -18,8 +18,10 @@ static char *name_folder(const char *out, uint64_t seed) {
 
 // Whoever sent OUT may have put a link in the place of the ledger or of its folder.
 static enum vw_status check_ledger(const char *out, uint64_t seed) {
-    char *name = vw_format_text("seed_%" PRIu64 "/ledger.db", seed);
-    enum vw_status status = name ? vw_file_check_inside(out, name) : VW_ERROR_MEMORY;
+    char *folder = vw_format_text("seed_%" PRIu64, seed), *name = folder ? vw_path_join(folder, "ledger.db") : NULL;
+    enum vw_status status = name ? vw_folder_check_inside(out, folder) : VW_ERROR_MEMORY;
+    if (!status) status = vw_file_check_inside(out, name);
+    free(folder);
     free(name);
     return status;
 }

@@ -15,7 +15,7 @@
 static const double VALUE_MOST = 1e4;                   // of PSNR and error, so that their squares and sums stay finite
 static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring stores a number for each
 static const uint32_t EPOCHS_MOST = 1000000000;         // as for --epochs
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 30; // a row has at least 10 bytes: their number fits 32 bits
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
 static const char *const column_names[COLUMN_COUNT] = {"step", "epoch", "photo", "psnr", "l1"};

@@ -252,7 +252,7 @@ static int put_row(const struct vw_report_run *run, json_t *object) {
 static enum vw_status put_parsed(const char *text, const char *label, const char *what, json_t *object,
                                  const char *key) {
     json_error_t error;
-    json_t *value = json_loads(text ? text : "null", JSON_DECODE_ANY, &error);
+    json_t *value = vw_json_load(text ? text : "null", text ? strlen(text) : 4, JSON_DECODE_ANY, &error);
     if (!value) return vw_fail(VW_ERROR_INPUT, "%s: %s: line %d: %s", label, what, error.line, error.text);
     return put(object, key, value) ? out_of_memory() : VW_OK;
 }

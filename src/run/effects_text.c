@@ -51,7 +51,7 @@ static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict
 enum vw_status vw_effects_from_json(const char *json, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
                                     uint32_t *count) {
     json_error_t error;
-    json_t *array = json_loads(json, 0, &error);
+    json_t *array = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status =
         json_is_array(array) ? VW_OK : vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger is no JSON array");
     vw_effects_list(verdicts, count);

@@ -1,9 +1,9 @@
 #include "run/identity.h"
 
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "run/effects_text.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
@@ -60,7 +60,7 @@ void vw_run_row_free(struct vw_run_row *row) {
 static json_t *identity_of(const char *config_json) {
     struct vw_config config;
     char *text = vw_config_from_json(config_json, &config) ? NULL : vw_config_to_json(&config, true);
-    json_t *identity = text ? json_loads(text, 0, NULL) : NULL;
+    json_t *identity = text ? vw_json_load(text, strlen(text), 0, NULL) : NULL;
     free(text);
     return identity;
 }

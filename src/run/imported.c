@@ -1,9 +1,9 @@
 #include "run/imported.h"
 
-#include <jansson.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
@@ -36,7 +36,7 @@ enum vw_status vw_imported_config_from_json(const char *json, struct vw_config *
     struct vw_config parsed = vw_config_default;
     json_int_t burn_in_epochs = 0, epochs = 0;
     json_error_t error;
-    json_t *object = json_loads(json, 0, &error);
+    json_t *object = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status = VW_OK;
     if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:F, s:I, s:I}", "beta1", &parsed.beta1,
                                   "burn_in_epochs", &burn_in_epochs, "epochs", &epochs))
@@ -60,7 +60,7 @@ enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct v
     char run_id[VW_HASH_HEX_BYTES];
     const char *recorded = NULL;
     json_error_t error;
-    json_t *object = json_loads(run->scene_options_json, 0, &error);
+    json_t *object = vw_json_load(run->scene_options_json, strlen(run->scene_options_json), 0, &error);
     enum vw_status status = VW_OK;
     if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s:s}", "log_sha256", &recorded))
         status =

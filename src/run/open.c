@@ -1,7 +1,8 @@
 #include "run/open.h"
 
-#include <jansson.h>
+#include <string.h>
 
+#include "base/json.h"
 #include "viewworth/log.h"
 
 enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu) {
@@ -30,7 +31,7 @@ enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json,
     struct vw_scene_params options = {.path = path, .gpu = gpu};
     json_error_t error;
     json_int_t downscale = 1, corrupt = 0;
-    json_t *object = json_loads(scene_options_json, 0, &error);
+    json_t *object = vw_json_load(scene_options_json, strlen(scene_options_json), 0, &error);
     enum vw_status status = VW_OK;
     if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format",
                                   &options.format, "pool", &options.pool, "train", &options.train_list, "val",

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "viewworth/log.h"
 
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
@@ -12,7 +13,8 @@ enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     enum vw_status status = vw_recorded_open(out, recorded);
     if (!status) status = vw_ledger_get_images(recorded->ledger, &run->images, &run->image_count);
     if (status) return status;
-    run->scene_options = json_loads(recorded->row.scene_options_json, 0, &error);
+    run->scene_options =
+        vw_json_load(recorded->row.scene_options_json, strlen(recorded->row.scene_options_json), 0, &error);
     if (json_is_object(run->scene_options)) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s: run.scene_options_json: %s", recorded->ledger_path,
                    recorded->row.scene_options_json);

@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "base/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 
 static enum vw_status read_header(const struct vw_csv *csv) {
     if (csv->field_count == 2 && !strcmp(csv->fields[0], "name") && !strcmp(csv->fields[1], "provider")) return VW_OK;

@@ -1,10 +1,10 @@
 #include "train/checkpoint.h"
 
 #include <inttypes.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "train/hashed_file.h"
@@ -31,7 +31,7 @@ static enum vw_status check_description(const char *path, const char *text, cons
     const char *saved_run = "";
     json_int_t saved_step = -1;
     enum vw_status status = VW_OK;
-    json_t *object = json_loads(text, 0, NULL);
+    json_t *object = vw_json_load(text, strlen(text), 0, NULL);
     vw_hash_to_hex(run_id, hex);
     if (!object || json_unpack(object, "{s:s, s:I}", "run_id", &saved_run, "step", &saved_step) || saved_step < 0)
         status = vw_fail(VW_ERROR_INPUT, "%s: does not say which step it holds; %s", path, remedy);

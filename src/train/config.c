@@ -2,12 +2,12 @@
 #include "viewworth/train.h"
 
 #include <inttypes.h>
-#include <jansson.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "base/memory.h"
 
 const struct vw_config vw_config_default = {
@@ -219,7 +219,7 @@ static enum vw_status number_from_json(const json_t *object, const struct number
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     struct vw_config parsed = {0};
     json_error_t error;
-    json_t *object = json_loads(json, 0, &error);
+    json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && status == VW_OK; i++)

@@ -18,11 +18,12 @@ static char *describe(const struct trained_field *trained) {
     json_t *effects = json_array();
     for (uint32_t i = 0; i < trained->effect_count; i++)
         if (trained->effects[i].on) vw_json_append(&effects, json_string(trained->effects[i].name));
-    json_t *object = identity ? json_pack("{s:o?, s:[f,f,f], s:f, s:o, s:I}", "config", json_loads(identity, 0, NULL),
-                                          "box_centre_world", box->centre_world[0], box->centre_world[1],
-                                          box->centre_world[2], "box_half_extent_world", box->half_extent_world,
-                                          "effects", effects, "param_bytes", (json_int_t)model->param_bytes)
-                              : NULL;
+    json_t *object =
+        identity ? json_pack("{s:o?, s:[f,f,f], s:f, s:o, s:I}", "config",
+                             vw_json_load(identity, strlen(identity), 0, NULL), "box_centre_world",
+                             box->centre_world[0], box->centre_world[1], box->centre_world[2], "box_half_extent_world",
+                             box->half_extent_world, "effects", effects, "param_bytes", (json_int_t)model->param_bytes)
+                 : NULL;
     char *text = object ? json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT) : NULL;
     json_decref(object);
     free(identity);

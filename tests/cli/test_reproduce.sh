@@ -114,7 +114,7 @@ check "nothing is left of refusals" test ! -e "$folder/one"
 check "a folder that holds a run of value is refused" refused alone 'holds a single run; name another folder' --seeds 2
 check "another config is refused by name" refused whole 'seed_0 has rays = 64, not 65' --seeds 3 --rays 65
 mkdir -p "$folder/other" && echo x >"$folder/other/seed_1" && echo x >"$folder/file"
-check "a file in a run's place is refused" refused other 'seed_1: is a file' --seeds 2
+check "a file in a run's place is refused" refused other 'seed_1: is another kind of file' --seeds 2
 check "and one in the folder's" refused file 'is a file; name a folder' --seeds 2
 mkdir -p "$folder/broken/seed_0" && echo x >"$folder/broken/seed_0/ledger.db"
 check "and what is no ledger" refused broken 'seed_0/ledger.db' --seeds 2

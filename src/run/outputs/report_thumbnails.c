@@ -1,9 +1,9 @@
 #include "run/outputs/report_thumbnails.h"
 
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "viewworth/log.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -97,7 +97,7 @@ enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const s
                                             struct vw_report_document *document) {
     const char *path, *hash;
     int downscale;
-    json_t *compare = json_loads(document->json, 0, NULL), *disagreements;
+    json_t *compare = vw_json_load(document->json, strlen(document->json), 0, NULL), *disagreements;
     enum vw_status status = VW_OK;
     if (json_unpack(compare, "{s:s, s:s, s:i, s:o}", "scene", &path, "scene_hash", &hash, "downscale", &downscale,
                     "disagreements", &disagreements))

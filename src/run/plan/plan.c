@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json.h"
 #include "run/plan/estimate.h"
 #include "run/checks.h"
 #include "run/plan/presets.h"
@@ -43,7 +44,7 @@ static const char *text_of(const json_t *record, const char *key) {
 
 // A record that someone edited is read, too; vw_ledger_verify reports it later.
 static enum vw_status read_record(const char *json, struct vw_plan *plan) {
-    plan->record = json_loads(json, 0, NULL);
+    plan->record = vw_json_load(json, strlen(json), 0, NULL);
     double planned = number_of(plan->record, "epochs_planned"), most = number_of(plan->record, "epochs_most");
     if (!json_is_object(plan->record) || !(planned >= 0 && planned <= EPOCHS_MOST) ||
         !(most >= 0 && most <= EPOCHS_MOST))

@@ -8,7 +8,7 @@
 #include "scene/safe_path.h"
 #include "base/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 enum { // smallest size of a record
     CAMERA_BYTES_MIN = 4 + 4 + 8 + 8 + 3 * 8,
     IMAGE_BYTES_MIN = 4 + 7 * 8 + 4 + 1 + 8,

@@ -6,7 +6,7 @@
 #include "scene/formats/colmap_builder.h"
 #include "scene/safe_path.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 34;
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 static const char SPACES[] = " \t\r";
 
 // A file while it is parsed. After a failure nothing more is read and all numbers are 0.

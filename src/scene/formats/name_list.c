@@ -6,7 +6,7 @@
 
 #include "base/file.h"
 
-static const size_t LIST_LIMIT_BYTES = (size_t)1 << 28;
+static const size_t LIST_LIMIT_BYTES = (size_t)1 << 26;
 
 static char *trim(char *line) {
     while (isspace((unsigned char)*line)) line++;

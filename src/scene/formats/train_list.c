@@ -14,7 +14,7 @@
 #include "base/text.h"
 #include "base/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 28;
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 
 struct reading {
     const struct vw_scene *scene;

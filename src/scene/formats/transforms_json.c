@@ -15,7 +15,7 @@
 #include "image/image.h"
 #include "base/memory.h"
 
-static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26; // a frame takes about 1 KiB
+static const size_t FILE_LIMIT_BYTES = (size_t)1 << 25; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
 static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_train.json", "transforms_val.json",
                                                                   "transforms_test.json"}; // by enum vw_split
