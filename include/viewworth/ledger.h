@@ -4,13 +4,14 @@
 //   of repeated, zero_learning_rate, resampled, same_state and first_order; image_id is NULL if the probe is of the
 //   step's own photo.
 //
-// The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys:
+// The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
+// (src/ledger/README.md says what that protects, and what it does not):
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows;
 // - step.row_hash: the row_hash before it (for step 0 that of the run), the other columns of the step, its view rows
-// and
-//   its probe rows;
+//   and its probe rows;
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
-//   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, and all score rows.
+//   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, and all score rows
+//   in the order of their rowids, which is the order of the methods.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
 // keeps it. (run_id covers the part of config_json that belongs to the run's identity.)
 //
@@ -48,6 +49,7 @@ struct vw_ledger_run {
     const char *plan_json;          // what --accuracy or --budget decided; "{}" or NULL: neither was given
     const char *status;       // "running", "finished", "interrupted" or "failed"; vw_ledger_create writes "running"
     const char *finished_utc; // when the run last ended; NULL: not yet. vw_ledger_create ignores it
+    const char *field_sha256; // of the field file that this end wrote; NULL: none. vw_ledger_create ignores it
 };
 
 struct vw_ledger_image {
@@ -89,6 +91,10 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
 // synced transaction.
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);
+
+// Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
+// forgets it.
+enum vw_status vw_ledger_set_field(struct vw_ledger *ledger, const char *sha256);
 
 // Sets the config for further steps. Only what is not part of the run's identity may differ (epochs). It is written
 // with the next append or finish.

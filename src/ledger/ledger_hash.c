@@ -47,13 +47,13 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
                        running ? run_hash : head); // so that a batch of steps does not have to change final_hash
     status = hash_rows(database,
                        "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, "
-                       "finished_utc, status FROM run",
+                       "finished_utc, status, field_sha256 FROM run",
                        &hasher);
     if (!status)
         status = hash_rows(database,
                            "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, "
                            "ci_high, rank_ci_low,"
-                           " rank_ci_high FROM score ORDER BY run_id, image_id, method",
+                           " rank_ci_high FROM score ORDER BY rowid",
                            &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;

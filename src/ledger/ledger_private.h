@@ -22,6 +22,7 @@ struct vw_ledger {
     char final_hash[VW_HASH_HEX_BYTES]; // final_hash of the run
     uint64_t next_step;
     struct vw_ledger_run run;
+    const char *new_field_sha256;     // the run.field_sha256 of the next end; NULL: none
     const char *extended_config_json; // the new run.config_json, written with the next batch; NULL: unchanged
     struct vw_ledger_image *images;   // NULL until vw_ledger_get_images
     uint32_t image_count;
@@ -65,6 +66,7 @@ enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const ch
 struct vw_ledger_state {
     const char *status;
     const char *finished_utc; // NULL: it has not ended
+    const char *field_sha256; // NULL: none
     const struct vw_ledger_score *scores;
     uint32_t score_count;
     char final_hash[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state

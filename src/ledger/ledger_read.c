@@ -90,7 +90,8 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
         &ledger->database,
         "SELECT run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, driver, shader_hash, version, "
         "started_utc,"
-        " scene_options_json, effects_json, status, row_hash, final_hash, finished_utc, plan_json FROM run",
+        " scene_options_json, effects_json, status, row_hash, final_hash, finished_utc, plan_json, "
+        "field_sha256 FROM run",
         &statement);
     if (!status) status = vw_database_next(&ledger->database, statement, &found);
     if (!status && !found)
@@ -114,6 +115,7 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .plan_json = keep_some_text(ledger, statement, 17, &status),
             .status = keep_some_text(ledger, statement, 13, &status),
             .finished_utc = keep_text(ledger, statement, 16, &status),
+            .field_sha256 = keep_text(ledger, statement, 18, &status),
         };
         vw_row_copy_hash(statement, 14, ledger->run_hash);
         vw_row_copy_hash(statement, 15, ledger->final_hash);

@@ -37,11 +37,13 @@ static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_l
 static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     struct vw_row row = {0};
     enum vw_status status = vw_database_prepare(
-        &ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?", &row.statement);
+        &ledger->database, "UPDATE run SET config_json = ?, finished_utc = ?, status = ?, field_sha256 = ?",
+        &row.statement);
     if (status) return status;
     vw_row_add_text(&row, ledger->extended_config_json ? ledger->extended_config_json : ledger->run.config_json);
     vw_row_add_text(&row, state->finished_utc);
     vw_row_add_text(&row, state->status);
+    vw_row_add_text(&row, state->field_sha256);
     status = vw_row_write(&row, &ledger->database, "record the state of the run");
     sqlite3_finalize(row.statement);
     return status;
@@ -57,6 +59,8 @@ enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_
 
 void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     ledger->run.status = state->status;
+    ledger->run.field_sha256 = state->field_sha256;
+    ledger->new_field_sha256 = NULL;
     if (ledger->extended_config_json) ledger->run.config_json = ledger->extended_config_json;
     ledger->extended_config_json = NULL;
     memcpy(ledger->final_hash, state->final_hash, sizeof ledger->final_hash);
@@ -64,7 +68,11 @@ void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state
 
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count) {
-    struct vw_ledger_state state = {vw_ledger_keep_text(ledger, status), finished_utc, scores, score_count, ""};
+    struct vw_ledger_state state = {.status = vw_ledger_keep_text(ledger, status),
+                                    .finished_utc = finished_utc,
+                                    .field_sha256 = ledger->new_field_sha256,
+                                    .scores = scores,
+                                    .score_count = score_count};
     if (!state.status) return VW_ERROR_MEMORY;
     enum vw_status result = vw_database_begin(&ledger->database);
     if (result) return result;
@@ -73,6 +81,13 @@ enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, co
     result = vw_database_end(&ledger->database, result);
     if (!result) vw_ledger_take_state(ledger, &state);
     return result;
+}
+
+enum vw_status vw_ledger_set_field(struct vw_ledger *ledger, const char *sha256) {
+    const char *kept = vw_ledger_keep_text(ledger, sha256);
+    if (!kept) return VW_ERROR_MEMORY;
+    ledger->new_field_sha256 = kept;
+    return VW_OK;
 }
 
 enum vw_status vw_ledger_extend(struct vw_ledger *ledger, const char *config_json) {

@@ -72,9 +72,10 @@ static enum vw_status verify_final_hash(struct verification *verification) {
     enum vw_status status =
         vw_ledger_hash_final(verification->database, verification->run_hash, verification->head, final_hash);
     return status ? status
-                  : compare_with_run(verification->database, "SELECT final_hash FROM run", final_hash,
-                                     "the run row was edited, a score row was edited, removed or added, or the last "
-                                     "step rows were removed");
+                  : compare_with_run(
+                        verification->database, "SELECT final_hash FROM run", final_hash,
+                        "the run row was edited, a score row was edited, removed, added or moved, or the last "
+                        "step rows were removed");
 }
 
 // ---- The chain of the steps ----

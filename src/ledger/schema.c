@@ -11,7 +11,7 @@ static const char schema_sql[] =
     " shader_hash TEXT NOT NULL, version TEXT NOT NULL, started_utc TEXT NOT NULL,"
     " finished_utc TEXT, status TEXT NOT NULL, row_hash TEXT NOT NULL, final_hash TEXT NOT NULL, scene_options_json "
     "TEXT NOT NULL,"
-    " effects_json TEXT NOT NULL, plan_json TEXT NOT NULL);"
+    " effects_json TEXT NOT NULL, plan_json TEXT NOT NULL, field_sha256 TEXT);"
     "CREATE TABLE image ("
     " image_id INTEGER NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL,"
     " split TEXT NOT NULL CHECK (split IN ('train', 'val', 'test', 'excluded')),"
@@ -39,8 +39,8 @@ static const char schema_sql[] =
     "REAL, ci_high REAL,"
     " rank_ci_low INTEGER, rank_ci_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 5;";
+    "PRAGMA user_version = 6;";
 
-_Static_assert(VW_SCHEMA_VERSION == 5, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 6, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};

@@ -4,7 +4,7 @@
 
 #include "ledger/database.h"
 
-enum { VW_SCHEMA_VERSION = 5 }; // kept in PRAGMA user_version; raise it when a table changes
+enum { VW_SCHEMA_VERSION = 6 }; // kept in PRAGMA user_version; raise it when a table changes
 
 extern const struct vw_database_format vw_ledger_format;
 

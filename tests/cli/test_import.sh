@@ -69,15 +69,16 @@ check "verify finds an edited step" refuses 1 'step 7 or one of its view or prob
 query late "UPDATE run SET config_json = '{}'"
 check "verify finds an edited configuration" refuses 1 'run row was edited' verify "$folder/late"
 
-# final_hash RUN: the final hash of a run without scores, as viewworth/ledger.h describes it: of texts, each with its tag and length.
+# final_hash RUN: the final hash of a run without scores, as viewworth/ledger.h describes it: of texts, each with its tag and length, and
+# of the field that an imported run lacks.
 final_hash() {
     local text
-    query "$1" "SELECT row_hash FROM step ORDER BY step DESC LIMIT 1;
+    { query "$1" "SELECT row_hash FROM step ORDER BY step DESC LIMIT 1;
         SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, finished_utc, status
         FROM run" | tr '|' '\n' |
         while read -r text; do
             printf "t\\x$(printf %02x "${#text}")\\0\\0\\0\\0\\0\\0\\0%s" "$text"
-        done | b2sum -l 256 | cut -d ' ' -f 1
+        done; printf n; } | b2sum -l 256 | cut -d ' ' -f 1
 }
 check "a run without scores is sealed as described" test "$(final_hash none)" = "$(query none 'SELECT final_hash FROM run')"
 query none "UPDATE run SET config_json = replace(config_json, '0.0', '0.5')"

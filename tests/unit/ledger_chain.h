@@ -96,12 +96,12 @@ static inline bool chain_holds(const char *path) {
     else feed_text(&state, head);
     feed_rows(&state, raw,
               "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, finished_utc, "
-              "status FROM run",
+              "status, field_sha256 FROM run",
               0);
     feed_rows(&state, raw,
               "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high, "
               "rank_ci_low, rank_ci_high FROM score"
-              " ORDER BY image_id, method",
+              " ORDER BY rowid",
               0);
     holds = hash_is(&state, raw, SQL_FINAL_HASH, 0, head) && holds;
     sqlite3_close(raw);

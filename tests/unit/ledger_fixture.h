@@ -202,6 +202,7 @@ static inline struct vw_ledger *test_ledger_create(const char *path) {
 
 static inline void test_ledger_finish(struct vw_ledger *ledger, const char *status) {
     uint32_t score_count = strcmp(status, "finished") == 0 ? TEST_SCORE_COUNT : 0;
+    if (score_count) ASSERT_OK(vw_ledger_set_field(ledger, HEX_B));
     ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
 }
 

@@ -120,7 +120,7 @@ static void tables_are_as_contracted(void **state) {
     const char *tables[][2] = {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_"
                 "utc,finished_utc,"
-                "status,row_hash,final_hash,scene_options_json,effects_json,plan_json"},
+                "status,row_hash,final_hash,scene_options_json,effects_json,plan_json,field_sha256"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,ground_truth"},
         {"step",
          "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
@@ -159,7 +159,7 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "5");
+    assert_answer(path, "PRAGMA user_version", "6");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -258,7 +258,7 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 6");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 7");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");

@@ -312,7 +312,7 @@ static void rows_moved_and_added_are_found(void **state) {
         {"a second run",
          "INSERT INTO run SELECT 'other', scene_hash, scene_path, seed, config_json, subset_hash, device, driver,"
          " shader_hash, version, started_utc, finished_utc, status, row_hash, final_hash, scene_options_json, "
-         "effects_json, plan_json"
+         "effects_json, plan_json, field_sha256"
          " FROM run",
          "", true},
     };
@@ -326,6 +326,25 @@ static void rows_moved_and_added_are_found(void **state) {
         }
         forget_original(&original);
     }
+}
+
+// The rowids of scores hold the order of the methods, in which scores.csv, the report and the lists show them.
+static void scores_moved_are_found(void **state) {
+    static const char *const moves[] = {
+        "UPDATE score SET rowid = -rowid",
+        "UPDATE score SET rowid = 9 WHERE rowid = 1; UPDATE score SET rowid = 1 WHERE rowid = 3;"
+        "UPDATE score SET rowid = 3 WHERE rowid = 9",
+    };
+    struct original original = record_original(*state, "finished");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(moves); i++) {
+        copy_original(&original);
+        sql_change(original.path, moves[i]);
+        assert_found(&original, moves[i], "score row was edited, removed, added or moved");
+    }
+    copy_original(&original);
+    sql_change(original.path, "UPDATE score SET rowid = rowid + 7; VACUUM"); // the same order
+    ASSERT_OK(verify(original.path));
+    forget_original(&original);
 }
 
 // ---- Files that only look like a ledger -----------------------------------------------------------------------------
@@ -444,6 +463,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(every_edit_is_found, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(every_removed_row_is_found, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(rows_moved_and_added_are_found, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(scores_moved_are_found, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(tables_without_constraints_are_refused, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(what_runs_in_a_file_stays_asleep, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(flipped_bits_do_no_harm, test_set_up, test_tear_down),
