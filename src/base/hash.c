@@ -104,3 +104,9 @@ void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[VW_HASH_BYTES]) {
 void vw_hash_to_hex(const uint8_t hash[VW_HASH_BYTES], char hex[VW_HASH_HEX_BYTES]) {
     sodium_bin2hex(hex, VW_HASH_HEX_BYTES, hash, HASH_BYTES);
 }
+
+bool vw_hash_from_hex(const char *hex, uint8_t hash[VW_HASH_BYTES]) {
+    size_t digits = strspn(hex, "0123456789abcdef");
+    return digits == 2 * HASH_BYTES && !hex[digits] &&
+           sodium_hex2bin(hash, HASH_BYTES, hex, digits, NULL, NULL, NULL) == 0;
+}

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_HASH_H
 #define VIEWWORTH_HASH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -27,5 +28,7 @@ void vw_hasher_add_null(struct vw_hasher *hasher);
 void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[VW_HASH_BYTES]);
 
 void vw_hash_to_hex(const uint8_t hash[VW_HASH_BYTES], char hex[VW_HASH_HEX_BYTES]);
+// Whether `hex` is what vw_hash_to_hex() writes: 64 digits, in lower case.
+bool vw_hash_from_hex(const char *hex, uint8_t hash[VW_HASH_BYTES]);
 
 #endif

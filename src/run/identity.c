@@ -5,16 +5,35 @@
 
 #include "base/json.h"
 #include "run/effects_text.h"
+#include "run/imported.h"
+#include "train/identity.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
+static json_t *find_effect(const json_t *array, const char *name) {
+    size_t i;
+    json_t *entry;
+    json_array_foreach(array, i, entry) {
+        const char *its_name = json_string_value(json_object_get(entry, "name"));
+        if (its_name && strcmp(its_name, name) == 0) return entry;
+    }
+    return NULL;
+}
+
+// run_id covers the box of unbounded scenes, so that the ledger must tell it.
+static bool add_box(json_t *array, const struct vw_box *box) {
+    return !box || !json_object_set_new(find_effect(array, "unbounded"), "box",
+                                        json_pack("[f, f, f, f]", box->centre_world[0], box->centre_world[1],
+                                                  box->centre_world[2], box->half_extent_world));
+}
+
 static enum vw_status make_effects_json(const struct vw_trainer *trainer, char **text) {
     uint32_t count = 0;
     const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
     json_t *array = vw_effects_to_json(verdicts, count);
-    *text = array ? json_dumps(array, JSON_COMPACT) : NULL;
+    *text = array && add_box(array, vw_trainer_unbounded_box(trainer)) ? json_dumps(array, JSON_COMPACT) : NULL;
     json_decref(array);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
 }
@@ -53,6 +72,88 @@ enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw
 void vw_run_row_free(struct vw_run_row *row) {
     free(row->config_json);
     free(row->effects_json);
+}
+
+// ---- The same from what the ledger holds ---------------------------------------------------------------------------
+
+// Of a run that was recorded with a box; `*found` is false without one.
+static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
+    json_t *array = json_loads(effects_json, 0, NULL), *entry = find_effect(array, "unbounded");
+    double *centre = box->centre_world;
+    *found = json_is_true(json_object_get(entry, "on"));
+    bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
+                                        &centre[2], &box->half_extent_world);
+    json_decref(array);
+    return read ? VW_OK : vw_fail(VW_ERROR_INPUT, "run.effects_json: the effect unbounded has no box of four numbers");
+}
+
+// The hash of the names of all photos, or of those trained on: vw_trainer_subset_hash().
+static void hash_names(const struct vw_ledger_image *images, uint32_t count, bool all, char hex[VW_HASH_HEX_BYTES]) {
+    uint8_t hash[VW_HASH_BYTES];
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    for (uint32_t i = 0; i < count; i++)
+        if (all || strcmp(images[i].split, vw_split_name(VW_SPLIT_TRAIN)) == 0)
+            vw_hasher_add_text(&hasher, images[i].name);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, hex);
+}
+
+static enum vw_status check_subset(struct vw_recorded_run *run) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0;
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
+    if (status) return status;
+    hash_names(images, count, vw_is_imported(&run->row), hex);
+    if (strcmp(hex, run->row.subset_hash) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "its subset_hash is not that of its photos: the run row was edited, or an image "
+                                      "row was");
+}
+
+static enum vw_status compare_run_id(const struct vw_run_identity *identity, const char *recorded, bool *same) {
+    uint8_t hash[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_identity_run_id(identity, hash);
+    if (status) return status;
+    vw_hash_to_hex(hash, hex);
+    *same = strcmp(hex, recorded) == 0;
+    return VW_OK;
+}
+
+static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool *validated) {
+    const struct vw_ledger_run *row = &run->row;
+    struct vw_box box;
+    bool unbounded = false, same = false;
+    struct vw_run_identity identity = {.version = row->version,
+                                       .device = row->device,
+                                       .driver = row->driver,
+                                       .config = &run->config,
+                                       .effects = run->effects,
+                                       .effect_count = run->effect_count,
+                                       .validates = validated ? *validated : true};
+    if (!vw_hash_from_hex(row->scene_hash, identity.scene_hash) ||
+        !vw_hash_from_hex(row->subset_hash, identity.subset_hash) ||
+        !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
+        return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is no hash: the run row was "
+                                          "edited");
+    enum vw_status status = read_box(row->effects_json, &box, &unbounded);
+    if (unbounded) identity.unbounded_box = &box;
+    if (!status) status = compare_run_id(&identity, row->run_id, &same);
+    identity.validates = false;
+    if (!status && !same && !validated) status = compare_run_id(&identity, row->run_id, &same);
+    if (status || same) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "its run_id is not that of its scene, photos, config, effects, shaders, version, device and driver: "
+                   "the run row was edited");
+}
+
+enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated) {
+    enum vw_status status = check_subset(run);
+    if (status || vw_is_imported(&run->row)) return status; // whose run_id vw_imported_check() checks
+    if (run->row.seed != (int64_t)run->config.seed)
+        return vw_fail(VW_ERROR_MISMATCH, "its seed is not that of its config: the run row was edited");
+    return check_run_id(run, validated);
 }
 
 // ---- Comparison ----------------------------------------------------------------------------------------------------

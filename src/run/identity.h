@@ -7,6 +7,7 @@
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
+#include "run/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
 
@@ -21,6 +22,11 @@ struct vw_run_row {
 enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw_gpu *gpu, const struct vw_scene *scene,
                                const struct vw_config *config, struct vw_run_row *row);
 void vw_run_row_free(struct vw_run_row *row);
+
+// Recomputes subset_hash from the image rows and run_id from the run's columns, without scene and device.
+// VW_ERROR_MISMATCH when they are others. `validated`: whether the run has a validation of step 0; NULL: it has no
+// steps yet. Shows that the columns belong together, not that they are true: a replay shows that.
+enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated);
 
 // VW_ERROR_USAGE, naming what differs, unless both are the same run (as run_id says). `out` is the folder of the
 // recorded one.

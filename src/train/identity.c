@@ -19,41 +19,38 @@ void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]) {
     vw_hasher_end(&hasher, hash);
 }
 
-void identity_subset_hash(const struct run_identity *identity, uint8_t hash[VW_HASH_BYTES]) {
+void identity_subset_hash(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                          uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < identity->train_count; i++)
-        vw_hasher_add_text(&hasher, identity->scene->views[identity->train_views[i]].name);
+    for (uint32_t i = 0; i < train_count; i++) vw_hasher_add_text(&hasher, scene->views[train_views[i]].name);
     vw_hasher_end(&hasher, hash);
 }
 
-static void add_effects(const struct run_identity *identity, struct vw_hasher *hasher) {
-    const struct vw_box *box = &identity->model->box;
+static void add_effects(const struct vw_run_identity *identity, struct vw_hasher *hasher) {
+    const struct vw_box *box = identity->unbounded_box;
     for (uint32_t i = 0; i < identity->effect_count; i++)
         if (identity->effects[i].on) vw_hasher_add_text(hasher, identity->effects[i].name);
-    if (!identity->model->specialization.effect_unbounded) return;
-    for (int i = 0; i < 3; i++) // its box depends on points, which the scene's hash does not cover
+    if (!box) return;
+    for (int i = 0; i < 3; i++) // it depends on points, which the scene's hash does not cover
         vw_hasher_add_real(hasher, box->centre_world[i]);
     vw_hasher_add_real(hasher, box->half_extent_world);
 }
 
-enum vw_status identity_run_id(const struct run_identity *identity, uint8_t run_id[VW_HASH_BYTES]) {
-    uint8_t subset[VW_HASH_BYTES], shaders[VW_HASH_BYTES];
+enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]) {
     char *config = vw_config_to_json(identity->config, true);
     if (!config) return VW_ERROR_MEMORY;
-    identity_subset_hash(identity, subset);
-    vw_shader_hash(shaders);
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_bytes(&hasher, identity->scene->hash, sizeof identity->scene->hash);
-    vw_hasher_add_bytes(&hasher, subset, sizeof subset);
+    vw_hasher_add_bytes(&hasher, identity->scene_hash, sizeof identity->scene_hash);
+    vw_hasher_add_bytes(&hasher, identity->subset_hash, sizeof identity->subset_hash);
     vw_hasher_add_text(&hasher, config);
     vw_hasher_add_integer(&hasher, identity->validates); // `train` records no validation: another ledger
     add_effects(identity, &hasher);
-    vw_hasher_add_bytes(&hasher, shaders, sizeof shaders);
-    vw_hasher_add_text(&hasher, vw_version());
-    vw_hasher_add_text(&hasher, identity->device->name);
-    vw_hasher_add_text(&hasher, identity->device->driver);
+    vw_hasher_add_bytes(&hasher, identity->shader_hash, sizeof identity->shader_hash);
+    vw_hasher_add_text(&hasher, identity->version);
+    vw_hasher_add_text(&hasher, identity->device);
+    vw_hasher_add_text(&hasher, identity->driver);
     vw_hasher_end(&hasher, run_id);
     free(config);
     return VW_OK;

@@ -2,22 +2,24 @@
 #ifndef VIEWWORTH_TRAIN_IDENTITY_H
 #define VIEWWORTH_TRAIN_IDENTITY_H
 
-#include "train/model.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
 #include "viewworth/types.h"
 
-struct run_identity { // all borrowed
-    const struct vw_gpu_info *device;
-    const struct vw_scene *scene;
-    const uint32_t *train_views; // scene indices
-    uint32_t train_count;
+struct vw_run_identity { // what it points to is borrowed
+    uint8_t scene_hash[VW_HASH_BYTES], subset_hash[VW_HASH_BYTES], shader_hash[VW_HASH_BYTES];
+    const char *version, *device, *driver;
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    const struct model *model;
-    bool validates; // after every step
+    const struct vw_box *unbounded_box; // that the field sees with the effect unbounded; NULL without it
+    bool validates;                     // after every step
 };
 
-enum vw_status identity_run_id(const struct run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);
-void identity_subset_hash(const struct run_identity *identity, uint8_t hash[VW_HASH_BYTES]); // of the train views
+enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);
+// Of the names of the train views, in their order.
+void identity_subset_hash(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                          uint8_t hash[VW_HASH_BYTES]);
 
 #endif

@@ -1,5 +1,7 @@
 // What a trainer gives beside step records: what it trains, its identity, its state and its field as files, renders,
 // measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
+#include <string.h>
+
 #include "train/checkpoint.h"
 #include "train/field_file.h"
 #include "train/identity.h"
@@ -8,6 +10,7 @@
 #include "train/render.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
+#include "viewworth/version.h"
 
 // ---- What it trains -------------------------------------------------------------------------------------------------
 
@@ -53,26 +56,28 @@ void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost
 
 // ---- Identity -------------------------------------------------------------------------------------------------------
 
-static struct run_identity identity_of(const struct vw_trainer *trainer) {
-    return (struct run_identity){.device = vw_gpu_get_info(trainer->gpu),
-                                 .scene = trainer->scene,
-                                 .train_views = trainer->schedule.train_views,
-                                 .train_count = trainer->schedule.train_count,
-                                 .config = &trainer->config,
-                                 .effects = trainer->effects,
-                                 .effect_count = trainer->effect_count,
-                                 .model = &trainer->model,
-                                 .validates = trainer->validate};
+const struct vw_box *vw_trainer_unbounded_box(const struct vw_trainer *trainer) {
+    return trainer->model.specialization.effect_unbounded ? &trainer->model.box : NULL;
 }
 
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]) {
-    const struct run_identity identity = identity_of(trainer);
-    return identity_run_id(&identity, run_id);
+    const struct vw_gpu_info *device = vw_gpu_get_info(trainer->gpu);
+    struct vw_run_identity identity = {.version = vw_version(),
+                                       .device = device->name,
+                                       .driver = device->driver,
+                                       .config = &trainer->config,
+                                       .effects = trainer->effects,
+                                       .effect_count = trainer->effect_count,
+                                       .unbounded_box = vw_trainer_unbounded_box(trainer),
+                                       .validates = trainer->validate};
+    memcpy(identity.scene_hash, trainer->scene->hash, sizeof identity.scene_hash);
+    vw_trainer_subset_hash(trainer, identity.subset_hash);
+    vw_shader_hash(identity.shader_hash);
+    return vw_identity_run_id(&identity, run_id);
 }
 
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {
-    const struct run_identity identity = identity_of(trainer);
-    identity_subset_hash(&identity, hash);
+    identity_subset_hash(trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count, hash);
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
