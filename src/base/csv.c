@@ -124,6 +124,7 @@ void vw_csv_write_text(FILE *stream, const char *text) {
 
 void vw_csv_write_real(FILE *stream, double value) {
     if (isnan(value)) return;
+    if (value == 0) value = 0; // a ledger keeps no -0: a table made again from it must be the same
     char text[32];
     for (int digits = 15; digits <= 17; digits++) {
         snprintf(text, sizeof text, "%.*g", digits, value);
@@ -132,15 +133,25 @@ void vw_csv_write_real(FILE *stream, double value) {
     fputs(text, stream);
 }
 
-enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context) {
-    char *text = NULL;
-    size_t size_bytes = 0;
-    FILE *stream = open_memstream(&text, &size_bytes);
+enum vw_status vw_csv_make_text(const char *path, vw_csv_printer *print, const void *context,
+                                struct vw_csv_text *made) {
+    struct vw_csv_text text = {0};
+    FILE *stream = open_memstream(&text.text, &text.size_bytes);
     if (stream) print(stream, context);
     bool failed = !stream || ferror(stream);
     if (stream && fclose(stream)) failed = true;
-    enum vw_status status = failed ? vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path)
-                                   : vw_file_write(path, text, size_bytes);
-    free(text);
+    if (failed) {
+        free(text.text);
+        return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path);
+    }
+    *made = text;
+    return VW_OK;
+}
+
+enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context) {
+    struct vw_csv_text text = {0};
+    enum vw_status status = vw_csv_make_text(path, print, context, &text);
+    if (!status) status = vw_file_write(path, text.text, text.size_bytes);
+    free(text.text);
     return status;
 }

@@ -42,10 +42,17 @@ void vw_csv_close(struct vw_csv *csv);
 // - @, a tab or a line end, an apostrophe is put before it. Otherwise a spreadsheet would evaluate it as a formula, and
 // names may come from untrusted scenes.
 void vw_csv_write_text(FILE *stream, const char *text);
-// Writes the shortest decimal that reads back to the same double; an empty field for NaN.
+// Writes the shortest decimal that reads back to the same double, and -0 as 0; an empty field for NaN.
 void vw_csv_write_real(FILE *stream, double value);
-// Writes what `print` writes to its stream to the file `path`, completely or not at all.
+// A table in memory: what `print` writes to its stream. `text` ends with a zero byte and is owned by the caller (free).
+// `path` is for the message.
+struct vw_csv_text {
+    char *text;
+    size_t size_bytes;
+};
 typedef void vw_csv_printer(FILE *stream, const void *context);
+enum vw_status vw_csv_make_text(const char *path, vw_csv_printer *print, const void *context, struct vw_csv_text *made);
+// Writes the same to the file `path`, completely or not at all.
 enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "ledger/find_image.h"
 #include "base/csv.h"
+#include "base/file.h"
 #include "base/memory.h"
 
 // A score with its image, and what sorts it.
@@ -79,15 +80,25 @@ static void print_table(FILE *stream, const void *context) {
     for (uint32_t i = 0; i < table->count; i++) print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
 }
 
-enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
-                                   const struct vw_ledger_image *images, uint32_t image_count) {
+enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                  const struct vw_ledger_image *images, uint32_t image_count,
+                                  struct vw_csv_text *made) {
     struct row *rows = vw_allocate(score_count, sizeof *rows);
     if (!rows) return VW_ERROR_MEMORY;
     enum vw_status status = collect_rows(path, scores, score_count, images, image_count, rows);
     if (!status) {
         qsort(rows, score_count, sizeof *rows, compare_rows);
-        status = vw_csv_write_file(path, print_table, &(struct table){rows, score_count});
+        status = vw_csv_make_text(path, print_table, &(struct table){rows, score_count}, made);
     }
     free(rows);
+    return status;
+}
+
+enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                   const struct vw_ledger_image *images, uint32_t image_count) {
+    struct vw_csv_text text = {0};
+    enum vw_status status = vw_report_make_csv(path, scores, score_count, images, image_count, &text);
+    if (!status) status = vw_file_write(path, text.text, text.size_bytes);
+    free(text.text);
     return status;
 }

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/csv.h"
 #include "viewworth/ledger.h"
 #include "value/matrix.h"
 #include "viewworth/status.h"
@@ -16,6 +17,9 @@
 // unknown is an empty field. Reals are printed so that they read back to the same double.
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count);
+// The same in memory; `path` is for messages.
+enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                  const struct vw_ledger_image *images, uint32_t image_count, struct vw_csv_text *made);
 
 // ---- The page ------------------------------------------------------------------------------------------------------
 

@@ -3,10 +3,12 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "ledger/find_image.h"
 #include "base/csv.h"
+#include "base/file.h"
 
 // The rows of a table, and what else it takes to print them.
 struct table {
@@ -51,6 +53,11 @@ enum vw_status vw_table_write_providers(const char *path, const struct vw_provid
     return vw_csv_write_file(path, print_providers, &(struct table){.rows = groups, .count = count});
 }
 
+enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
+                                       struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_providers, &(struct table){.rows = groups, .count = count}, made);
+}
+
 static void print_payout(FILE *stream, const void *context) {
     const struct table *table = context;
     const struct vw_payout *payouts = table->rows;
@@ -70,6 +77,11 @@ static void print_payout(FILE *stream, const void *context) {
 
 enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count) {
     return vw_csv_write_file(path, print_payout, &(struct table){.rows = payouts, .count = count});
+}
+
+enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
+                                    struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_payout, &(struct table){.rows = payouts, .count = count}, made);
 }
 
 static void print_duplicates(FILE *stream, const void *context) {
@@ -146,12 +158,22 @@ static bool knows_all(const struct vw_ledger_image *images, uint32_t image_count
     return true;
 }
 
-enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
-                                     const struct vw_ledger_image *images, uint32_t image_count) {
+enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
+                                    const struct vw_ledger_image *images, uint32_t image_count,
+                                    struct vw_csv_text *made) {
     if (!knows_all(images, image_count, matrix->photos, matrix->photo_count) ||
         !knows_all(images, image_count, matrix->views, matrix->view_count))
         return vw_fail(VW_ERROR_INPUT,
                        "%s: a photo of the matrix is not in the image table; check the ledger with viewworth verify",
                        path);
-    return vw_csv_write_file(path, print_matrix, &(struct table){matrix, 0, standard_errors, images, image_count});
+    return vw_csv_make_text(path, print_matrix, &(struct table){matrix, 0, standard_errors, images, image_count}, made);
+}
+
+enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
+                                     const struct vw_ledger_image *images, uint32_t image_count) {
+    struct vw_csv_text text = {0};
+    enum vw_status status = vw_table_make_matrix(path, matrix, standard_errors, images, image_count, &text);
+    if (!status) status = vw_file_write(path, text.text, text.size_bytes);
+    free(text.text);
+    return status;
 }

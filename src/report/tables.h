@@ -1,10 +1,12 @@
 // Tables beside scores.csv, for people and other programs: CSV (RFC 4180, but lines end with LF), reals so that they
-// read back to the same double. Each function writes its file whole or not at all.
+// read back to the same double. A write function writes its file whole or not at all. A make function makes the same
+// text in memory, and has the path for messages.
 #ifndef VIEWWORTH_TABLES_H
 #define VIEWWORTH_TABLES_H
 
 #include <stdint.h>
 
+#include "base/csv.h"
 #include "value/duplicate_scores.h"
 #include "viewworth/ledger.h"
 #include "value/matrix.h"
@@ -14,8 +16,12 @@
 // providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank 1 =
 // most valuable.
 enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count);
+enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
+                                       struct vw_csv_text *made);
 // payout.csv: provider,method,value,unit,photos,share,amount; the amounts, with two decimals, add up to the whole.
 enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count);
+enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
+                                    struct vw_csv_text *made);
 // duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo, groups
 // from 0.
 enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
@@ -25,6 +31,9 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
 // lack one of the matrix.
 enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                      const struct vw_ledger_image *images, uint32_t image_count);
+enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
+                                    const struct vw_ledger_image *images, uint32_t image_count,
+                                    struct vw_csv_text *made);
 
 // Cents as "12.34".
 enum { VW_AMOUNT_BYTES = 24 };
