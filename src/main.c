@@ -31,7 +31,7 @@ static const struct vw_command commands[] = {
      "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are "
      "near-duplicates.\n"
      "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report "
-     "and the tables are written again, except scores.csv.",
+     "and the tables are written again, except scores.csv, and --sign signs it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
@@ -64,11 +64,19 @@ static const struct vw_command commands[] = {
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
 
-    {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the ledger of OUT was not changed",
-     "Finds rows that were edited, removed, added or reordered: recomputes every hash and every score. A ledger that "
-     "was rewritten as a whole is detected by --expect HEAD, or by --replay N, which opens the scene. "
-     NEEDS_SCENE_FOLDER,
+    {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the run in OUT and its files were not changed",
+     "Finds rows that were edited, removed, added or reordered: recomputes every hash, every score and the identity of "
+     "the run. Makes scores.csv, matrix.csv, providers.csv and payout.csv again and compares them with the files; "
+     "compares field.vwf with its hash. Prints a table of what was checked, and by what. Writes nothing.\n"
+     "A stranger can rewrite a whole ledger and its files so that they fit together. --key FILE.pub detects that if "
+     "the owner of the key signed the run, --expect HEAD if the head was noted elsewhere, and --replay N trains the "
+     "first N steps again, with the scene. Only a signature covers report.html and duplicates.csv. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
+    {VW_COMMANDS_CHECK, "keygen", NULL, "Make a pair of keys that sign runs",
+     "Writes the secret key to the --to file, which only its owner may read, and the public key to FILE.pub. "
+     "value --sign FILE signs a run; everybody who has FILE.pub checks the signature by verify --key FILE.pub. "
+     "Existing files are not overwritten.",
+     VW_OPTIONS_KEYGEN | VW_OPTIONS_JSON, vw_command_keygen},
     {VW_COMMANDS_CHECK, "reproduce", "SCENE",
      "Value the photos with several seeds and measure how well the scores agree",
      "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "

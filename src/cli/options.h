@@ -36,6 +36,7 @@ struct vw_options {
     double until_stable; // 0: take all epochs
     const char *accuracy, *budget;
     const char *expect;
+    const char *sign, *key; // files of a secret and of a public key
     uint32_t replay_steps;
     uint32_t subsets;
     uint32_t halves;        // random halves of the train photos, by which a sweep evaluates scores
@@ -79,6 +80,7 @@ enum {
     VW_OPTIONS_REPORT = 262144,
     VW_OPTIONS_THUMBNAILS = 524288, // commands that write a report
     VW_OPTIONS_TRADEOFF = 1048576,
+    VW_OPTIONS_KEYGEN = 2097152,
 };
 
 // The headings under which viewworth --help lists commands, in this order.

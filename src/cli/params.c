@@ -49,6 +49,7 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .preset = options->accuracy,
         .explicit_fields = list_explicit_fields(options),
         .payout = options->payout,
+        .sign_key_path = options->sign,
         .no_thumbnails = options->no_thumbnails,
         .profile = options->profile,
     };

@@ -33,6 +33,10 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->statistics))
         status = vw_run_count_step(run, &records[known + added++]);
+    if (!status && added && !run->cleared) { // what is there would be of fewer steps than the ledger has
+        status = vw_run_remove_outdated(run->out);
+        run->cleared = !status;
+    }
     if (!status && added) status = vw_ledger_append(run->ledger, records + known, added, validation_views);
     return status ? status : check_nonfinite(run);
 }

@@ -7,9 +7,12 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/utc.h"
+#include "base/hash.h"
 #include "report/page.h"
 #include "run/outputs/report_folder.h"
 #include "run/run_private.h"
+#include "run/sign.h"
+#include "run/signature.h"
 #include "base/clock.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -49,9 +52,9 @@ static void log_statistics(const struct vw_step_statistics *statistics) {
                     statistics->clamped);
 }
 
-// The tables of what the run was before these steps.
-static enum vw_status remove_outdated(const char *out) {
-    static const char *const names[] = {"report.html", "matrix.csv", "providers.csv", "payout.csv", "duplicates.csv"};
+enum vw_status vw_run_remove_outdated(const char *out) {
+    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",   "matrix.csv",
+                                        "providers.csv",   "payout.csv", "duplicates.csv"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         char *path = vw_path_join(out, names[i]);
         if (!path) return VW_ERROR_MEMORY;
@@ -66,12 +69,23 @@ static enum vw_status remove_outdated(const char *out) {
     return VW_OK;
 }
 
+// The ledger's end names the field by its hash.
+static enum vw_status save_field(struct vw_run *run) {
+    uint8_t hash[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
+    if (!status) status = vw_sha256_file(run->field_path, hash);
+    if (status) return status;
+    vw_hash_to_hex(hash, hex);
+    return vw_ledger_set_field(run->ledger, hex);
+}
+
 // The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
     if (run->complete || run->finished) return VW_OK;
     const struct vw_scoring *scoring = &run->scoring;
-    enum vw_status status = remove_outdated(run->out);
-    if (!status) status = vw_trainer_save_field(run->trainer, run->field_path);
+    enum vw_status status = vw_run_remove_outdated(run->out);
+    if (!status) status = save_field(run);
     if (!status && run->validate)
         status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
                                      scoring->input.image_count);
@@ -179,6 +193,7 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
     if (!status && run->validate) status = write_tables(run);
+    if (!status && run->sign_key_path) status = vw_run_sign(run->out, run->sign_key_path, run->providers_path);
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;

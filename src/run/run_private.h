@@ -25,6 +25,8 @@ struct vw_run {
     struct vw_config config;  // its epochs follow a run that keeps a budget
     char *out;                // owned
     char *scene_options_json; // owned
+    char *sign_key_path;      // owned; NULL: the run is not signed
+    char *providers_path;     // owned; NULL: none was given
     bool resume, validate, no_thumbnails, wants_profile;
     double until_stable;   // 0: never
     uint64_t payout_cents; // 0: none
@@ -50,6 +52,7 @@ struct vw_run {
     bool stopping;                        // progress returned false
     bool stepped;                         // since it was opened
     bool moved;                           // since the last checkpoint
+    bool cleared;                         // OUT has no tables of what the run was before
     bool failed;                          // the ledger says how; nothing more is written
     uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
     uint64_t trainer_step;                // the last step handed out by the trainer, or started_after
@@ -81,6 +84,8 @@ enum vw_status vw_run_create_ledger(struct vw_run *run);
 enum vw_status vw_run_catch_up(struct vw_run *run);
 // Saves the state of the trainer if it has moved since the last checkpoint; nothing may be in flight.
 void vw_run_save_checkpoint(struct vw_run *run);
+// Removes the tables, the report and the signature of what the run was before further steps.
+enum vw_status vw_run_remove_outdated(const char *out);
 // Counts a step that is in the ledger.
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
 // Before closing: saves a checkpoint of a run that was not finished, and marks it "interrupted".

@@ -8,10 +8,10 @@ out=$folder/run
 
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; } # refuses PATTERN ARGUMENT...
 
-# fails_to_remove COMMAND...: it fails, names duplicates.csv, and leaves the ledger marked.
+# fails_to_remove COMMAND...: it fails, names duplicates.csv, and adds no step to the ledger.
 fails_to_remove() {
     ! "$@" >"$folder/stdout" 2>"$folder/stderr" && grep -q 'duplicates\.csv: cannot remove' "$folder/stderr" &&
-        [[ $(query run 'SELECT status FROM run') == failed ]] && return
+        [[ $(query run 'SELECT status, final_hash FROM run') == "finished|$head" ]] && return
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }
@@ -80,9 +80,12 @@ check "--json tells the same" bash -c "sqlite3 :memory: \"SELECT (SELECT sum(val
 sed 's/,chris$/,dora/' "$folder/providers.csv" >"$folder/others.csv"
 check "providers may be named afterwards" prints ' dora$' "${resume[@]}" --providers "$folder/others.csv" --payout 5
 check "that they differ from the ledger's is said" grep -q '^warning: providers are those given now' "$folder/stderr"
-check "verify finds the run intact" prints 'is intact' "$program" verify "$out"
+check "verify names tables of other providers than the ledger's" fails 1 'providers\.csv: .* or made with other --providers' \
+    "$program" verify "$out"
+check "and knows them by those" prints '^payout\.csv +intact +made again from the ledger and --providers$' "$program" verify "$out" \
+    --providers "$folder/others.csv"
 mkdir "$out/duplicates.csv"
-check "what cannot be removed stops the end of an extended run" fails_to_remove "${resume[@]}" --epochs 5 --quiet
+check "what cannot be removed stops a run before it is extended" fails_to_remove "${resume[@]}" --epochs 5 --quiet
 rmdir "$out/duplicates.csv"
 echo old >"$out/duplicates.csv"
 check "the run is extended" prints '' "${resume[@]}" --epochs 5 --quiet

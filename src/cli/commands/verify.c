@@ -9,10 +9,17 @@
 
 static json_t *to_json(const struct vw_verification *verification) {
     const char *log_sha256 = *verification->log_sha256 ? verification->log_sha256 : NULL;
-    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:s}", "intact", 1, "run_id", verification->run_id,
+    json_t *items = json_array();
+    for (uint32_t i = 0; i < verification->item_count; i++) {
+        const struct vw_verify_item *item = &verification->items[i];
+        vw_json_append(&items,
+                       json_pack("{s:s, s:s, s:s}", "item", item->name, "result", item->result, "by", item->by));
+    }
+    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:s, s:b, s:o}", "intact", 1, "run_id", verification->run_id,
                      "log_sha256", log_sha256, "status", verification->status, "steps", (json_int_t)verification->steps,
                      "scores", (json_int_t)verification->score_count, "replayed",
-                     (json_int_t)verification->replayed_steps, "head", verification->head);
+                     (json_int_t)verification->replayed_steps, "head", verification->head, "signed",
+                     verification->is_signed, "checks", items);
 }
 
 static void print_text(const struct vw_verification *verification, bool replayed) {
@@ -24,12 +31,19 @@ static void print_text(const struct vw_verification *verification, bool replayed
         vw_print("it was imported: how its steps were taken cannot be checked; the log's sha256sum was\n         %s\n",
                  verification->log_sha256);
     if (replayed) vw_print("replay   %" PRIu64 " steps taken again gave the same bits\n", verification->replayed_steps);
-    vw_print("head     %s\n", verification->head);
+    vw_print("head     %s\n\n%-23s %-12s %s\n", verification->head, "item", "result", "checked by");
+    for (uint32_t i = 0; i < verification->item_count; i++) {
+        const struct vw_verify_item *item = &verification->items[i];
+        if (*item->by) vw_print("%-23s %-12s %s\n", item->name, item->result, item->by);
+        else vw_print("%-23s %s\n", item->name, item->result);
+    }
 }
 
 enum vw_status vw_command_verify(const struct vw_options *options) {
     struct vw_verify_params params = {.out = options->operand,
                                       .expect = options->expect,
+                                      .key = options->key,
+                                      .providers = options->providers,
                                       .replay_steps = options->replay_steps,
                                       .device = options->device};
     struct vw_verification verification = {0};
