@@ -16,6 +16,8 @@ fuzz_target fuzz_colmap_binary; // cameras.bin, images.bin and points3D.bin (see
 fuzz_target fuzz_colmap_text;   // cameras.txt, images.txt and points3D.txt, likewise
 fuzz_target fuzz_tsv;           // the split file of NeRF-W
 fuzz_target fuzz_recipe;        // a recipe; nothing is drawn
+fuzz_target fuzz_ledger;        // edits of a valid ledger.db and of a journal beside it (database_edits.h)
+fuzz_target fuzz_store;         // likewise, of retrainings.db or tradeoff.db, as the first byte says
 
 // The folder that targets work in, made at the first call and removed at the process's end: the photos 00.png to
 // 07.png, of 8 x 6 pixels, are in images/. It must be removed before another target runs, which would find the files of

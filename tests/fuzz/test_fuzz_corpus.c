@@ -38,12 +38,15 @@ static void the_binary_colmap_corpus_passes(void **state) { (void)state, replay(
 static void the_text_colmap_corpus_passes(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
 static void the_tsv_corpus_passes(void **state) { (void)state, replay("tsv", fuzz_tsv); }
 static void the_recipe_corpus_passes(void **state) { (void)state, replay("recipe", fuzz_recipe); }
+static void the_ledger_corpus_passes(void **state) { (void)state, replay("ledger", fuzz_ledger); }
+static void the_store_corpus_passes(void **state) { (void)state, replay("store", fuzz_store); }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_transforms_corpus_passes),  cmocka_unit_test(the_binary_colmap_corpus_passes),
         cmocka_unit_test(the_text_colmap_corpus_passes), cmocka_unit_test(the_tsv_corpus_passes),
-        cmocka_unit_test(the_recipe_corpus_passes),
+        cmocka_unit_test(the_recipe_corpus_passes),      cmocka_unit_test(the_ledger_corpus_passes),
+        cmocka_unit_test(the_store_corpus_passes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
