@@ -99,7 +99,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
         images[v] = (struct vw_ledger_image){
             .image_id = v, .name = scene->views[v].name, .split = vw_split_name(scene->views[v].split)};
     const struct vw_ledger_run run = {hex,  hex,  "recipe", 0,    "{}", hex, "d", "d", hex, "v", "2026-11-21T03:04:05Z",
-                                      "{}", "[]", NULL,     NULL, NULL};
+                                      "{}", "[]", NULL,     NULL, NULL, NULL};
     ASSERT_OK(vw_ledger_create(temporary_path(folder, "ledger.db"), &run, images, scene->view_count, &ledger));
     const struct vw_step_record *records = NULL;
     struct vw_step_record *steps = NULL;
