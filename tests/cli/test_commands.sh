@@ -119,6 +119,29 @@ check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledge
     done | sort | uniq -c | tr -s ' ')" = ' 12 1'
 check "value again gives a run, its effects decided by itself" value second --effects auto
 check "the same effects leave the same rows" same_rows first second
+
+# Names, times and bytes of a run's files. A command that reads changes none, whether it ends well or not.
+files_of() { (cd "$folder/$1" && stat -c '%n %y %s' . ./* && cat ./*) | sha256sum; }
+leaves_alone() { # leaves_alone RUN EXIT_CODE COMMAND [ARGUMENT]...
+    local before code=0
+    before=$(files_of "$1")
+    "$program" "${@:3}" >"$folder/stdout" 2>&1 || code=$?
+    [[ $code -eq $2 && $(files_of "$1") == "$before" ]] && return
+    cat "$folder/stdout"
+    return 1
+}
+cp -r "$folder/first" "$folder/edited"
+sqlite3 "$folder/edited/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'
+cp -r "$folder/first" "$folder/indexed"
+sqlite3 "$folder/indexed/ledger.db" 'CREATE INDEX extra ON score (method)'
+for reading in 'verify RUN' "select RUN --top 2 --to $folder/list.txt" "report RUN --to $folder/page.html" "render RUN --to $folder/view.png"; do
+    read -ra words <<<"${reading/RUN/$folder/first}"
+    check "${words[0]} changes nothing in the folder" leaves_alone first 0 "${words[@]}"
+    read -ra words <<<"${reading/RUN/$folder/indexed}"
+    check "${words[0]} refuses an index, and changes nothing" leaves_alone indexed 2 "${words[@]}"
+done
+check "verify finds an edit, and changes nothing" leaves_alone edited 1 verify "$folder/edited"
+
 for threads in 0 1 2 4; do
     check "value with $threads driver threads gives a run" value_by_threads "$threads"
     check "the rows do not depend on threads ($threads)" same_rows first "threads$threads"
