@@ -22,7 +22,7 @@ enum vw_status vw_database_fail(struct vw_database *database, const char *doing)
     if (sqlite3_extended_errcode(database->handle) == SQLITE_READONLY_ROLLBACK)
         return vw_fail(VW_ERROR_INPUT,
                        "%s: a program was killed while it wrote here; repeat its command with --resume, which finishes "
-                       "or undoes that write, then run again",
+                       "or undoes that write, or make the folder anew",
                        path);
     switch (sqlite3_errcode(database->handle)) {
     case SQLITE_FULL:

@@ -17,8 +17,7 @@ const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
     return kept;
 }
 
-// ---- Columns: each reader sets `*status` when the value is none that viewworth writes, and does nothing after that
-// ----
+// ---- Columns: see ledger_private.h ----
 
 static void fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     *status = vw_fail(VW_ERROR_INPUT, "%s: damaged: column %s has an invalid value; restore the file from a copy",
