@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Less and less address space: every command ends with exit code 0, 1 or 2 and at most one line, and never by a signal. Takes the program's
+# path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+ulimit -c 0
+scene=$root/tests/support/tiny.json
+nm "$program" 2>/dev/null | grep -q __asan_init && { echo "SKIPPED: the address sanitizer takes terabytes of address space"; exit 77; }
+
+# survives WHAT FROM STEP TO COMMAND...: with FROM, FROM + STEP, ... up to TO KiB of address space. What fails before main, in the loader, is
+# not of the program (127).
+survives() {
+    local what=$1 from=$2 step=$3 to=$4 kib code failed=0 done=0
+    shift 4
+    for ((kib = from; kib <= to; kib += step)); do
+        code=0
+        rm -rf "$folder/new"
+        (ulimit -v "$kib" && exec "$program" "$@") >"$folder/stdout" 2>"$folder/stderr" || code=$?
+        [[ $code -eq 0 ]] && done=$((done + 1))
+        [[ $code -eq 127 || ($code -eq 0 && ! -s $folder/stderr) ]] && continue
+        [[ ($code -eq 1 || $code -eq 2) && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -q '^viewworth: ' "$folder/stderr" &&
+            { failed=$((failed + 1)); continue; }
+        echo "$what with $kib KiB: exit code $code"
+        cat "$folder/stderr"
+        return 1
+    done
+    echo "$what: $failed messages, $done times done"
+    [[ $failed -gt 0 && $done -gt 0 ]]
+}
+
+check "a run" run "$program" value "$scene" --out "$folder/run" --epochs 3 "${small[@]}" --quiet
+mkdir "$folder/large" && "$(dirname "$program")/synthetic_ledger" "$folder/large/ledger.db" 100
+printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.1\n' >"$folder/log.csv"
+for i in {1..20000}; do echo "$i,$((i / 5)),photo_$((i % 5)),10,0.1"; done >>"$folder/log.csv"
+check "info" survives info 200000 300000 1700000 info "$scene" --device llvmpipe --quiet
+check "verify" survives verify 7000 300 13000 verify "$folder/large" --quiet
+check "select" survives select 6600 200 10000 select "$folder/run" --top 2 --to "$folder/new"
+check "import-steps" survives import 7000 1000 27000 import-steps "$folder/log.csv" --out "$folder/new" --quiet
+check "report" survives report 7000 300 13000 report "$folder/run" --no-thumbnails --quiet --to "$folder/report.html"
+conclude
