@@ -27,11 +27,16 @@ static void begin(void) {
     (void)ready;
 }
 
-// Whether the text is the base64 of exactly so many bytes.
+// Whether the text is exactly the base64 of so many bytes: libsodium's decoder takes some others for it.
 static bool from_base64(const char *text, size_t length, uint8_t *bytes, size_t byte_count) {
+    char again[sodium_base64_ENCODED_LEN(VW_SECRET_KEY_BYTES, BASE64)];
     size_t got = 0;
-    return sodium_base642bin(bytes, byte_count, text, length, NULL, &got, NULL, BASE64) == 0 && got == byte_count &&
-           sodium_base64_encoded_len(byte_count, BASE64) == length + 1;
+    bool same = sodium_base642bin(bytes, byte_count, text, length, NULL, &got, NULL, BASE64) == 0 &&
+                got == byte_count && sodium_base64_encoded_len(byte_count, BASE64) == length + 1;
+    if (same) sodium_bin2base64(again, sizeof again, bytes, byte_count, BASE64);
+    same = same && sodium_memcmp(again, text, length) == 0;
+    sodium_memzero(again, sizeof again);
+    return same;
 }
 
 // ---- Reading -------------------------------------------------------------------------------------------------------

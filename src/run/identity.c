@@ -84,7 +84,8 @@ static enum vw_status read_box(const char *effects_json, struct vw_box *box, boo
     bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
                                         &centre[2], &box->half_extent_world);
     json_decref(array);
-    return read ? VW_OK : vw_fail(VW_ERROR_INPUT, "run.effects_json: the effect unbounded has no box of four numbers");
+    return read ? VW_OK
+                : vw_fail(VW_ERROR_MISMATCH, "its effect unbounded has no box of four numbers: the run row was edited");
 }
 
 // The hash of the names of all photos, or of those trained on: vw_trainer_subset_hash().

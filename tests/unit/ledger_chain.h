@@ -34,16 +34,23 @@ static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, cons
     sqlite3_finalize(statement);
 }
 
-// Ends a hash into `hex` and tells whether `sql` finds the same.
-static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *sql, int64_t value,
-                           char hex[VW_HASH_HEX_BYTES]) {
+// Ends a hash into `hex` and tells whether run.COLUMN, or with `step` not -1 that of the step, is the same. With
+// `rewrite`, makes it the same.
+static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *column, int64_t step,
+                           bool rewrite, char hex[VW_HASH_HEX_BYTES]) {
     unsigned char hash[VW_HASH_BYTES];
     crypto_generichash_final(state, hash, sizeof hash);
     sodium_bin2hex(hex, 65, hash, sizeof hash);
-    sqlite3_stmt *statement = sql_query(raw, sql, value);
-    bool same =
-        sqlite3_step(statement) == SQLITE_ROW && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0;
+    const char *table = step < 0 ? "run" : "step WHERE step = ?";
+    char *change = vw_format_text("UPDATE %s SET %s = '%s'%s", step < 0 ? "run" : "step", column, hex,
+                                  step < 0 ? "" : " WHERE step = ?");
+    char *ask = vw_format_text("SELECT %s FROM %s", column, table);
+    sqlite3_stmt *statement = sql_query(raw, rewrite ? change : ask, step);
+    bool row = sqlite3_step(statement) == SQLITE_ROW;
+    bool same = rewrite || (row && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0);
     sqlite3_finalize(statement);
+    free(change);
+    free(ask);
     return same;
 }
 
@@ -62,8 +69,8 @@ static inline bool is_running(sqlite3 *raw) {
     return running;
 }
 
-// Whether all hashes of a ledger are what its rows give.
-static inline bool chain_holds(const char *path) {
+// Goes along the chain; with `rewrite`, as whoever forges a ledger does, writing every hash.
+static inline bool follow_chain(const char *path, bool rewrite) {
     sqlite3 *raw = sql_open(path);
     crypto_generichash_state state;
     char head[VW_HASH_HEX_BYTES];
@@ -73,7 +80,7 @@ static inline bool chain_holds(const char *path) {
     feed_rows(&state, raw,
               "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER BY image_id",
               0);
-    bool holds = hash_is(&state, raw, "SELECT row_hash FROM run", 0, head);
+    bool holds = hash_is(&state, raw, "row_hash", -1, rewrite, head);
     int64_t count = count_steps(raw);
     for (int64_t step = 0; step < count; step++) {
         crypto_generichash_init(&state, NULL, 0, 32);
@@ -89,7 +96,7 @@ static inline bool chain_holds(const char *path) {
                   "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe WHERE step "
                   "= ? ORDER BY probe",
                   step);
-        holds = hash_is(&state, raw, "SELECT row_hash FROM step WHERE step = ?", step, head) && holds;
+        holds = hash_is(&state, raw, "row_hash", step, rewrite, head) && holds;
     }
     crypto_generichash_init(&state, NULL, 0, 32);
     if (is_running(raw)) feed_rows(&state, raw, "SELECT row_hash FROM run", 0);
@@ -103,9 +110,14 @@ static inline bool chain_holds(const char *path) {
               "rank_ci_low, rank_ci_high FROM score"
               " ORDER BY rowid",
               0);
-    holds = hash_is(&state, raw, SQL_FINAL_HASH, 0, head) && holds;
+    holds = hash_is(&state, raw, "final_hash", -1, rewrite, head) && holds;
     sqlite3_close(raw);
     return holds;
 }
+
+// Whether all hashes of a ledger are what its rows give.
+static inline bool chain_holds(const char *path) { return follow_chain(path, false); }
+// Computes all of them anew.
+static inline void chain_rewrite(const char *path) { assert_true(follow_chain(path, true)); }
 
 #endif
