@@ -86,6 +86,27 @@ static void a_run_can_go_on(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) go_on_after(*state, ends[i]);
 }
 
+// The field of an end is not that of the next one.
+static void a_field_is_of_one_end(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_recording *recording = test_record(&test_four_epochs);
+    struct vw_ledger_run run;
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
+    test_ledger_finish(ledger, "finished");
+    assert_answer(path, "SELECT field_sha256 FROM run", HEX_B);
+    ASSERT_OK(vw_ledger_get_run(ledger, &run));
+    assert_string_equal(run.field_sha256, HEX_B);
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3, test_validation_views));
+    assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
+    ASSERT_OK(vw_ledger_finish(ledger, "interrupted", "2026-11-21T04:00:00Z", NULL, 0));
+    assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    free(recording);
+    free(path);
+}
+
 // A finish that fails (two scores of one key) leaves the run as it was.
 static void a_failed_finish_changes_nothing(void **state) {
     char *path = vw_path_join(*state, "ledger.db");
@@ -215,6 +236,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(steps_must_follow_each_other, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_run_can_go_on, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_field_is_of_one_end, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_failed_finish_changes_nothing, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_batch_writes_its_own_rows_only, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_full_disk_loses_no_recorded_batch, test_set_up, test_tear_down),

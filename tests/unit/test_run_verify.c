@@ -192,6 +192,20 @@ static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
     }
 }
 
+// Only the scene tells what its photos are.
+static void a_replay_looks_at_the_photos(void **state) {
+    const struct fixture *fixture = renew(state);
+    struct vw_verification verification = {0};
+    const struct vw_verify_params params = {.out = fixture->out, .replay_steps = 3};
+    ASSERT_OK(vw_run_verify(&params, &verification));
+    assert_int_equal(verification.replayed_steps, 3);
+    vw_verification_free(&verification);
+    sql_change(in_copy(fixture, "ledger.db"), "UPDATE image SET sha256 = scene_hash WHERE image_id = 3");
+    chain_rewrite(in_copy(fixture, "ledger.db"));
+    ASSERT_OK(verify(fixture, NULL));
+    assert_refused(vw_run_verify(&params, &verification), "another photo", "image rows are not the photos");
+}
+
 // What no check without a key finds: a text that nothing follows from.
 static void a_chain_rewritten_whole_needs_the_head_or_a_key(void **state) {
     const struct fixture *fixture = renew(state);
@@ -349,36 +363,73 @@ static void every_flipped_bit_of_a_signature_is_found(void **state) {
     vw_verification_free(&whole);
 }
 
-// The same statement with one thing changed, and the signature of the unchanged one.
-static void whatever_a_statement_says_is_signed(void **state) {
-    const struct fixture *fixture = renew(state);
-    struct vw_verification whole = {0};
+// What there is now, and a key to check its signature by.
+struct signed_run {
+    const struct fixture *fixture;
+    struct vw_statement now;
     uint8_t key[VW_PUBLIC_KEY_BYTES];
-    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = fixture->out, .to_sign = true}, &whole));
-    ASSERT_OK(vw_public_key_read(fixture->public_key, key));
-    struct vw_statement now = whole.statement;
-    uint64_t *const numbers[] = {&now.counts.schema_version, &now.counts.steps,  &now.counts.images,
-                                 &now.counts.views,          &now.counts.probes, &now.counts.scores};
-    char *const texts[] = {now.run_id, now.status, now.head};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers); i++) {
-        ++*numbers[i];
-        assert_refused(vw_statement_check(&now, fixture->out, key, NULL), "a count", "counts");
-        now = whole.statement;
-    }
-    for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
-        texts[i][0] ^= 1;
-        assert_refused(vw_statement_check(&now, fixture->out, key, NULL), texts[i], VW_SIGNATURE_FILE);
-        now = whole.statement;
-    }
+    char *text; // owned: of the signature
+};
+
+// Replaces the first `old` of the signature by `new`, so that it says what there is now.
+static void assert_signed(const struct signed_run *run, const char *old, const char *new) {
+    char *place = strstr(run->text, old);
+    if (!place) fail_msg("the signature lacks %s", old);
+    char *changed = vw_format_text("%.*s%s%s", (int)(place - run->text), run->text, new, place + strlen(old));
+    assert_refused(vw_statement_check(&run->now, run->fixture->out, run->key, NULL), old, ""); // of something else
+    ASSERT_OK(vw_file_write(in_copy(run->fixture, VW_SIGNATURE_FILE), changed, strlen(changed)));
+    assert_refused(vw_statement_check(&run->now, run->fixture->out, run->key, NULL), new, "does not fit what it is of");
+    ASSERT_OK(vw_file_write(in_copy(run->fixture, VW_SIGNATURE_FILE), run->text, strlen(run->text)));
+    free(changed);
+}
+
+static void assert_number_signed(struct signed_run *run, const char *name, uint64_t *number) {
+    char *old = vw_format_text("\"%s\": %llu", name, (unsigned long long)*number);
+    char *new = vw_format_text("\"%s\": %llu", name, (unsigned long long)++*number);
+    assert_signed(run, old, new);
+    --*number;
+    free(old);
+    free(new);
+}
+
+static void assert_hash_signed(struct signed_run *run, char *hash) {
+    char old[VW_HASH_HEX_BYTES], first = *hash;
+    memcpy(old, hash, sizeof old);
+    *hash = first == '0' ? '1' : '0';
+    assert_signed(run, old, hash);
+    *hash = first;
+}
+
+// Whoever changes the run and its signature alike is found by the key alone.
+static void whatever_a_statement_says_is_signed(void **state) {
+    struct signed_run run = {.fixture = renew(state)};
+    struct vw_verification whole = {0};
+    void *data = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = run.fixture->out, .to_sign = true}, &whole));
+    ASSERT_OK(vw_public_key_read(run.fixture->public_key, run.key));
+    ASSERT_OK(vw_file_read(in_copy(run.fixture, VW_SIGNATURE_FILE), 1 << 16, &data, &size_bytes));
+    run.text = data;
+    run.now = whole.statement;
+    struct vw_ledger_counts *counts = &run.now.counts;
+    assert_number_signed(&run, "schema", &counts->schema_version);
+    assert_number_signed(&run, "steps", &counts->steps);
+    assert_number_signed(&run, "images", &counts->images);
+    assert_number_signed(&run, "views", &counts->views);
+    assert_number_signed(&run, "probes", &counts->probes);
+    assert_number_signed(&run, "scores", &counts->scores);
+    assert_hash_signed(&run, run.now.run_id);
+    assert_hash_signed(&run, run.now.head);
+    strcpy(run.now.status, "interrupted");
+    assert_signed(&run, "finished", "interrupted");
+    strcpy(run.now.status, "finished");
     for (size_t i = 0; i < VW_SIGNED_FILE_COUNT; i++) {
-        if (!now.files[i].present) continue;
-        now.files[i].size_bytes++;
-        assert_refused(vw_statement_check(&now, fixture->out, key, NULL), "a size", now.files[i].name);
-        now = whole.statement;
-        now.files[i].sha256[63] ^= 1;
-        assert_refused(vw_statement_check(&now, fixture->out, key, NULL), "a hash", now.files[i].name);
-        now = whole.statement;
+        if (!run.now.files[i].present) fail_msg("%s is not there", run.now.files[i].name);
+        assert_number_signed(&run, "size_bytes", &run.now.files[i].size_bytes);
+        assert_hash_signed(&run, run.now.files[i].sha256);
     }
+    ASSERT_OK(vw_statement_check(&run.now, run.fixture->out, run.key, NULL));
+    free(data);
     vw_verification_free(&whole);
 }
 
@@ -540,6 +591,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_table_says_what_was_checked),
         cmocka_unit_test(forged_rows_with_a_chain_that_fits_are_found),
+        cmocka_unit_test(a_replay_looks_at_the_photos),
         cmocka_unit_test(a_chain_rewritten_whole_needs_the_head_or_a_key),
         cmocka_unit_test(edited_tables_are_found),
         cmocka_unit_test(the_matrix_may_differ_by_rounding_alone),
