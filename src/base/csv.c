@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text_stream.h"
 
 // Whether a spreadsheet would evaluate the text, with or without its leading apostrophes.
 static bool looks_like_formula(const char *text) {
@@ -135,17 +136,9 @@ void vw_csv_write_real(FILE *stream, double value) {
 
 enum vw_status vw_csv_make_text(const char *path, vw_csv_printer *print, const void *context,
                                 struct vw_csv_text *made) {
-    struct vw_csv_text text = {0};
-    FILE *stream = open_memstream(&text.text, &text.size_bytes);
-    if (stream) print(stream, context);
-    bool failed = !stream || ferror(stream);
-    if (stream && fclose(stream)) failed = true;
-    if (failed) {
-        free(text.text);
-        return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the table", path);
-    }
-    *made = text;
-    return VW_OK;
+    struct vw_text_stream table;
+    if (vw_text_stream_open(&table)) print(table.stream, context);
+    return vw_text_stream_close(&table, path, &made->text, &made->size_bytes);
 }
 
 enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context) {

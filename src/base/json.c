@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/text_stream.h"
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
@@ -117,4 +118,15 @@ void vw_json_append(json_t **array, json_t *value) {
 
 void vw_json_set(json_t **object, const char *key, json_t *value) {
     if (json_object_set_new(*object, key, value)) drop(object);
+}
+
+char *vw_json_print(const json_t *value, size_t flags) {
+    struct vw_text_stream text;
+    char *printed = NULL;
+    size_t size_bytes = 0;
+    if (!value) return NULL;
+    bool failed = vw_text_stream_open(&text) && json_dumpf(value, text.stream, flags);
+    if (vw_text_stream_close(&text, "JSON", &printed, &size_bytes) || !failed) return printed;
+    free(printed);
+    return NULL;
 }

@@ -21,4 +21,8 @@ json_t *vw_json_string(const char *text);
 void vw_json_append(json_t **array, json_t *value);
 void vw_json_set(json_t **object, const char *key, json_t *value);
 
+// The JSON text of a value, owned by the caller; NULL if memory is short, or for NULL. To be used for json_dumps(),
+// which leaves out keys that find no memory and reports nothing.
+char *vw_json_print(const json_t *value, size_t flags);
+
 #endif

@@ -9,12 +9,20 @@ static _Thread_local char message[VW_ERROR_MESSAGE_BYTES];
 #undef vw_fail // what the header says to the analyzer
 #undef vw_fail_context
 
+// Memory runs out in many places, and the remedy is the same in most.
+static void add_memory_remedy(char text[VW_ERROR_MESSAGE_BYTES]) {
+    size_t used = strlen(text);
+    if (!strchr(text, ';'))
+        snprintf(text + used, VW_ERROR_MESSAGE_BYTES - used, "; close other programs or use --downscale");
+}
+
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
     char text[VW_ERROR_MESSAGE_BYTES]; // the arguments may point into `message`
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
+    if (status == VW_ERROR_MEMORY) add_memory_remedy(text);
     vw_text_make_line(text);
     memcpy(message, text, sizeof message);
     return status;

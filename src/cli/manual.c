@@ -7,6 +7,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text_stream.h"
 #include "cli/help.h"
 #include "cli/option_table.h"
 #include "viewworth/version.h"
@@ -163,12 +164,11 @@ static void write_page(FILE *stream, const struct page *page) {
 static enum vw_status write_file(const char *path, const struct page *page) {
     char *text = NULL;
     size_t size_bytes = 0;
-    FILE *stream = path ? open_memstream(&text, &size_bytes) : NULL;
-    if (stream) write_page(stream, page);
-    bool failed = !stream || ferror(stream);
-    if (stream && fclose(stream)) failed = true;
-    enum vw_status status =
-        failed ? vw_fail(VW_ERROR_MEMORY, "out of memory for a man page") : vw_file_write(path, text, size_bytes);
+    struct vw_text_stream manual;
+    if (!path) return VW_ERROR_MEMORY;
+    if (vw_text_stream_open(&manual)) write_page(manual.stream, page);
+    enum vw_status status = vw_text_stream_close(&manual, path, &text, &size_bytes);
+    if (!status) status = vw_file_write(path, text, size_bytes);
     free(text);
     return status;
 }

@@ -1,4 +1,5 @@
 #include "experiment/comparison.h"
+#include "base/json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -143,7 +144,7 @@ static enum vw_status write_render(struct work *work, uint32_t place) {
 static enum vw_status write_json(const struct vw_comparison *comparison) {
     char *path = vw_path_join(comparison->params->common.out, "compare.json");
     json_t *root = vw_comparison_to_json(comparison);
-    char *bare = root ? json_dumps(root, JSON_INDENT(2)) : NULL, *text = bare ? vw_format_text("%s\n", bare) : NULL;
+    char *bare = vw_json_print(root, JSON_INDENT(2)), *text = bare ? vw_format_text("%s\n", bare) : NULL;
     json_decref(root);
     free(bare);
     enum vw_status status = VW_OK;

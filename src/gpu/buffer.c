@@ -28,6 +28,17 @@ static int choose_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, enum
     return type;
 }
 
+static enum vw_status fail_room(const struct vw_buffer *buffer, int type) {
+    const struct vw_gpu *gpu = buffer->gpu;
+    uint64_t room_bytes = gpu->memory.memoryHeaps[gpu->memory.memoryTypes[type].heapIndex].size;
+    return vw_fail(VW_ERROR_MEMORY,
+                   "%s: the device has no room for its %.1f MiB beside %.1f MiB of this run (the device has %.0f MiB, "
+                   "which other programs use as well); use fewer --rays, --samples or --val-rays, a smaller "
+                   "--log2-table or --width, or another --device",
+                   buffer->name, (double)buffer->size_bytes / 0x1p20,
+                   (double)(gpu->buffer_bytes - buffer->size_bytes) / 0x1p20, (double)room_bytes / 0x1p20);
+}
+
 static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_memory memory) {
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(buffer->gpu->device, buffer->handle, &needs);
@@ -38,6 +49,7 @@ static enum vw_status allocate_memory(struct vw_buffer *buffer, enum vw_buffer_m
                                        .allocationSize = needs.size,
                                        .memoryTypeIndex = (uint32_t)type};
     VkResult result = vkAllocateMemory(buffer->gpu->device, &info, NULL, &buffer->memory);
+    if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) return fail_room(buffer, type);
     if (result) return vw_gpu_fail(result, "vkAllocateMemory", buffer->name);
     result = vkBindBufferMemory(buffer->gpu->device, buffer->handle, buffer->memory, 0);
     if (result) return vw_gpu_fail(result, "vkBindBufferMemory", buffer->name);

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text_stream.h"
 
 // In a series of its own: see vw_database_format.
 enum { RETRAININGS_VERSION = 1004 };
@@ -86,15 +87,11 @@ enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const cha
 static char *list_views(const struct vw_retrain_params *retraining) {
     char *text = NULL;
     size_t size_bytes = 0;
-    FILE *stream = open_memstream(&text, &size_bytes);
+    struct vw_text_stream list;
+    FILE *stream = vw_text_stream_open(&list);
     for (uint32_t i = 0; stream && i < retraining->view_count; i++)
         fprintf(stream, "%s%" PRIu32, i ? " " : "", retraining->views[i]);
-    bool failed = !stream || ferror(stream);
-    if (stream && fclose(stream)) failed = true;
-    if (!failed) return text;
-    free(text);
-    vw_fail(VW_ERROR_MEMORY, "out of memory for the list of a retraining's photos");
-    return NULL;
+    return vw_text_stream_close(&list, "photos of a retraining", &text, &size_bytes) ? NULL : text;
 }
 
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,

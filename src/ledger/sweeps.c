@@ -6,6 +6,7 @@
 #include "ledger/database_open.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text_stream.h"
 
 // In a series of its own: see vw_database_format.
 enum { SWEEPS_VERSION = 2002 };
@@ -59,18 +60,14 @@ static const char *const types[] = {
 static char *write_sql(const char *before, bool defines, const char *behind) {
     char *text = NULL;
     size_t size_bytes = 0;
-    FILE *stream = open_memstream(&text, &size_bytes);
+    struct vw_text_stream statement;
+    FILE *stream = vw_text_stream_open(&statement);
     if (stream) fputs(before, stream);
     for (size_t i = 0; stream && i < VW_ARRAY_COUNT(columns); i++)
         if (defines) fprintf(stream, ", %s %s", columns[i].name, types[columns[i].kind]);
         else fputs(", ?", stream);
     if (stream) fputs(behind, stream);
-    bool failed = !stream || ferror(stream);
-    if (stream && fclose(stream)) failed = true;
-    if (!failed) return text;
-    free(text);
-    vw_fail(VW_ERROR_MEMORY, "out of memory for a statement");
-    return NULL;
+    return vw_text_stream_close(&statement, "statement", &text, &size_bytes) ? NULL : text;
 }
 
 static enum vw_status open_file(const char *path, struct vw_database *database) {

@@ -8,6 +8,7 @@
 #include "report/html_parts.h"
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/text_stream.h"
 #include "report/page.h"
 
 enum { REAL_DIGITS = 8 }; // what a page shows has fewer
@@ -69,7 +70,7 @@ static bool write_page(FILE *stream, const json_t *data) {
         if (mark) complete = write_piece(stream, name, data);
         rest = mark ? mark + strlen("{{}}") + strlen(name) : NULL;
     }
-    return complete && !ferror(stream);
+    return complete;
 }
 
 enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page) {
@@ -78,10 +79,10 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
     size_t size_bytes = 0;
     enum vw_status status = vw_html_data_make(page, &data);
     if (status) return status;
-    FILE *stream = open_memstream(&text, &size_bytes);
-    bool complete = stream && write_page(stream, data);
-    if (stream && fclose(stream)) complete = false;
-    if (!complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
+    struct vw_text_stream html;
+    bool complete = vw_text_stream_open(&html) && write_page(html.stream, data);
+    status = vw_text_stream_close(&html, path, &text, &size_bytes);
+    if (!status && !complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
     if (!status) status = vw_file_write(path, text, size_bytes);
     json_decref(data);
     free(text);

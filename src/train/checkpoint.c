@@ -45,19 +45,27 @@ static enum vw_status check_description(const char *path, const char *text, cons
     return status;
 }
 
+enum vw_status checkpoint_open(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
+                               uint64_t state_bytes, struct hashed_file *file, uint64_t *step) {
+    enum vw_status status = hashed_file_open(path, magic, state_bytes, remedy, file);
+    if (status != VW_OK) return status;
+    status = check_description(path, file->description, run_id, last_step, step);
+    if (status == VW_OK && file->payload_bytes != state_bytes)
+        status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
+                         file->payload_bytes, state_bytes, remedy);
+    if (status != VW_OK) hashed_file_close(file);
+    return status;
+}
+
 enum vw_status checkpoint_load(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
                                const struct step_passes *passes, uint64_t *step) {
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
     const struct buffer_list list = {buffers, step_training_state(passes, buffers)};
     struct hashed_file file;
     uint64_t saved_step = 0;
-    enum vw_status status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
+    enum vw_status status = checkpoint_open(path, run_id, last_step, buffer_list_bytes(&list), &file, &saved_step);
     if (status != VW_OK) return status;
-    status = check_description(path, file.description, run_id, last_step, &saved_step);
-    if (status == VW_OK && file.payload_bytes != buffer_list_bytes(&list))
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
-                         file.payload_bytes, buffer_list_bytes(&list), remedy);
-    if (status == VW_OK) status = hashed_file_load(&file, &list);
+    status = hashed_file_load(&file, &list);
     hashed_file_close(&file);
     if (status == VW_OK) *step = saved_step;
     return status;

@@ -7,7 +7,7 @@
 #include "base/json.h"
 #include "train/hashed_file.h"
 
-static const char magic[] = "viewworth field 1\n";
+static const char magic[] = "viewworth field 1\n", remedy[] = "train again with viewworth train";
 
 // The config's identity, the box, and the effects that are on; owned by the caller.
 static char *describe(const struct trained_field *trained) {
@@ -19,12 +19,12 @@ static char *describe(const struct trained_field *trained) {
     for (uint32_t i = 0; i < trained->effect_count; i++)
         if (trained->effects[i].on) vw_json_append(&effects, json_string(trained->effects[i].name));
     json_t *object =
-        identity ? json_pack("{s:o?, s:[f,f,f], s:f, s:o, s:I}", "config",
+        identity ? json_pack("{s:o, s:[f,f,f], s:f, s:o, s:I}", "config",
                              vw_json_load(identity, strlen(identity), 0, NULL), "box_centre_world",
                              box->centre_world[0], box->centre_world[1], box->centre_world[2], "box_half_extent_world",
                              box->half_extent_world, "effects", effects, "param_bytes", (json_int_t)model->param_bytes)
                  : NULL;
-    char *text = object ? json_dumps(object, JSON_SORT_KEYS | JSON_COMPACT) : NULL;
+    char *text = vw_json_print(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     free(identity);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the field's description");
@@ -39,22 +39,24 @@ enum vw_status field_file_save(const char *path, const struct trained_field *tra
     return status;
 }
 
-static enum vw_status load_same(const char *path, const char *description, const struct trained_field *trained) {
-    uint64_t param_bytes = trained->field->model->param_bytes;
-    struct hashed_file file;
-    enum vw_status status = hashed_file_open(path, magic, param_bytes, "train again with viewworth train", &file);
-    if (status != VW_OK) return status;
-    if (strcmp(file.description, description) || file.payload_bytes != param_bytes)
-        status =
-            vw_fail(VW_ERROR_INPUT, "%s: trained with another configuration, box or effects than this run's", path);
-    else status = hashed_file_load(&file, &(struct buffer_list){&trained->field->params, 1});
-    hashed_file_close(&file);
-    return status;
+enum vw_status field_file_open(const char *path, const char *description, uint64_t param_bytes,
+                               struct hashed_file *file) {
+    enum vw_status status = hashed_file_open(path, magic, param_bytes, remedy, file);
+    if (status != VW_OK || (!strcmp(file->description, description) && file->payload_bytes == param_bytes))
+        return status;
+    hashed_file_close(file);
+    return vw_fail(VW_ERROR_INPUT, "%s: trained with another configuration, box or effects than this run's; %s", path,
+                   remedy);
 }
 
 enum vw_status field_file_load(const char *path, const struct trained_field *trained) {
+    struct hashed_file file;
     char *description = describe(trained);
-    enum vw_status status = description ? load_same(path, description, trained) : VW_ERROR_MEMORY;
+    if (!description) return VW_ERROR_MEMORY;
+    enum vw_status status = field_file_open(path, description, trained->field->model->param_bytes, &file);
     free(description);
+    if (status != VW_OK) return status;
+    status = hashed_file_load(&file, &(struct buffer_list){&trained->field->params, 1});
+    hashed_file_close(&file);
     return status;
 }

@@ -3,6 +3,7 @@
 #define VIEWWORTH_TRAIN_FIELD_FILE_H
 
 #include "train/field.h"
+#include "train/hashed_file.h"
 #include "viewworth/train.h"
 
 struct trained_field { // all borrowed
@@ -13,6 +14,9 @@ struct trained_field { // all borrowed
 };
 
 enum vw_status field_file_save(const char *path, const struct trained_field *trained);
+// Reads a file of that description and size without a device; close it. The same errors as below.
+enum vw_status field_file_open(const char *path, const char *description, uint64_t param_bytes,
+                               struct hashed_file *file);
 // Loads the params. VW_ERROR_INPUT when the file is damaged, or of another configuration, box or effects.
 enum vw_status field_file_load(const char *path, const struct trained_field *trained);
 

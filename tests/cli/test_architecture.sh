@@ -145,12 +145,14 @@ rule "no other public headers" include/viewworth/injected.h '' -- public_headers
 rule "public headers include public headers alone" include/viewworth/injected.h '#include "base/file.h"' -- \
     nowhere '^ *# *include "([^v]|v[^i]|viewworth[^/])' include
 rule "only gpu sees Vulkan" src/scene/injected.c '#include <volk.h>' -- \
-    nowhere_but src/gpu/ '^ *# *include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
+    nowhere_but 'src/gpu/\|tests/support/fault_layer\.c' '^ *# *include.*(vulkan|volk)' "${c_code[@]}" src include tests shaders
 rule "only the shim sees OpenImageIO" src/image/injected.c '#include <OpenImageIO/imageio.h>' -- \
     nowhere_but src/image/decode/oiio_shim.cpp '^ *# *include.*OpenImageIO' "${c_code[@]}" src include tests
 rule "only the shim is C++" src/image/injected.cpp '' -- one_shim
 rule "only ledger sees SQLite" src/value/injected.c '#include <sqlite3.h>' -- \
     nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
+rule "texts that find no memory are noticed" src/base/injected.c 'char *text = json_dumps(value, 0);' -- \
+    nowhere '(open_memstream|json_dumps)\(' "${c_code[@]}" --exclude=json.h src
 rule "only the program and its tests include cli" tests/unit/injected.c '#include "cli/options.h"' -- \
     nowhere_but 'src/cli/\|src/main\.c\|tests/cli/' '^ *# *include "cli/' "${c_code[@]}" src include tests
 rule "only cli sees the options" src/run/injected.h 'void injected(const struct vw_options *options);' -- \

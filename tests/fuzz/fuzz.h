@@ -1,12 +1,15 @@
-// Fuzz targets: one per kind of scene file. Each takes any bytes as such a file. It may refuse them, but only in one
-// line; what it takes must be fit to train on. Anything else aborts. scripts/fuzz drives them with libFuzzer,
+// Fuzz targets: one per kind of file. Each takes any bytes as such a file. It may refuse them, but only in one line; a
+// scene that it takes must be fit to train on. Anything else aborts. scripts/fuzz drives them with libFuzzer,
 // test_fuzz_corpus.c with the inputs that are kept.
 #ifndef TESTS_FUZZ_FUZZ_H
 #define TESTS_FUZZ_FUZZ_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "train/hashed_file.h"
+#include "viewworth/scene.h"
 #include "viewworth/status.h"
 
 typedef void fuzz_target(const uint8_t *data, size_t size_bytes);
@@ -18,6 +21,14 @@ fuzz_target fuzz_tsv;           // the split file of NeRF-W
 fuzz_target fuzz_recipe;        // a recipe; nothing is drawn
 fuzz_target fuzz_ledger;        // edits of a valid ledger.db and of a journal beside it (database_edits.h)
 fuzz_target fuzz_store;         // likewise, of retrainings.db or tradeoff.db, as the first byte says
+fuzz_target fuzz_checkpoint;    // checkpoint_0.vwc (see fuzz_write_hashed)
+fuzz_target fuzz_field;         // field.vwf, likewise
+fuzz_target fuzz_steps;         // the log of import-steps
+fuzz_target fuzz_providers;     // --providers
+fuzz_target
+    fuzz_lists; // lists of photos: scores behind an s, JSON behind a j, otherwise names or a TSV behind any byte
+fuzz_target fuzz_tables;  // CSV files that a report shows: which one, behind a byte
+fuzz_target fuzz_compare; // compare.json
 
 // The folder that targets work in, made at the first call and removed at the process's end: the photos 00.png to
 // 07.png, of 8 x 6 pixels, are in images/. It must be removed before another target runs, which would find the files of
@@ -31,6 +42,16 @@ const char *fuzz_write(const char *name, const uint8_t *data, size_t size_bytes)
 void fuzz_write_model(const char *model_folder, const char *extension, const uint8_t *data, size_t size_bytes);
 // Opens a scene without reading pixels, and checks what it says or gives.
 void fuzz_open(const char *path, const char *format);
+// Writes a file that ends with its hash: behind an h, the hash of the other bytes is added to them, so that what the
+// hash protects is reached as well; behind any other byte, the rest is the file.
+const char *fuzz_write_hashed(const char *name, const uint8_t *data, size_t size_bytes);
+void fuzz_check_hashed(const struct hashed_file *file, uint64_t payload_bytes);
+// A scene of the eight photos, for the files that name photos; kept, as the folder is.
+struct vw_scene *fuzz_scene(void);
+// Reads a file of that name as a report does.
+void fuzz_check_report(const char *name, const uint8_t *data, size_t size_bytes);
+// Aborts, and says what is not so.
+void fuzz_check(bool condition, const char *what);
 // To be called before a function that may fail, and with its status after it: aborts unless a failure left a message of
 // one line.
 void fuzz_forget_message(void);

@@ -1,5 +1,6 @@
 #include "fuzz/fuzz.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,26 +9,28 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/memory.h"
+#include "run/outputs/report_files.h"
 #include "viewworth/scene.h"
 
 static const char STALE[] = "no message yet";
-enum { PHOTO_COUNT = 8, SIZES_BYTES = 4 };
+enum { PHOTO_COUNT = 8, SIZES_BYTES = 4, HASHED_BYTES_MAX = 1 << 12 };
 static char *folder; // kept from input to input: making photos costs more than reading a scene
 
-#define CHECK(condition)                                                                                               \
-    do {                                                                                                               \
-        if (!(condition)) stop(__LINE__, #condition);                                                                  \
-    } while (0)
+static struct vw_scene *scene;
+#define CHECK(condition) fuzz_check(condition, #condition)
 
-static void stop(int line, const char *condition) {
-    fprintf(stderr, "fuzz_common.c:%d: not so: %s (last message: %s)\n", line, condition, vw_error_message());
+void fuzz_check(bool condition, const char *what) {
+    if (condition) return;
+    fprintf(stderr, "not so: %s (last message: %s)\n", what, vw_error_message());
     abort();
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
 
 void fuzz_remove_folder(void) {
+    vw_scene_close(&scene);
     if (folder) temporary_folder_remove(folder);
     folder = NULL;
 }
@@ -96,26 +99,82 @@ static void check_view(const struct vw_view *view) {
     CHECK(view->near_world >= 0 && view->near_world <= view->far_world && isfinite(view->far_world));
 }
 
-static void check_scene(const struct vw_scene *scene) {
+static void check_scene(const struct vw_scene *opened) {
     uint32_t split_sum = 0;
-    for (int i = 0; i < 4; i++) split_sum += scene->split_count[i];
-    CHECK(scene->view_count > 0 && split_sum == scene->view_count);
-    for (uint32_t v = 0; v < scene->view_count; v++) check_view(&scene->views[v]);
-    CHECK(scene->box.half_extent_world > 0 && isfinite(scene->box.half_extent_world));
-    for (int i = 0; i < 3; i++) CHECK(isfinite(scene->box.centre_world[i]));
-    for (uint32_t p = 0; p < scene->point_count; p++)
-        CHECK((uint64_t)scene->points[p].first_track + scene->points[p].track_count <= scene->track_count);
-    for (uint32_t t = 0; t < scene->track_count; t++) CHECK(scene->tracks[t].view < scene->view_count);
-    for (uint32_t i = 0; i < scene->note_count; i++) CHECK(!strpbrk(scene->notes[i], "\r\n"));
+    for (int i = 0; i < 4; i++) split_sum += opened->split_count[i];
+    CHECK(opened->view_count > 0 && split_sum == opened->view_count);
+    for (uint32_t v = 0; v < opened->view_count; v++) check_view(&opened->views[v]);
+    CHECK(opened->box.half_extent_world > 0 && isfinite(opened->box.half_extent_world));
+    for (int i = 0; i < 3; i++) CHECK(isfinite(opened->box.centre_world[i]));
+    for (uint32_t p = 0; p < opened->point_count; p++)
+        CHECK((uint64_t)opened->points[p].first_track + opened->points[p].track_count <= opened->track_count);
+    for (uint32_t t = 0; t < opened->track_count; t++) CHECK(opened->tracks[t].view < opened->view_count);
+    for (uint32_t i = 0; i < opened->note_count; i++) CHECK(!strpbrk(opened->notes[i], "\r\n"));
 }
 
 void fuzz_open(const char *path, const char *format) {
-    struct vw_scene *scene = NULL;
+    struct vw_scene *opened = NULL;
     fuzz_forget_message();
     enum vw_status status =
-        vw_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true}, &scene);
+        vw_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true}, &opened);
     fuzz_check_message(status);
-    CHECK(!status == (scene != NULL));
-    if (scene) check_scene(scene);
-    vw_scene_close(&scene);
+    CHECK(!status == (opened != NULL));
+    if (opened) check_scene(opened);
+    vw_scene_close(&opened);
+}
+
+// ---- Files of ours --------------------------------------------------------------------------------------------------
+
+const char *fuzz_write_hashed(const char *name, const uint8_t *data, size_t size_bytes) {
+    uint8_t bytes[HASHED_BYTES_MAX + VW_HASH_BYTES];
+    bool rehashes = size_bytes > 0 && data[0] == 'h';
+    size_t kept_bytes = size_bytes > HASHED_BYTES_MAX ? HASHED_BYTES_MAX : size_bytes;
+    if (kept_bytes > 0) memcpy(bytes, data + 1, --kept_bytes);
+    if (rehashes) vw_sha256(bytes, kept_bytes, bytes + kept_bytes);
+    return fuzz_write(name, bytes, kept_bytes + (rehashes ? VW_HASH_BYTES : 0));
+}
+
+void fuzz_check_hashed(const struct hashed_file *file, uint64_t payload_bytes) {
+    uint8_t sum = 0;
+    CHECK(file->payload_bytes == payload_bytes);
+    CHECK(file->description && strlen(file->description) < HASHED_BYTES_MAX);
+    for (uint64_t i = 0; i < payload_bytes; i++) sum ^= file->payload[i]; // which is all there
+    *(volatile uint8_t *)&sum = sum;
+}
+
+struct vw_scene *fuzz_scene(void) {
+    static const char head[] = "{\"fl_x\": 8, \"frames\": [";
+    char text[2048];
+    if (scene) return scene;
+    int used = snprintf(text, sizeof text, "%s", head);
+    for (int i = 0; i < PHOTO_COUNT; i++)
+        used += snprintf(text + used, sizeof text - (size_t)used,
+                         "%s{\"file_path\": \"images/%02d.png\", \"transform_matrix\": "
+                         "[[1,0,0,%d],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}",
+                         i ? ", " : "", i, i);
+    snprintf(text + used, sizeof text - (size_t)used, "]}");
+    const char *path = fuzz_write("transforms.json", (const uint8_t *)text, strlen(text));
+    CHECK(!vw_scene_open(&(struct vw_scene_params){.path = path, .headers_only = true}, &scene));
+    return scene;
+}
+
+void fuzz_check_report(const char *name, const uint8_t *data, size_t size_bytes) {
+    static const uint8_t picture[] = "\x89PNG\r\n\x1a\n";
+    struct vw_report_files files = {0};
+    char path[64];
+    snprintf(path, sizeof path, "out/%s", name);
+    CHECK(!vw_folder_create(temporary_path(fuzz_folder(), "out/renders")));
+    fuzz_write("out/renders/a.png", picture, sizeof picture);
+    const char *written = fuzz_write(path, data, size_bytes);
+    fuzz_forget_message();
+    enum vw_status status = vw_report_files_add(&files, temporary_path(fuzz_folder(), "out"));
+    fuzz_check_message(status);
+    if (!status) {
+        CHECK(files.count == 1);
+        json_t *json = json_loads(files.documents[0].json, JSON_DECODE_ANY, NULL);
+        CHECK(json); // the page contains it
+        json_decref(json);
+    }
+    vw_report_files_free(&files);
+    CHECK(!remove(written)); // the next input may be another table
 }

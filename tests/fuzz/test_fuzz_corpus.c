@@ -40,13 +40,23 @@ static void the_tsv_corpus_passes(void **state) { (void)state, replay("tsv", fuz
 static void the_recipe_corpus_passes(void **state) { (void)state, replay("recipe", fuzz_recipe); }
 static void the_ledger_corpus_passes(void **state) { (void)state, replay("ledger", fuzz_ledger); }
 static void the_store_corpus_passes(void **state) { (void)state, replay("store", fuzz_store); }
+static void the_checkpoint_corpus_passes(void **state) { (void)state, replay("checkpoint", fuzz_checkpoint); }
+static void the_field_corpus_passes(void **state) { (void)state, replay("field", fuzz_field); }
+static void the_step_log_corpus_passes(void **state) { (void)state, replay("steps", fuzz_steps); }
+static void the_providers_corpus_passes(void **state) { (void)state, replay("providers", fuzz_providers); }
+static void the_list_corpus_passes(void **state) { (void)state, replay("lists", fuzz_lists); }
+static void the_table_corpus_passes(void **state) { (void)state, replay("tables", fuzz_tables); }
+static void the_comparison_corpus_passes(void **state) { (void)state, replay("compare", fuzz_compare); }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_transforms_corpus_passes),  cmocka_unit_test(the_binary_colmap_corpus_passes),
         cmocka_unit_test(the_text_colmap_corpus_passes), cmocka_unit_test(the_tsv_corpus_passes),
         cmocka_unit_test(the_recipe_corpus_passes),      cmocka_unit_test(the_ledger_corpus_passes),
-        cmocka_unit_test(the_store_corpus_passes),
+        cmocka_unit_test(the_store_corpus_passes),       cmocka_unit_test(the_checkpoint_corpus_passes),
+        cmocka_unit_test(the_field_corpus_passes),       cmocka_unit_test(the_step_log_corpus_passes),
+        cmocka_unit_test(the_providers_corpus_passes),   cmocka_unit_test(the_list_corpus_passes),
+        cmocka_unit_test(the_table_corpus_passes),       cmocka_unit_test(the_comparison_corpus_passes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

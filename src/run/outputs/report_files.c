@@ -10,6 +10,7 @@
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text_stream.h"
 
 enum { TABLE_LIMIT_BYTES = 16 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
 
@@ -65,16 +66,16 @@ static enum vw_status print_rows(struct vw_csv *csv, FILE *stream) {
 }
 
 static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
-    char *text = NULL;
+    struct vw_text_stream text;
+    char *printed = NULL;
     size_t size_bytes = 0;
-    FILE *stream = open_memstream(&text, &size_bytes);
-    if (!stream) return out_of_memory(csv->path);
-    enum vw_status status = print_header(csv, file, stream);
-    if (!status) status = print_rows(csv, stream);
-    bool failed = ferror(stream);
-    if ((fclose(stream) || failed) && !status) status = out_of_memory(csv->path);
-    if (status) free(text);
-    else *json = text;
+    if (!vw_text_stream_open(&text)) return out_of_memory(csv->path);
+    enum vw_status status = print_header(csv, file, text.stream);
+    if (!status) status = print_rows(csv, text.stream);
+    enum vw_status closed = vw_text_stream_close(&text, csv->path, &printed, &size_bytes);
+    if (!status) status = closed;
+    if (status) free(printed);
+    else *json = printed;
     return status;
 }
 

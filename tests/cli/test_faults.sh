@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# One or two faults of each kind (tests/support/fault_kinds.sh): no crash, messages with a remedy, nothing half-written, nothing lost. Takes
+# the program's path. scripts/faults makes them all.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+
+faults() { "$root/scripts/faults" --program "$program" --most "$@" >"$folder/table" 2>&1; }
+shows() { # shows COUNT FAULT: the table has so many injections of it at least
+    local count
+    count=$(grep -E "^$2(:| )" "$folder/table" | sed -E 's/^.*[a-z]  +([0-9]+) .*/\1/' | awk '{ sum += $1 } END { print sum + 0 }')
+    [[ $count -ge $1 ]]
+}
+
+check "no rule is broken" faults "${VIEWWORTH_FAULTS:-1}"
+cat "$folder/table"
+for fault in disk-full write-error read-only locked damaged newer device-lost device-memory clock; do
+    check "$fault is injected" shows 1 "$fault"
+done
+check "it is killed in all seven phases" shows 7 kill
+check "it is terminated in all seven phases" shows 7 terminate
+check "memory runs out in ten places" shows 10 host-memory
+check "photos change before and after they are read" shows 5 photos
+conclude "$@"

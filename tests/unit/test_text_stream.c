@@ -1,0 +1,114 @@
+// Texts are printed into memory whole or not at all.
+#include "support/cmocka_test.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/json.h"
+#include "base/text_stream.h"
+#include "support/temporary_folder.h"
+
+enum { LINES = 20000 };
+static bool memory_is_short;
+
+void *__real_reallocarray(void *memory, size_t count, size_t item_bytes);
+void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes);
+
+// Linked in the place of the C library's.
+void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes) {
+    return memory_is_short && count * item_bytes > 8192 ? NULL : __real_reallocarray(memory, count, item_bytes);
+}
+
+static void print_lines(FILE *stream, const void *context) {
+    (void)context;
+    for (int i = 0; i < LINES; i++) fprintf(stream, "%05d\n", i);
+}
+
+static void what_was_printed_is_there(void **state) {
+    (void)state;
+    struct vw_text_stream stream;
+    char *text = NULL;
+    size_t size_bytes = 0;
+    assert_non_null(vw_text_stream_open(&stream));
+    print_lines(stream.stream, NULL);
+    assert_int_equal(vw_text_stream_close(&stream, "lines", &text, &size_bytes), VW_OK);
+    assert_int_equal(size_bytes, LINES * 6);
+    assert_int_equal(strlen(text), size_bytes);
+    assert_string_equal(text + size_bytes - 6, "19999\n");
+    free(text);
+}
+
+static void nothing_printed_is_an_empty_text(void **state) {
+    (void)state;
+    struct vw_text_stream stream;
+    char *text = NULL;
+    size_t size_bytes = 1;
+    assert_non_null(vw_text_stream_open(&stream));
+    assert_int_equal(vw_text_stream_close(&stream, "nothing", &text, &size_bytes), VW_OK);
+    assert_string_equal(text, "");
+    assert_int_equal(size_bytes, 0);
+    free(text);
+}
+
+static void a_text_without_memory_is_refused(void **state) {
+    (void)state;
+    struct vw_text_stream stream;
+    char *text = NULL;
+    size_t size_bytes = 0;
+    memory_is_short = true;
+    assert_non_null(vw_text_stream_open(&stream));
+    print_lines(stream.stream, NULL);
+    assert_int_equal(vw_text_stream_close(&stream, "lines", &text, &size_bytes), VW_ERROR_MEMORY);
+    memory_is_short = false;
+    assert_null(text);
+    assert_non_null(strstr(vw_error_message(), "lines: out of memory"));
+}
+
+static void a_table_without_memory_is_not_written(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "table.csv");
+    memory_is_short = true;
+    assert_int_equal(vw_csv_write_file(path, print_lines, NULL), VW_ERROR_MEMORY);
+    memory_is_short = false;
+    assert_false(vw_file_exists(path));
+    temporary_folder_remove(folder);
+}
+
+static void a_document_without_memory_is_not_printed(void **state) {
+    (void)state;
+    json_t *array = json_array();
+    for (int i = 0; i < LINES; i++) vw_json_append(&array, json_pack("{s:i}", "key", i));
+    char *text = vw_json_print(array, JSON_COMPACT);
+    assert_non_null(text);
+    free(text);
+    memory_is_short = true;
+    assert_null(vw_json_print(array, JSON_COMPACT));
+    memory_is_short = false;
+    json_decref(array);
+    assert_null(vw_json_print(NULL, JSON_COMPACT));
+}
+
+static void out_of_memory_names_a_remedy(void **state) {
+    (void)state;
+    vw_fail(VW_ERROR_MEMORY, "out of memory for a string");
+    assert_string_equal(vw_error_message(), "out of memory for a string; close other programs or use --downscale");
+    vw_fail(VW_ERROR_MEMORY, "it is full; empty it");
+    assert_string_equal(vw_error_message(), "it is full; empty it");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_was_printed_is_there),
+        cmocka_unit_test(nothing_printed_is_an_empty_text),
+        cmocka_unit_test(a_text_without_memory_is_refused),
+        cmocka_unit_test(a_table_without_memory_is_not_written),
+        cmocka_unit_test(a_document_without_memory_is_not_printed),
+        cmocka_unit_test(out_of_memory_names_a_remedy),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
