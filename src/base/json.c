@@ -120,7 +120,7 @@ void vw_json_set(json_t **object, const char *key, json_t *value) {
     if (json_object_set_new(*object, key, value)) drop(object);
 }
 
-char *vw_json_print(const json_t *value, size_t flags) {
+char *vw_json_to_text(const json_t *value, size_t flags) {
     struct vw_text_stream text;
     char *printed = NULL;
     size_t size_bytes = 0;

@@ -23,6 +23,6 @@ void vw_json_set(json_t **object, const char *key, json_t *value);
 
 // The JSON text of a value, owned by the caller; NULL if memory is short, or for NULL. To be used for json_dumps(),
 // which leaves out keys that find no memory and reports nothing.
-char *vw_json_print(const json_t *value, size_t flags);
+char *vw_json_to_text(const json_t *value, size_t flags);
 
 #endif

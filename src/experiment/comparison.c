@@ -1,5 +1,4 @@
 #include "experiment/comparison.h"
-#include "base/json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +7,7 @@
 #include "base/file.h"
 #include "base/text.h"
 #include "base/inside.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
@@ -144,7 +144,7 @@ static enum vw_status write_render(struct work *work, uint32_t place) {
 static enum vw_status write_json(const struct vw_comparison *comparison) {
     char *path = vw_path_join(comparison->params->common.out, "compare.json");
     json_t *root = vw_comparison_to_json(comparison);
-    char *bare = vw_json_print(root, JSON_INDENT(2)), *text = bare ? vw_format_text("%s\n", bare) : NULL;
+    char *bare = vw_json_to_text(root, JSON_INDENT(2)), *text = bare ? vw_format_text("%s\n", bare) : NULL;
     json_decref(root);
     free(bare);
     enum vw_status status = VW_OK;

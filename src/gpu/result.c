@@ -16,8 +16,8 @@ enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {
     case VK_ERROR_DEVICE_LOST:
         return vw_fail(
             VW_ERROR_DEVICE_LOST,
-            "%s: the device stopped answering in %s; run again, where --resume goes on with a run; if it happens again, "
-            "update the driver or choose another --device",
+            "%s: the device stopped answering in %s; run again (--resume goes on); if it happens again, update "
+            "the driver or choose another --device",
             object, call);
     case VK_ERROR_INCOMPATIBLE_DRIVER:
         return vw_fail(VW_ERROR_NO_DEVICE, "%s: no Vulkan driver in %s; install one (Debian: mesa-vulkan-drivers)",

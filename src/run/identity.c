@@ -1,5 +1,4 @@
 #include "run/identity.h"
-#include "base/json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -34,7 +33,7 @@ static enum vw_status make_effects_json(const struct vw_trainer *trainer, char *
     uint32_t count = 0;
     const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
     json_t *array = vw_effects_to_json(verdicts, count);
-    *text = array && add_box(array, vw_trainer_unbounded_box(trainer)) ? vw_json_print(array, JSON_COMPACT) : NULL;
+    *text = array && add_box(array, vw_trainer_unbounded_box(trainer)) ? vw_json_to_text(array, JSON_COMPACT) : NULL;
     json_decref(array);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
 }
@@ -169,7 +168,7 @@ static json_t *identity_of(const char *config_json) {
 }
 
 static char *value_to_text(const json_t *value) {
-    return vw_json_print(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15));
+    return vw_json_to_text(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15));
 }
 
 static enum vw_status refuse_value(const char *key, const json_t *ours, const json_t *recorded, const char *out) {

@@ -1,5 +1,4 @@
 #include "run/imported.h"
-#include "base/json.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +26,7 @@ bool vw_is_imported(const struct vw_ledger_run *run) { return strcmp(run->device
 char *vw_imported_config_to_json(const struct vw_config *config) {
     json_t *object = json_pack("{s:f, s:I, s:I}", "beta1", config->beta1, "burn_in_epochs",
                                (json_int_t)config->burn_in_epochs, "epochs", (json_int_t)config->epochs);
-    char *text = vw_json_print(object, JSON_SORT_KEYS | JSON_COMPACT);
+    char *text = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the config's JSON");
     return text;

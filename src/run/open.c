@@ -1,5 +1,4 @@
 #include "run/open.h"
-#include "base/json.h"
 
 #include <string.h>
 
@@ -21,7 +20,7 @@ char *vw_scene_options_to_json(const struct vw_scene_params *options) {
         json_pack("{s:s*, s:s*, s:s*, s:s*, s:s*, s:s*, s:o*, s:o*}", "format", options->format, "pool", options->pool,
                   "train", options->train_list, "val", options->val_list, "test", options->test_list, "providers",
                   options->providers, "downscale", downscale, "corrupt", corrupt);
-    char *json = vw_json_print(object, JSON_SORT_KEYS | JSON_COMPACT);
+    char *json = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!json) vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
     return json;

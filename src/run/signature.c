@@ -12,8 +12,10 @@
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "base/signing.h"
+#include "base/text_stream.h"
 
 // The first line of every message, so that a signature of something else is never one of a run.
 static const char domain[] = "viewworth signature 1";
@@ -68,7 +70,8 @@ enum vw_status vw_statement_make(const char *out, struct vw_ledger *ledger, stru
 static char *make_message(const struct vw_statement *statement) {
     char *text = NULL;
     size_t size_bytes = 0;
-    FILE *stream = open_memstream(&text, &size_bytes);
+    struct vw_text_stream message;
+    FILE *stream = vw_text_stream_open(&message);
     if (!stream) return NULL;
     fprintf(stream, "%s\nschema %" PRIu64 "\nrun_id %s\nstatus %s\nhead %s\n", domain, statement->counts.schema_version,
             statement->run_id, statement->status, statement->head);
@@ -80,12 +83,7 @@ static char *make_message(const struct vw_statement *statement) {
         const struct vw_signed_file *file = &statement->files[i];
         if (file->present) fprintf(stream, "file %s %" PRIu64 " %s\n", file->name, file->size_bytes, file->sha256);
     }
-    bool failed = ferror(stream);
-    if (fclose(stream) || failed) {
-        free(text);
-        return NULL;
-    }
-    return text;
+    return vw_text_stream_close(&message, "signature", &text, &size_bytes) ? NULL : text;
 }
 
 static enum vw_status fail_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for a signature"); }
@@ -114,7 +112,7 @@ static char *to_json(const struct vw_statement *statement, const char *public_ke
                   statement->head, "steps", (json_int_t)counts->steps, "images", (json_int_t)counts->images, "views",
                   (json_int_t)counts->views, "probes", (json_int_t)counts->probes, "scores", (json_int_t)counts->scores,
                   "files", files_to_json(statement), "public_key", public_key, "signature", signature);
-    char *text = object ? json_dumps(object, JSON_INDENT(2)) : NULL;
+    char *text = vw_json_to_text(object, JSON_INDENT(2));
     json_decref(object);
     return text;
 }

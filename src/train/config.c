@@ -1,6 +1,5 @@
 // What a user may set about a training, its ranges, and its canonical JSON.
 #include "viewworth/train.h"
-#include "base/json.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -193,7 +192,7 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     // The effects that are on are part of the identity by their names, however they were asked for: see
     // vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
-    char *text = failed ? NULL : vw_json_print(object, JSON_SORT_KEYS | JSON_COMPACT);
+    char *text = failed ? NULL : vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the configuration's JSON");
     return text;

@@ -24,7 +24,7 @@ static char *describe(const struct trained_field *trained) {
                              box->centre_world[0], box->centre_world[1], box->centre_world[2], "box_half_extent_world",
                              box->half_extent_world, "effects", effects, "param_bytes", (json_int_t)model->param_bytes)
                  : NULL;
-    char *text = vw_json_print(object, JSON_SORT_KEYS | JSON_COMPACT);
+    char *text = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
     json_decref(object);
     free(identity);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the field's description");

@@ -62,10 +62,11 @@ check_message() { # check_message OUT: one line beside warnings, with a remedy b
     problem "$1" "is not one line that names a remedy: $(tr '\n' '~' <"$stderr")"
 }
 
-# A copy of the ledger in which SQLite has ended the transaction of whoever was killed; `verify`, which never writes, asks for it.
+# A copy of the ledger in which SQLite has ended the transaction of whoever was killed. `verify`, which never writes, asks for that, if there
+# is one.
 roll_back() { # roll_back OUT: prints the name of the copy
-    "$program" verify "$folder/$1" >"$folder/$1.verify" 2>&1 && problem "$1" "verify does not see the journal"
-    grep -qE '^viewworth: .*--resume' "$folder/$1.verify" || problem "$1" "verify: $(<"$folder/$1.verify")"
+    "$program" verify "$folder/$1" >"$folder/$1.verify" 2>&1 || grep -qE '^viewworth: .*--resume' "$folder/$1.verify" ||
+        problem "$1" "verify: $(<"$folder/$1.verify")"
     mkdir "$folder/$1.copy"
     cp "$folder/$1"/ledger.db* "$folder/$1.copy"
     query "$1.copy" 'BEGIN IMMEDIATE; COMMIT'
@@ -138,7 +139,9 @@ in_parallel() {
 }
 
 # spread COUNT: at most $most of the numbers 1 to COUNT, evenly spread
-spread() { seq "$1" | awk -v count="$1" -v most="$most" 'int(NR * most / count) > int((NR - 1) * most / count) || count <= most'; }
+spread() {
+    seq "$1" | awk -v most="$most" -v count="$1" 'int(NR * most / count + 0.5) > int((NR - 1) * most / count + 0.5) || count <= most'
+}
 
 spread_lines() { # at most $most lines of those given, evenly spread
     local lines i

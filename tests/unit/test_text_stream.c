@@ -83,14 +83,14 @@ static void a_document_without_memory_is_not_printed(void **state) {
     (void)state;
     json_t *array = json_array();
     for (int i = 0; i < LINES; i++) vw_json_append(&array, json_pack("{s:i}", "key", i));
-    char *text = vw_json_print(array, JSON_COMPACT);
+    char *text = vw_json_to_text(array, JSON_COMPACT);
     assert_non_null(text);
     free(text);
     memory_is_short = true;
-    assert_null(vw_json_print(array, JSON_COMPACT));
+    assert_null(vw_json_to_text(array, JSON_COMPACT));
     memory_is_short = false;
     json_decref(array);
-    assert_null(vw_json_print(NULL, JSON_COMPACT));
+    assert_null(vw_json_to_text(NULL, JSON_COMPACT));
 }
 
 static void out_of_memory_names_a_remedy(void **state) {

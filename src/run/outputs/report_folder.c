@@ -221,7 +221,7 @@ static char *methods_to_json(void) {
     for (uint32_t i = 0; i < count; i++)
         vw_json_append(&array, json_pack("{s:s, s:s, s:s}", "name", methods[i].name, "unit", methods[i].unit, "formula",
                                          methods[i].formula));
-    char *text = vw_json_print(array, JSON_COMPACT);
+    char *text = vw_json_to_text(array, JSON_COMPACT);
     json_decref(array);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the report's methods");
     return text;

@@ -1,5 +1,4 @@
 #include "run/plan/plan.h"
-#include "base/json.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -32,7 +31,7 @@ static const double MEASURING_SHARE = 0.1;
 
 static enum vw_status write_record(struct vw_plan *plan, json_t *record) {
     plan->record = record;
-    plan->json = vw_json_print(record, JSON_COMPACT);
+    plan->json = vw_json_to_text(record, JSON_COMPACT);
     return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for what was chosen");
 }
 
@@ -54,7 +53,7 @@ static enum vw_status read_record(const char *json, struct vw_plan *plan) {
     plan->step_s = number_of(plan->record, "step_s");
     plan->epochs_planned = (uint32_t)planned;
     plan->epochs_most = (uint32_t)most;
-    plan->json = vw_json_print(plan->record, JSON_COMPACT);
+    plan->json = vw_json_to_text(plan->record, JSON_COMPACT);
     return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for what was chosen");
 }
 

@@ -202,7 +202,7 @@ static enum vw_status write_target(const struct writer *writer, const struct tar
     failed |= json_object_set(target->keys, "frames", target->frames) != 0;
     char *bare =
         failed ? NULL
-               : vw_json_print(target->keys, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // numbers read back unchanged
+               : vw_json_to_text(target->keys, JSON_INDENT(1) | JSON_REAL_PRECISION(17)); // numbers read back unchanged
     char *text = bare ? vw_format_text("%s\n", bare) : NULL;
     enum vw_status status = text ? vw_file_write(target->path, text, strlen(text)) : out_of_memory(writer);
     free(bare);
