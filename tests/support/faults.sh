@@ -62,8 +62,8 @@ check_message() { # check_message OUT: one line beside warnings, with a remedy b
     problem "$1" "is not one line that names a remedy: $(tr '\n' '~' <"$stderr")"
 }
 
-# A copy of the ledger in which SQLite has ended the transaction of whoever was killed. `verify`, which never writes, asks for that, if there
-# is one.
+# A copy of the ledger in which SQLite has ended the transaction of whoever was killed. `verify`, which never writes, asks for that,
+# if there is one.
 roll_back() { # roll_back OUT: prints the name of the copy
     "$program" verify "$folder/$1" >"$folder/$1.verify" 2>&1 || grep -qE '^viewworth: .*--resume' "$folder/$1.verify" ||
         problem "$1" "verify: $(<"$folder/$1.verify")"
