@@ -11,6 +11,7 @@
 #include "viewworth/ledger.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "train/identity.h"
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
@@ -94,25 +95,50 @@ static enum vw_status make(struct synthetic *run, bool hostile) {
     return status;
 }
 
+// So that verify, which recomputes them, can be timed.
+static enum vw_status name_run(const struct synthetic *run, struct vw_ledger_run *row, const struct vw_config *config,
+                               char subset[VW_HASH_HEX_BYTES], char run_id[VW_HASH_HEX_BYTES]) {
+    const struct vw_effect_verdict sky = {.name = "sky", .on = true};
+    struct vw_run_identity identity = {.version = row->version,
+                                       .device = row->device,
+                                       .driver = row->driver,
+                                       .config = config,
+                                       .effects = &sky,
+                                       .effect_count = 1,
+                                       .validates = true};
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    vw_hasher_begin(&hasher);
+    for (uint32_t i = 0; i < run->image_count; i++)
+        if (strcmp(run->images[i].split, "train") == 0) vw_hasher_add_text(&hasher, run->images[i].name);
+    vw_hasher_end(&hasher, identity.subset_hash);
+    vw_hash_to_hex(identity.subset_hash, subset);
+    enum vw_status status = vw_identity_run_id(&identity, hash);
+    vw_hash_to_hex(hash, run_id);
+    row->subset_hash = subset;
+    row->run_id = run_id;
+    return status;
+}
+
 static enum vw_status write_run(const char *path, const struct synthetic *run, bool hostile) {
+    char subset[VW_HASH_HEX_BYTES], run_id[VW_HASH_HEX_BYTES];
     struct vw_config config = vw_config_default;
     config.epochs = run->epochs;
+    config.seed = SEED;
     char *config_json = vw_config_to_json(&config, false);
-    const struct vw_ledger_run row = {
-        .run_id = zeros,
-        .scene_hash = zeros,
-        .seed = SEED,
-        .config_json = config_json,
-        .scene_path = hostile ? "scenes/</title><script>window.broken = 6</script>" : "scenes/none",
-        .subset_hash = zeros,
-        .device = "no device",
-        .driver = "none",
-        .shader_hash = zeros,
-        .version = "0.1.0",
-        .started_utc = "2026-11-22T01:00:00Z",
-        .scene_options_json = "{}",
-        .effects_json = "[{\"name\":\"sky\",\"on\":true,\"called_for\":true,\"evidence\":0.5,"
-                        "\"threshold\":0.1,\"meaning\":\"<i>share</i>\"}]"};
+    struct vw_ledger_run row = {.scene_hash = zeros,
+                                .seed = SEED,
+                                .config_json = config_json,
+                                .scene_path =
+                                    hostile ? "scenes/</title><script>window.broken = 6</script>" : "scenes/none",
+                                .device = "no device",
+                                .driver = "none",
+                                .shader_hash = zeros,
+                                .version = "0.1.0",
+                                .started_utc = "2026-11-22T01:00:00Z",
+                                .scene_options_json = "{}",
+                                .effects_json = "[{\"name\":\"sky\",\"on\":true,\"called_for\":true,\"evidence\":0.5,"
+                                                "\"threshold\":0.1,\"meaning\":\"<i>share</i>\"}]"};
     const struct vw_value_input input = {.records = run->records,
                                          .record_count = run->record_count,
                                          .burn_in_epochs = 1,
@@ -122,8 +148,10 @@ static enum vw_status write_run(const char *path, const struct synthetic *run, b
     struct vw_ledger_score *scores = NULL;
     uint32_t score_count = 0;
     enum vw_status status = config_json ? vw_value_score(&input, &scores, &score_count) : VW_ERROR_MEMORY;
+    if (!status) status = name_run(run, &row, &config, subset, run_id);
     if (!status) status = vw_ledger_create(path, &row, run->images, run->image_count, &ledger);
     if (!status) status = vw_ledger_append(ledger, run->records, run->record_count, run->views);
+    if (!status) status = vw_ledger_set_field(ledger, zeros);
     if (!status) status = vw_ledger_finish(ledger, "finished", "2026-11-22T01:23:45Z", scores, score_count);
     vw_ledger_close(&ledger);
     free(scores);

@@ -527,66 +527,6 @@ static void new_steps_remove_the_signature(void **state) {
     ASSERT_OK(verify(fixture, fixture->public_key));
 }
 
-// ---- Keys ----------------------------------------------------------------------------------------------------------
-
-static void keys_are_files_of_their_owner(void **state) {
-    const struct fixture *fixture = *state;
-    struct stat info;
-    char text[VW_PUBLIC_KEY_TEXT_BYTES];
-    uint8_t key[VW_SECRET_KEY_BYTES];
-    assert_int_equal(stat(fixture->key, &info), 0);
-    assert_int_equal(info.st_mode & 0777, 0600);
-    assert_int_equal(vw_keys_make(fixture->key, text), VW_ERROR_USAGE);
-    const char *lonely = temporary_file(fixture->folder, "lonely.pub", "mine");
-    char secret[300];
-    snprintf(secret, sizeof secret, "%.*s", (int)strlen(lonely) - 4, lonely);
-    assert_int_equal(vw_keys_make(secret, text), VW_ERROR_USAGE);
-    assert_false(vw_file_exists(secret)); // neither file is made
-    ASSERT_OK(vw_secret_key_read(fixture->key, key));
-    vw_secret_key_wipe(key);
-    assert_int_equal(key[0] | key[31] | key[63], 0);
-}
-
-// In place, without waiting for the disk.
-static void write_bytes(const char *path, const char *bytes, size_t size_bytes) {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, size_bytes, file), size_bytes);
-    assert_int_equal(fclose(file), 0);
-}
-
-static void assert_refuses_key(const char *path, const char *bytes, size_t size_bytes) {
-    uint8_t key[VW_SECRET_KEY_BYTES];
-    write_bytes(path, bytes, size_bytes);
-    if (vw_secret_key_read(path, key) != VW_ERROR_INPUT)
-        fail_msg("a wrong key was read:\n%.*s", (int)size_bytes, bytes);
-}
-
-static void wrong_keys_are_refused(void **state) {
-    const struct fixture *fixture = *state;
-    uint8_t key[VW_SECRET_KEY_BYTES];
-    void *data = NULL;
-    size_t size_bytes = 0;
-    assert_int_equal(vw_secret_key_read(fixture->public_key, key), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "is a public key"));
-    assert_int_equal(vw_public_key_read(fixture->key, key), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "is a secret key"));
-    assert_int_equal(vw_secret_key_read(temporary_path(fixture->folder, "none"), key), VW_ERROR_INPUT);
-    ASSERT_OK(vw_file_read(fixture->key, 1000, &data, &size_bytes));
-    char *text = data;
-    const char *path = temporary_path(fixture->folder, "key");
-    for (size_t length = 0; length < size_bytes; length++) // cut off
-        assert_refuses_key(path, text, length);
-    for (size_t bit = 0; bit < 8 * size_bytes; bit++) { // damaged
-        text[bit / 8] ^= (char)(1 << bit % 8);
-        assert_refuses_key(path, text, size_bytes);
-        text[bit / 8] ^= (char)(1 << bit % 8);
-    }
-    write_bytes(path, text, size_bytes);
-    free(data);
-    ASSERT_OK(vw_secret_key_check(fixture->key));
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_table_says_what_was_checked),
@@ -605,8 +545,6 @@ int main(void) {
         cmocka_unit_test(signatures_of_others_are_refused),
         cmocka_unit_test(only_an_intact_run_that_has_ended_is_signed),
         cmocka_unit_test(new_steps_remove_the_signature),
-        cmocka_unit_test(keys_are_files_of_their_owner),
-        cmocka_unit_test(wrong_keys_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
