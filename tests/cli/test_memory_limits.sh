@@ -29,11 +29,18 @@ survives() {
 }
 
 check "a run" run "$program" value "$scene" --out "$folder/run" --epochs 3 "${small[@]}" --quiet
-mkdir "$folder/large" && "$(dirname "$program")/synthetic_ledger" "$folder/large/ledger.db" 100
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.1\n' >"$folder/log.csv"
 for i in {1..20000}; do echo "$i,$((i / 5)),photo_$((i % 5)),10,0.1"; done >>"$folder/log.csv"
 check "info" survives info 200000 300000 1700000 info "$scene" --device llvmpipe --quiet
-check "verify" survives verify 7000 300 13000 verify "$folder/large" --quiet
+mkdir -p "$folder/scene"
+frames=()
+for i in 0 1 2; do
+    check "photo $i" run "$program" render "$folder/run" --view 0 --to "$folder/scene/$i.png" --device llvmpipe --quiet
+    frames+=("{\"file_path\": \"$i.png\", \"transform_matrix\": [[1,0,0,$i],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}")
+done
+(IFS=, && echo "{\"fl_x\": 17, \"frames\": [${frames[*]}]}" >"$folder/scene/transforms.json")
+check "info of photos" survives "info of photos" 20000 240000 1700000 info "$folder/scene" --quiet
+check "verify" survives verify 6600 150 9600 verify "$folder/run" --quiet
 check "select" survives select 6600 200 10000 select "$folder/run" --top 2 --to "$folder/new"
 check "import-steps" survives import 7000 1000 27000 import-steps "$folder/log.csv" --out "$folder/new" --quiet
 check "report" survives report 7000 300 13000 report "$folder/run" --no-thumbnails --quiet --to "$folder/report.html"

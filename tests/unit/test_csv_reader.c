@@ -107,6 +107,22 @@ struct fields {
     uint32_t count;
 };
 
+// A field costs a pointer, eight times its comma.
+static void a_record_has_a_limit_of_fields(void **state) {
+    static char text[VW_CSV_FIELDS_MAX + 2];
+    for (int more = 0; more < 2; more++) {
+        struct vw_csv csv;
+        bool found = false;
+        memset(text, 0, sizeof text);
+        memset(text, ',', (size_t)VW_CSV_FIELDS_MAX - 1 + more);
+        ASSERT_OK(vw_csv_open(temporary_file(*state, "wide.csv", text), sizeof text, &csv));
+        assert_int_equal(vw_csv_next(&csv, &found), more ? VW_ERROR_INPUT : VW_OK);
+        if (more) assert_non_null(strstr(vw_error_message(), "wide.csv:1: more than 4096 fields"));
+        else assert_int_equal(csv.field_count, VW_CSV_FIELDS_MAX);
+        vw_csv_close(&csv);
+    }
+}
+
 static void print_fields(FILE *stream, const void *context) {
     const struct fields *fields = context;
     for (uint32_t i = 0; i < fields->count; i++) {
@@ -181,6 +197,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(records_are_read, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(broken_records_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_record_has_a_limit_of_fields, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(what_is_written_reads_back, make_folder, remove_folder),
         cmocka_unit_test(formulas_are_guarded),
     };

@@ -10,6 +10,7 @@
 
 #include "base/file.h"
 #include "base/inside.h"
+#include "scene/safe_path.h"
 #include "support/temporary_folder.h"
 
 enum { LIMIT_BYTES = 1000 };
@@ -26,6 +27,7 @@ static int prepare(void **state) {
     assert_int_equal(symlink(temporary_path(outside, "secret/file"), temporary_path(*state, "link")), 0);
     assert_int_equal(symlink("../file", temporary_path(*state, "a/near")), 0);
     assert_int_equal(symlink(temporary_path(*state, "a"), temporary_path(*state, "absolute")), 0);
+    assert_int_equal(symlink("a", temporary_path(*state, "relative")), 0);
     assert_int_equal(symlink("nowhere", temporary_path(*state, "dangling")), 0);
     assert_int_equal(mkfifo(temporary_path(*state, "pipe"), 0666), 0);
     return 0;
@@ -65,8 +67,8 @@ static void assert_not_read(const char *folder, const char *name, const char *wh
 }
 
 static void files_of_results_are_read_without_links(void **state) {
-    static const char *const linked[] = {"link",     "away/secret/file", "a/near",   "absolute/b/file",
-                                         "dangling", "../file",          "a/../file"};
+    static const char *const linked[] = {
+        "link", "away/secret/file", "a/near", "absolute/b/file", "relative/b/file", "dangling", "../file", "a/../file"};
     assert_read(*state, "file", "ours");
     assert_read(*state, "a/b/file", "deep");
     for (size_t i = 0; i < sizeof linked / sizeof *linked; i++) {
@@ -133,6 +135,13 @@ static void files_of_scenes_may_have_links_that_stay(void **state) {
     assert_stays_closed(*state, "a", "not a plain file");
     assert_stays_closed(*state, "dangling", "no such file");
     assert_stays_closed(*state, "none", "no such file");
+    // Paths of scenes begin with their folder.
+    const char *inside = temporary_path(*state, "a/near"), *other = temporary_path(outside, "secret/file");
+    ASSERT_OK(vw_scene_file_check(*state, inside));
+    ASSERT_OK(vw_scene_file_check(NULL, other));
+    assert_int_equal(vw_scene_file_check(*state, other), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "is not in the scene folder"));
+    assert_int_equal(vw_scene_file_check(*state, temporary_path(*state, "link")), VW_ERROR_INPUT);
     // A folder whose name begins as this one's is another folder.
     char *longer = malloc(strlen(*state) + 2);
     assert_non_null(longer);
