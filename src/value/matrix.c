@@ -10,6 +10,7 @@
 #include "viewworth/value.h"
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
+enum { ENTRIES_FREE = 65536 }; // of a matrix that may have more entries than table view has rows
 
 // ---- From the ledger's rows ----
 
@@ -21,6 +22,7 @@ struct summing {
     double *last_psnr, *last_l1; // owned; of each view; NaN before the first value
     uint64_t step;               // whose rows are read
     bool counted;                // whether that step is a visit
+    uint64_t row_count;          // of table view
 };
 
 static uint32_t place_of(const struct summing *summing, uint32_t image_id, const char *split) {
@@ -42,6 +44,7 @@ static uint32_t row_of(const struct summing *summing, uint64_t step) {
 static void take_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
     struct summing *summing = context;
     struct vw_matrix *matrix = summing->matrix;
+    summing->row_count++;
     uint32_t row = row_of(summing, step), column = place_of(summing, image_id, "val");
     if (column == NOT_IN_MATRIX) return; // the image is unknown or not a validation photo: verify reports it
     double psnr = vw_psnr_db(error->mse), gain_psnr = psnr - summing->last_psnr[column],
@@ -85,9 +88,12 @@ static enum vw_status allocate(struct summing *summing) {
     return VW_OK;
 }
 
-// Whether the table view had any rows.
-static bool has_values(const struct vw_matrix *matrix) {
+// Whether the table view had any rows, and not too few for so large a matrix. An epoch leaves a row for every entry. A
+// ledger from elsewhere may name so many photos and views that a matrix of zeros is all there is time for.
+static bool has_values(const struct vw_matrix *matrix, uint64_t row_count) {
+    uint64_t entries = (uint64_t)matrix->photo_count * matrix->view_count;
     bool some = false;
+    if (entries > ENTRIES_FREE && entries > row_count) return false;
     for (uint32_t v = 0; v < matrix->view_count; v++) some = some || !isnan(matrix->end_psnr[v]);
     return some;
 }
@@ -97,7 +103,10 @@ enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_i
     struct summing summing = {.input = input, .matrix = matrix};
     enum vw_status status = allocate(&summing);
     if (!status) status = vw_ledger_each_view(ledger, take_view, &summing);
-    if (!status && !has_values(matrix)) matrix->view_count = 0;
+    if (!status && !has_values(matrix, summing.row_count)) {
+        matrix->view_count = 0;
+        matrix->visit_count = 0;
+    }
     free(summing.places);
     free(summing.last_l1);
     return status;

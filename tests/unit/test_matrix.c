@@ -330,6 +330,39 @@ static void a_constant_view_hides_no_odd_one(void **state) {
     for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].disagrees);
 }
 
+// A small ledger that names many photos and views, but has rows of few: its matrix would take more time than there is.
+static void a_large_matrix_needs_as_many_rows(void **state) {
+    enum { MORE = 600, NAME_BYTES = 16 };
+    struct run *run = hand_made();
+    uint32_t count = run->image_count + MORE;
+    struct vw_ledger_image *images = vw_allocate(count, sizeof *images);
+    char(*names)[NAME_BYTES] = vw_allocate(MORE, sizeof *names);
+    memcpy(images, run->images, run->image_count * sizeof *images);
+    for (uint32_t i = 0; i < MORE; i++) {
+        uint32_t id = run->image_count + i;
+        snprintf(names[i], NAME_BYTES, "more-%u", i);
+        images[id] = (struct vw_ledger_image){id, names[i], i % 2 ? "val" : "train", NULL, HEX_A, NULL};
+    }
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_run row = test_run("{}");
+    ASSERT_OK(vw_ledger_create(path, &row, images, count, &ledger));
+    ASSERT_OK(vw_ledger_append(ledger, run->records, run->count, run->views));
+    struct vw_value_input input = input_of(run, 1);
+    input.images = images;
+    input.image_count = count;
+    struct vw_matrix matrix;
+    ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
+    assert_int_equal(matrix.view_count, 0);
+    assert_int_equal(matrix.visit_count, 0);
+    vw_matrix_clear(&matrix);
+    vw_ledger_close(&ledger);
+    free(path);
+    free(names);
+    free(images);
+    free(run);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(deltas_are_summed_by_view, test_set_up, test_tear_down),
@@ -338,6 +371,7 @@ int main(void) {
         cmocka_unit_test(one_view_at_a_time_is_left_out),
         cmocka_unit_test(odd_views_are_found),
         cmocka_unit_test(a_constant_view_hides_no_odd_one),
+        cmocka_unit_test_setup_teardown(a_large_matrix_needs_as_many_rows, test_set_up, test_tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
