@@ -6,6 +6,8 @@
 #include "ledger/ledger_private.h"
 #include "base/memory.h"
 
+static const uint32_t image_id_most = UINT32_MAX - 1; // VW_RECORD_UNTRAINED is none
+
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
     char *kept = vw_copy_text(text);
     if (!kept) return NULL;
@@ -59,7 +61,7 @@ double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *stateme
 
 uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                  enum vw_status *status) {
-    uint32_t id = (uint32_t)vw_ledger_read_count(ledger, statement, column, VW_RECORD_UNTRAINED - 1, status);
+    uint32_t id = (uint32_t)vw_ledger_read_count(ledger, statement, column, image_id_most, status);
     if (!*status && !vw_ledger_find_image(ledger->images, ledger->image_count, id))
         fail_damaged(ledger, statement, column, status);
     return id;
@@ -219,7 +221,7 @@ static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *stateme
     enum vw_status status = VW_OK;
     struct vw_ledger_image *image = item;
     *image = (struct vw_ledger_image){
-        .image_id = (uint32_t)vw_ledger_read_count(ledger, statement, 0, VW_RECORD_UNTRAINED - 1, &status),
+        .image_id = (uint32_t)vw_ledger_read_count(ledger, statement, 0, image_id_most, &status),
         .name = keep_some_text(ledger, statement, 1, &status),
         .split = keep_some_text(ledger, statement, 2, &status),
         .provider = keep_text(ledger, statement, 3, &status),
