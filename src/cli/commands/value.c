@@ -15,7 +15,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     params.context = &progress;
     if (!status) status = vw_run_open(&params, &run);
     if (!status) {
-        progress.interrupt = vw_interrupt_watch(); // opening leaves nothing behind, and may be ended at once
+        progress.interrupt = vw_interrupt_watch(); // opening leaves an empty OUT at most, and may be ended at once
         status = vw_run_advance(run, UINT64_MAX);
     }
     vw_progress_end(&progress);
