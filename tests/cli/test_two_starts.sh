@@ -50,21 +50,29 @@ check "readers take no lock" prints 'report' "$program" report "$folder/long" --
 check "the run itself goes on" kill -0 "$long"
 kill -KILL "$long"
 wait "$long" 2>/dev/null
-steps() { sqlite3 -readonly "$folder/long/ledger.db" 'SELECT count(*) FROM step' 2>/dev/null || echo 0; }
-resume() { # takes a step more than the killed run, and is stopped
-    local before deadline=$((SECONDS + 60)) resumed
-    before=$(steps)
-    "$program" value "$scene" --out "$folder/long" --epochs 100000 --resume "${tiny[@]}" >"$folder/long.log" 2>&1 &
-    resumed=$!
-    while [[ $(steps) -le $before && $SECONDS -lt $deadline ]] && kill -0 "$resumed" 2>/dev/null; do sleep 0.1; done
-    kill -INT "$resumed"
-    wait "$resumed"
-    [[ $(steps) -gt $before ]] && return
-    cat "$folder/long.log"
-    return 1
+
+# A run that is killed as soon as it has steps, and one that resumes it; that is killed, too.
+steps() { sqlite3 "$@" "$folder/brief/ledger.db" 'SELECT count(*) FROM step' 2>/dev/null || echo 0; }
+start_brief() { "$program" train "$scene" --out "$folder/brief" --epochs 100000 "${tiny[@]}" "$@" >"$folder/brief.log" 2>&1 & }
+grows() { # grows PID BEFORE: waits until the ledger has more than BEFORE steps, for a minute at most, and kills the process
+    local deadline=$((SECONDS + 60)) more=1
+    while kill -0 "$1" 2>/dev/null && [[ $SECONDS -lt $deadline ]]; do
+        [[ $(steps -readonly) -gt $2 ]] && more=0 && break
+        sleep 0.1
+    done
+    kill -KILL "$1"
+    wait "$1" 2>/dev/null
+    [[ $more -eq 0 ]] || cat "$folder/brief.log"
+    return "$more"
 }
-check "a killed run can be resumed at once" resume
-check "and leaves no lock file" test ! -e "$folder/long/.viewworth.lock"
+start_brief
+check "another run is killed" grows $! 0
+before=$(steps) # rolls back what was not committed
+start_brief --resume
+check "and can be resumed at once" grows $! "$before"
+check "a killed run leaves its lock file" test -e "$folder/long/.viewworth.lock"
+check "which means nothing" run "$program" report "$folder/long" --no-thumbnails
+check "and goes with the next holder" test ! -e "$folder/long/.viewworth.lock"
 
 # ---- What is refused leaves nothing ---------------------------------------------------------------------------------------
 
