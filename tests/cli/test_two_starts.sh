@@ -71,7 +71,7 @@ before=$(steps) # rolls back what was not committed
 start_brief --resume
 check "and can be resumed at once" grows $! "$before"
 check "a killed run leaves its lock file" test -e "$folder/long/.viewworth.lock"
-check "which means nothing" run "$program" report "$folder/long" --no-thumbnails
+check "which means nothing" fails 2 'holds a run already' "$program" import-steps "$folder/none.csv" --out "$folder/long"
 check "and goes with the next holder" test ! -e "$folder/long/.viewworth.lock"
 
 # ---- What is refused leaves nothing ---------------------------------------------------------------------------------------
