@@ -132,6 +132,7 @@ static void a_killed_holder_leaves_no_lock(void **state) {
     assert_int_equal(pipe(ready), 0);
     pid_t child = fork();
     if (child == 0) {
+        alarm(20); // also when the test fails before it kills this process
         if (vw_out_lock_take(out, &lock) || write(ready[1], "", 1) != 1) _exit(1);
         for (;;) pause();
     }
@@ -149,7 +150,8 @@ static void a_killed_holder_leaves_no_lock(void **state) {
 // may have at that moment.
 static int contend(const char *out, const char *mark) {
     int held = 0;
-    for (int i = 0; i < 400; i++) {
+    alarm(60);
+    for (int i = 0; i < 1500; i++) {
         struct vw_out_lock *lock = NULL;
         if (vw_out_lock_take(out, &lock)) continue;
         int file = open(mark, O_WRONLY | O_CREAT | O_EXCL, 0666);
@@ -163,9 +165,10 @@ static int contend(const char *out, const char *mark) {
 }
 
 static void two_never_hold_it(void **state) {
-    enum { CHILDREN = 3 };
+    enum { CHILDREN = 4 };
     pid_t children[CHILDREN];
     const char *out = temporary_path(*state, "out"), *mark = temporary_path(*state, "mark");
+    assert_int_equal(mkdir(out, 0777), 0);
     for (int i = 0; i < CHILDREN; i++)
         if ((children[i] = fork()) == 0) _exit(contend(out, mark));
     for (int i = 0; i < CHILDREN; i++) {
