@@ -78,7 +78,9 @@ void vw_run_row_free(struct vw_run_row *row) {
 
 // Of a run that was recorded with a box; `*found` is false without one.
 static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
-    json_t *array = json_loads(effects_json, 0, NULL), *entry = find_effect(array, "unbounded");
+    json_error_t error;
+    json_t *array = vw_json_load(effects_json, strlen(effects_json), 0, &error);
+    const json_t *entry = find_effect(array, "unbounded");
     double *centre = box->centre_world;
     *found = json_is_true(json_object_get(entry, "on"));
     bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],

@@ -217,7 +217,7 @@ static enum vw_status read_signature(const char *out, const char *path, struct s
     enum vw_status status = vw_file_read_inside(out, VW_SIGNATURE_FILE, LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     json_error_t error;
-    json_t *object = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    json_t *object = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     free(text);
     if (!object)
         return vw_fail(VW_ERROR_MISMATCH, "%s:%d: %s: it was edited; sign the run again", path, error.line, error.text);
