@@ -10,7 +10,7 @@
 struct vw_photo_format {
     const char *name;                // as a message calls it
     const char *plugin;              // OpenImageIO's name of the reader and writer
-    const char *const extensions[4]; // of files that we write, without the dot; up to the first NULL
+    const char *const extensions[4]; // under which it is written, without the dot; up to the first NULL
     struct {
         const char *bytes; // the file begins with these
         size_t count;      // 0: the end of the list

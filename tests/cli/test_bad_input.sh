@@ -129,6 +129,8 @@ refused "no such scene" 'none: no such scene' "$folder/none"
 mkdir -p "$folder/empty"
 refused "an empty folder" 'empty: no scene found' "$folder/empty"
 
+zeros() { head -c "$1" /dev/zero; }
+
 # ---- Photos ---------------------------------------------------------------------------------------------------------------
 
 reset
@@ -149,6 +151,18 @@ with_photo "a photo of 0 bytes" 'cannot open the image'
 reset
 echo 'not a photo' >"$scene/images/1.png"
 with_photo "a photo that is a text" 'cannot open the image'
+reset
+printf 'FOR4\0\0\0\x40CIMGTBHD\0\0\0\x20\x7f\xff\xff\xff\0\0\0\0\0\0\0\0' >"$scene/images/1.png"
+with_photo "an IFF in place of a photo" 'no format that is read, which are PNG, JPEG'
+{ printf '%-80s' 'SIMPLE  =                    T' 'BITPIX  =                    8' 'NAXIS   =                    2' \
+    'NAXIS1  =                -1000' 'NAXIS2  =           1000000000' END; zeros 2400; } >"$scene/images/1.png"
+with_photo "a FITS in place of a photo" 'no format that is read'
+printf 'SDPX\0\0\x08\0V1.0' >"$scene/images/1.png"
+zeros 2036 >>"$scene/images/1.png"
+with_photo "a DPX in place of a photo" 'no format that is read'
+echo 'not a photo' >"$scene/images/1.null?RES=16000x16000"
+transforms '"fl_x": 8,' "${good[0]}" "$(frame 'images/1.null?RES=16000x16000')" "${good[2]}"
+refused "a name that asks OpenImageIO for 256 megapixels" 'RES=16000x16000: cannot open.*no format that is read' "$scene"
 reset
 { printf '\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR\x00\x01\x86\xa0\x00\x01\x86\xa0\x08\x02\x00\x00\x00\x27\x30\x9c\x9f'
     printf '\x00\x00\x00\x00IDAT\x35\xaf\x06\x1e'; } >"$scene/images/1.png"
@@ -223,7 +237,6 @@ refused "--pool list without a TSV" 'pool list' "$scene" --pool list
 
 # ---- COLMAP and PhotoTourism: three photos of one SIMPLE_PINHOLE camera, and a point that two of them see ------------------
 
-zeros() { head -c "$1" /dev/zero; }
 u32() { printf "\\x$(printf %x $(($1 & 255)))\\x$(printf %x $(($1 >> 8 & 255)))\\x0\\x0"; } # below 2^16
 u64() { u32 "$1"; zeros 4; }
 real() { zeros 6; printf "\\x${1:2:2}\\x${1:0:2}"; } # by its two highest bytes

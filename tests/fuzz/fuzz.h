@@ -29,6 +29,9 @@ fuzz_target
     fuzz_lists; // lists of photos: scores behind an s, JSON behind a j, otherwise names or a TSV behind any byte
 fuzz_target fuzz_tables;  // CSV files that a report shows: which one, behind a byte
 fuzz_target fuzz_compare; // compare.json
+// A photo of any format, as a worker of viewworth-decode reads it. What this finds in OpenImageIO itself ends a worker.
+// It needs viewworth_decode_core.
+fuzz_target fuzz_photo;
 
 // The folder that targets work in, made at the first call and removed at the process's end: the photos 00.png to
 // 07.png, of 8 x 6 pixels, are in images/. It must be removed before another target runs, which would find the files of

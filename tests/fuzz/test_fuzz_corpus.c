@@ -37,6 +37,7 @@ static void the_transforms_corpus_passes(void **state) { (void)state, replay("tr
 static void the_binary_colmap_corpus_passes(void **state) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
 static void the_text_colmap_corpus_passes(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
 static void the_tsv_corpus_passes(void **state) { (void)state, replay("tsv", fuzz_tsv); }
+static void the_photo_corpus_passes(void **state) { (void)state, replay("photo", fuzz_photo); }
 static void the_recipe_corpus_passes(void **state) { (void)state, replay("recipe", fuzz_recipe); }
 static void the_ledger_corpus_passes(void **state) { (void)state, replay("ledger", fuzz_ledger); }
 static void the_store_corpus_passes(void **state) { (void)state, replay("store", fuzz_store); }
@@ -57,6 +58,7 @@ int main(void) {
         cmocka_unit_test(the_field_corpus_passes),       cmocka_unit_test(the_step_log_corpus_passes),
         cmocka_unit_test(the_providers_corpus_passes),   cmocka_unit_test(the_list_corpus_passes),
         cmocka_unit_test(the_table_corpus_passes),       cmocka_unit_test(the_comparison_corpus_passes),
+        cmocka_unit_test(the_photo_corpus_passes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

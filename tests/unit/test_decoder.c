@@ -1,0 +1,283 @@
+// Processes that decode photos: what a worker answers is not believed, what becomes of it fails one photo only, and
+// nothing of it is left.
+#include "support/cmocka_test.h"
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/temporary_folder.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/decoder.h"
+#include "image/image.h"
+
+static int make_folder(void **state) {
+    vw_decoder_hold();
+    return !(*state = temporary_folder_create());
+}
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    vw_decoder_release();
+    vw_decoder_configure(&(struct vw_decoder_params){0});
+    return 0;
+}
+
+static const char *beside(const char *name) {
+    static char path[4096];
+    ssize_t length = readlink("/proc/self/exe", path, sizeof path - 64);
+    assert_true(length > 0);
+    path[length] = 0;
+    strcpy(strrchr(path, '/') + 1, name);
+    return path;
+}
+
+// ---- Hostile workers ------------------------------------------------------------------------------------------------
+
+static int use_hostile(void **state) {
+    vw_decoder_configure(&(struct vw_decoder_params){.program = beside("hostile_decoder"), .time_out_s = 1});
+    return make_folder(state);
+}
+
+static const char *photo_that_says(const char *folder, const char *text) {
+    char content[128];
+    snprintf(content, sizeof content, "\x89PNG\r\n\x1a\n%s", text);
+    return temporary_file(folder, "photo.png", content);
+}
+
+static void check_refused(const char *folder, const char *text, const char *said) {
+    struct vw_image image = {0};
+    const char *path = photo_that_says(folder, text);
+    enum vw_status status = vw_image_load(path, 1, &image);
+    if (!status) fail_msg("'%s' is believed", text);
+    assert_null(image.pixels);
+    if (!strstr(vw_error_message(), said)) fail_msg("%s: '%s' does not say '%s'", text, vw_error_message(), said);
+    assert_non_null(strstr(vw_error_message(), path));
+    assert_null(strchr(vw_error_message(), '\n'));
+}
+
+static struct vw_image check_read(const char *folder, const char *text) {
+    struct vw_image image = {0};
+    if (vw_image_load(photo_that_says(folder, text), 1, &image)) fail_msg("%s: %s", text, vw_error_message());
+    assert_int_equal(image.width_px, 4);
+    return image;
+}
+
+static void lies_are_refused(void **state) {
+    static const char *const cases[][2] = {
+        {"crash", "crashed"},
+        {"crash at the header", "crashed"},
+        {"half an answer", "crashed"},
+        {"half the pixels", "crashed"},
+        {"another size", "another size"},
+        {"large payload", "another size"},
+        {"unknown status", "crashed"},
+        {"endless message", "cannot decode"},
+        {"nan", "misled"},
+        {"above 1", "misled"},
+        {"no width", "misled"},
+        {"no format", "misled"},
+        {"many pixels", "4294967295 x 4294967295 pixels are more than the limit"},
+        {"many channels", "65 channels are more than the limit"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        check_refused(*state, cases[i][0], cases[i][1]);
+        struct vw_image next = check_read(*state, "good"); // the next photo is read by another worker
+        vw_image_clear(&next);
+    }
+}
+
+static void time_is_limited(void **state) {
+    check_refused(*state, "hang", "too much memory or time");
+    check_refused(*state, "a drop at a time", "too much memory or time");
+}
+
+static void flags_are_made_plain(void **state) {
+    struct vw_image image = check_read(*state, "unusable");
+    assert_true(image.has_alpha);
+    assert_int_equal(image.masked_count, 1);
+    assert_int_equal(image.unusable[0], 1);
+    vw_image_clear(&image);
+}
+
+static void what_nobody_asked_for_is_no_answer(void **state) {
+    struct vw_image image = check_read(*state, "more than asked");
+    vw_image_clear(&image);
+    for (int i = 0; i < 3; i++) {
+        image = check_read(*state, "good");
+        assert_int_equal(image.masked_count, 0);
+        vw_image_clear(&image);
+    }
+}
+
+// The program gets its socket, the photo, and nothing that OpenImageIO might listen to.
+static void the_environment_stays_outside(void **state) {
+    assert_int_equal(setenv("OIIO_LIBRARY_PATH", "/planted", 1), 0);
+    assert_int_equal(setenv("OPENIMAGEIO_OPTIONS", "plugin_searchpath=/planted", 1), 0);
+    assert_int_equal(setenv("LD_LIBRARY_PATH", "/kept", 1), 0);
+    int leaked = dup(STDOUT_FILENO);
+    check_refused(*state, "what it has", " descriptors; not interruptible;");
+    assert_non_null(strstr(vw_error_message(), "LD_LIBRARY_PATH=/kept"));
+    assert_null(strstr(vw_error_message(), "planted"));
+    assert_null(strstr(vw_error_message(), "PATH=/usr"));
+    assert_non_null(strstr(vw_error_message(), " 6 descriptors")); // three of /dev/null, two sockets, the photo
+    close(leaked);
+    unsetenv("OIIO_LIBRARY_PATH");
+    unsetenv("OPENIMAGEIO_OPTIONS");
+    unsetenv("LD_LIBRARY_PATH");
+}
+
+static void another_program_is_refused(void **state) {
+    struct vw_image image = {0};
+    const char *path = photo_that_says(*state, "good");
+    vw_decoder_configure(&(struct vw_decoder_params){.program = "/bin/true"});
+    assert_int_equal(vw_image_load(path, 1, &image), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "belongs to another version"));
+    vw_decoder_configure(&(struct vw_decoder_params){.program = temporary_path(*state, "none")});
+    assert_int_equal(vw_image_load(path, 1, &image), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "cannot start viewworth-decode"));
+}
+
+// ---- Files that change ----------------------------------------------------------------------------------------------
+
+static const char *write_photo(const char *folder, uint32_t width_px) {
+    static const float pixels[64 * 8 * 3];
+    const char *path = temporary_path(folder, "photo.png");
+    assert_int_equal(vw_image_save(path, width_px, 8, 3, pixels), VW_OK);
+    return path;
+}
+
+static void a_file_exchanged_after_its_header_is_refused(void **state) {
+    struct vw_image_header header;
+    struct vw_image_load *load = NULL;
+    struct vw_image image = {0};
+    const char *path = write_photo(*state, 8);
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    write_photo(*state, 64);
+    assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+    assert_int_equal(vw_image_load_finish(&load, NULL, &image), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "its header changed"));
+    assert_null(load);
+}
+
+static void a_file_that_changes_while_it_is_read_is_refused(void **state) {
+    struct vw_image_header header;
+    struct vw_image_load *load = NULL;
+    struct vw_image image = {0};
+    uint8_t sha256[VW_HASH_BYTES];
+    const char *path = write_photo(*state, 8);
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+    assert_int_equal(usleep(50000), 0); // decoded by now; a clock tick apart
+    FILE *file = fopen(path, "a");
+    assert_non_null(file);
+    fputs("more", file);
+    assert_int_equal(fclose(file), 0);
+    assert_int_equal(vw_image_load_finish(&load, sha256, &image), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "changed while it was read"));
+    assert_null(image.pixels);
+}
+
+// ---- Processes ------------------------------------------------------------------------------------------------------
+
+// A field of /proc/PROCESS/status; "" if it is not there.
+static const char *status_field(const char *process, const char *name) {
+    static char line[256];
+    char path[300];
+    snprintf(path, sizeof path, "/proc/%s/status", process);
+    FILE *file = fopen(path, "r");
+    size_t length = strlen(name);
+    bool found = false;
+    while (file && !found && fgets(line, sizeof line, file))
+        found = !strncmp(line, name, length) && line[length] == ':';
+    if (file) fclose(file);
+    if (!found) return "";
+    line[strcspn(line, "\n")] = 0;
+    return line + length + 1 + strspn(line + length + 1, " \t");
+}
+
+// The process whose parent has the id `parent`, as text; NULL: none.
+static const char *child_of(long parent) {
+    static char name[256];
+    DIR *folder = opendir("/proc");
+    assert_non_null(folder);
+    const char *found = NULL;
+    for (struct dirent *entry; !found && (entry = readdir(folder));)
+        if (atol(entry->d_name) > 0 && atol(status_field(entry->d_name, "PPid")) == parent)
+            found = strcpy(name, entry->d_name);
+    closedir(folder);
+    return found;
+}
+
+static bool kernel_has_seccomp(void) { return *status_field("self", "Seccomp") != 0; }
+
+static void check_worker(const char *folder, const char *seccomp) {
+    struct vw_image_header header;
+    assert_int_equal(vw_image_probe(write_photo(folder, 8), VW_IMAGE_OF_PATH, &header), VW_OK);
+    const char *server = child_of(getpid());
+    assert_non_null(server);
+    const char *worker = child_of(atol(server));
+    assert_non_null(worker);
+    assert_string_equal(status_field(worker, "NoNewPrivs"), "1");
+    if (kernel_has_seccomp()) assert_string_equal(status_field(worker, "Seccomp"), seccomp);
+}
+
+static void workers_are_confined(void **state) { check_worker(*state, "2"); }
+
+static void workers_need_no_seccomp(void **state) {
+    vw_decoder_release();
+    vw_decoder_configure(&(struct vw_decoder_params){.without_seccomp = true});
+    vw_decoder_hold();
+    check_worker(*state, "0");
+}
+
+// A process that outlives its parent becomes ours here.
+static void no_process_is_left(void **state) {
+    struct vw_image_header header;
+    struct vw_image_load *loads[3] = {0};
+    assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
+    const char *path = write_photo(*state, 8);
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &loads[i]), VW_OK);
+    for (int i = 0; i < 3; i++) vw_image_load_cancel(&loads[i]);
+    assert_int_equal(waitpid(-1, NULL, WNOHANG), 0); // the server, alive
+    vw_decoder_release();
+    assert_int_equal(waitpid(-1, NULL, WNOHANG), -1);
+    vw_decoder_hold();
+}
+
+static void a_killed_server_is_replaced(void **state) {
+    struct vw_image image = {0};
+    const char *path = write_photo(*state, 8), *server = child_of(getpid());
+    assert_non_null(server);
+    assert_int_equal(kill((pid_t)atol(server), SIGKILL), 0);
+    usleep(100000); // its workers end with it
+    assert_int_equal(vw_image_load(path, 1, &image), VW_OK);
+    vw_image_clear(&image);
+}
+
+#define TEST(test, setup) cmocka_unit_test_setup_teardown(test, setup, remove_folder)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        TEST(lies_are_refused, use_hostile),
+        TEST(time_is_limited, use_hostile),
+        TEST(flags_are_made_plain, use_hostile),
+        TEST(what_nobody_asked_for_is_no_answer, use_hostile),
+        TEST(the_environment_stays_outside, use_hostile),
+        TEST(another_program_is_refused, make_folder),
+        TEST(a_file_exchanged_after_its_header_is_refused, make_folder),
+        TEST(a_file_that_changes_while_it_is_read_is_refused, make_folder),
+        TEST(workers_are_confined, make_folder),
+        TEST(workers_need_no_seccomp, make_folder),
+        TEST(no_process_is_left, make_folder),
+        TEST(a_killed_server_is_replaced, make_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,160 @@
+// Which files are photos: their first bytes decide, never their names; and how large the photos of a scene may be.
+#include "support/cmocka_test.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/decoder.h"
+#include "image/image.h"
+#include "image/photo_formats.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
+
+static int remove_folder(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+// ---- Signatures -----------------------------------------------------------------------------------------------------
+
+// Small files of each format, with red 0, green 0.25 and blue 0.5.
+static const struct {
+    const char *file;
+    uint32_t format;
+} samples[] = {{"png.png", 0},
+               {"jpeg.jpg", 1},
+               {"tiff.tif", 2},
+               {"openexr.exr", 3},
+               {"webp.webp", 4},
+               {"jpeg2000.jp2", 5},
+               {"jpeg2000_codestream.j2k", 5},
+               {"hdr.hdr", 6},
+               {"pnm.ppm", 7}};
+
+static void every_format_is_read_under_any_name(void **state) {
+    static const char *const names[] = {"b.gif", "c.fits", "d.null?RES=16000x16000", "e.dpx", "no_extension"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(samples); i++) {
+        char path[4096];
+        void *bytes;
+        size_t size_bytes;
+        uint32_t format;
+        snprintf(path, sizeof path, "%s/tests/fuzz/corpus/photo/%s", VW_SOURCE_FOLDER, samples[i].file);
+        assert_int_equal(vw_file_read(path, 1 << 20, &bytes, &size_bytes), VW_OK);
+        assert_true(vw_photo_format_of_bytes(bytes, size_bytes, &format));
+        assert_int_equal(format, samples[i].format);
+        for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
+            struct vw_image image;
+            const char *renamed = temporary_path(*state, names[j]);
+            assert_int_equal(vw_file_write(renamed, bytes, size_bytes), VW_OK);
+            if (vw_image_load(renamed, 1, &image)) fail_msg("%s: %s", samples[i].file, vw_error_message());
+            float rgba[4];
+            vw_image_pixel(&image, 3, 3, rgba);
+            assert_near(rgba[0], 0, 0.02);
+            assert_true(rgba[1] > 0.2 && rgba[2] > rgba[1] + 0.1 && rgba[2] < 0.8); // linear formats are brighter
+            vw_image_clear(&image);
+        }
+        free(bytes);
+    }
+}
+
+// A sound file of each would be read by OpenImageIO if it were asked to find a reader: some of these readers crash.
+static void other_formats_are_refused(void **state) {
+    static const struct {
+        const char *what, *bytes;
+        size_t count;
+    } files[] = {
+        {"IFF",
+         "FOR4\0\0\0\x40"
+         "CIMGTBHD",
+         16},
+        {"FITS", "SIMPLE  =                    T", 30},
+        {"DPX", "SDPX\0\0\x08\0V1.0", 12},
+        {"Cineon", "\x80\x2a\x5f\xd7\0\0\x04\0", 8},
+        {"GIF", "GIF89a\x01\0\x01\0", 10},
+        {"PSD", "8BPS\0\1\0\0\0\0\0\0", 12},
+        {"BMP", "BM\x3a\0\0\0\0\0\0\0", 10},
+        {"DICOM", "\0\0\0\0\0\0\0\0\0\0\0\0DICM", 16},
+        {"MP4",
+         "\0\0\0\x18"
+         "ftypmp42",
+         12},
+        {"HEIF",
+         "\0\0\0\x18"
+         "ftypheic",
+         12},
+        {"DDS", "DDS |\0\0\0", 8},
+        {"SGI", "\x01\xda\1\1\0\3", 6},
+        {"Matroska", "\x1a\x45\xdf\xa3", 4},
+        {"RIFF that is no WebP", "RIFF\0\0\0\0AVI LIST", 16},
+        {"half a WebP signature", "RIFF\0\0\0\0WEB", 11},
+        {"half a PNG signature", "\x89PNG\r\n\x1a", 7},
+        {"text", "not an image", 12},
+        {"nothing", "", 0},
+    };
+    static const char *const names[] = {"a.png", "b.jpg", "c.null?RES=16000x16000", "d.fits", "e.iff"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(files); i++) {
+        for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
+            struct vw_image image = {0};
+            const char *path = temporary_path(*state, names[j]);
+            FILE *file = fopen(path, "wb");
+            assert_non_null(file);
+            assert_int_equal(fwrite(files[i].bytes, 1, files[i].count, file), files[i].count);
+            assert_int_equal(fclose(file), 0);
+            if (vw_image_load(path, 1, &image) != VW_ERROR_INPUT) fail_msg("%s is read as %s", files[i].what, names[j]);
+            assert_null(image.pixels);
+            assert_non_null(strstr(vw_error_message(), path));
+            assert_non_null(strstr(vw_error_message(), VW_PHOTO_FORMAT_NAMES));
+        }
+    }
+}
+
+// ---- Limits ---------------------------------------------------------------------------------------------------------
+
+// The headers of 65 photos of 1 GiB each.
+static void the_photos_of_a_scene_have_a_limit(void **state) {
+    static const uint8_t png[] = {0x89, 'P',  'N',  'G', '\r', '\n', 0x1a, '\n', 0,   0,   0,   13,   'I',  'H', 'D',
+                                  'R',  0,    0,    64,  0,    0,    0,    64,   0,   8,   6,   0,    0,    0,   0xa9,
+                                  0xc8, 0x10, 0x84, 0,   0,    0,    0,    'I',  'D', 'A', 'T', 0x35, 0xaf, 6,   0x1e};
+    const struct vw_scene_params params = {.path = *state, .headers_only = true};
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 65});
+    const char *first = temporary_path(*state, "images/00.png");
+    assert_int_equal(vw_file_write(first, png, sizeof png), VW_OK);
+    for (int i = 1; i < 65; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "images/%02d.png", i);
+        const char *path = temporary_path(*state, name);
+        assert_int_equal(unlink(path), 0);
+        assert_int_equal(link(temporary_path(*state, "images/00.png"), path), 0);
+    }
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "images/64.png", "limit of 64.0 GiB", "--downscale", NULL);
+    struct vw_scene_params smaller = params;
+    smaller.downscale = 2; // 16 bits of a quarter of the pixels
+    struct vw_scene *scene = tiny_scene_open(&smaller);
+    assert_int_equal(scene->views[64].camera.width_px, 8192);
+    vw_scene_close(&scene);
+}
+
+static void a_file_too_large_to_exist_is_refused(void **state) {
+    struct vw_image_header header;
+    const char *path = temporary_file(*state, "sparse.ppm", "P6\n1 1\n255\nabc");
+    assert_int_equal(truncate(path, ((off_t)1 << 32) + 1), 0);
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "larger than the limit of 4294967296 bytes"));
+}
+
+int main(void) {
+    vw_decoder_hold(); // one start for all tests
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(every_format_is_read_under_any_name, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(other_formats_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_photos_of_a_scene_have_a_limit, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_file_too_large_to_exist_is_refused, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
