@@ -215,14 +215,31 @@ int ftruncate(int file, off_t size_bytes) {
     return hits("ftruncate", file, "") ? -1 : (int)syscall(SYS_ftruncate, file, size_bytes);
 }
 
-static void swap(const char *path) {
+static void swap(int folder, const char *path) {
     static atomic_long count;
-    if (fault.ready && fault.swap && fault.swap_to && !strcmp(path, fault.swap_to) && ++count == fault.swap_at)
-        syscall(SYS_renameat2, AT_FDCWD, fault.swap, AT_FDCWD, fault.swap_to, 0);
+    char found[2 * PATH_MAX];
+    if (!fault.ready || !fault.swap || !fault.swap_to) return;
+    find_path(folder, path, found);
+    if (strcmp(found, fault.swap_to) != 0 || ++count != fault.swap_at) return;
+    syscall(SYS_renameat2, AT_FDCWD, fault.swap, AT_FDCWD, fault.swap_to, 0);
+    write_log("%ld swap %s\n", (long)count, found);
+}
+
+// By which programs open files as the C library cannot yet.
+long syscall(long number, ...) {
+    static long (*next)(long number, ...);
+    long arguments[6];
+    va_list list;
+    va_start(list, number);
+    for (int i = 0; i < 6; i++) arguments[i] = va_arg(list, long);
+    va_end(list);
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "syscall");
+    if (number == SYS_openat2) swap((int)arguments[0], (const char *)arguments[1]);
+    return next(number, arguments[0], arguments[1], arguments[2], arguments[3], arguments[4], arguments[5]);
 }
 
 static int open_file(int folder, const char *path, int flags, mode_t mode) {
-    swap(path);
+    swap(folder, path);
     if ((flags & O_CREAT) && hits("create", folder, path)) return -1;
     return (int)syscall(SYS_openat, folder, path, flags, mode);
 }
@@ -252,7 +269,7 @@ typedef FILE *open_stream(const char *path, const char *mode);
 FILE *fopen(const char *path, const char *mode) {
     static open_stream *next; // not a plain call: the C library opens by a function of its own
     if (!next) *(void **)&next = dlsym(RTLD_NEXT, "fopen");
-    swap(path);
+    swap(AT_FDCWD, path);
     return next(path, mode);
 }
 

@@ -119,7 +119,7 @@ fault_damaged() {
 
 fault_newer() {
     cp -r "$folder/whole" "$folder/newer"
-    sqlite3 "$folder/newer/ledger.db" 'PRAGMA user_version = 9999'
+    sqlite3 "$folder/newer/ledger.db" 'PRAGMA user_version = 999'
     cp "$folder/newer/ledger.db" "$folder/newer.db"
     commands_refuse newer newer
     grep -q 'version' "$folder/newer.stderr" || problem newer "does not say that the version is another"
