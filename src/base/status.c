@@ -9,11 +9,13 @@ static _Thread_local char message[VW_ERROR_MESSAGE_BYTES];
 #undef vw_fail // what the header says to the analyzer
 #undef vw_fail_context
 
-// Memory runs out in many places, and the remedy is the same in most.
-static void add_memory_remedy(char text[VW_ERROR_MESSAGE_BYTES]) {
+// Memory runs out, and files were edited, in many places; the remedy is the same in most.
+static void add_remedy(enum vw_status status, char text[VW_ERROR_MESSAGE_BYTES]) {
+    const char *remedy = status == VW_ERROR_MEMORY     ? "; close other programs or use --downscale"
+                         : status == VW_ERROR_MISMATCH ? "; get the folder again from a copy or from where it was made"
+                                                       : "";
     size_t used = strlen(text);
-    if (!strchr(text, ';'))
-        snprintf(text + used, VW_ERROR_MESSAGE_BYTES - used, "; close other programs or use --downscale");
+    if (!strchr(text, ';')) snprintf(text + used, VW_ERROR_MESSAGE_BYTES - used, "%s", remedy);
 }
 
 enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
@@ -22,7 +24,7 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    if (status == VW_ERROR_MEMORY) add_memory_remedy(text);
+    add_remedy(status, text);
     vw_text_make_line(text);
     memcpy(message, text, sizeof message);
     return status;

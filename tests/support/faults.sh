@@ -56,9 +56,9 @@ check_leftovers() { # check_leftovers OUT [journal]
     [[ -z $left ]] || problem "$1" "leaves behind $left"
 }
 
-check_message() { # check_message OUT: one line beside warnings, with a remedy behind a semicolon
+check_message() { # check_message OUT: one line beside warnings, with a remedy behind a semicolon, and with $says
     local stderr=$folder/$1.stderr
-    [[ $(grep -vc '^warning: ' "$stderr") -eq 1 ]] && grep -qE '^viewworth: .*; .' "$stderr" && return
+    [[ $(grep -vc '^warning: ' "$stderr") -eq 1 ]] && grep -qE "^viewworth: .*${says:-}.*; ." "$stderr" && return
     problem "$1" "is not one line that names a remedy: $(tr '\n' '~' <"$stderr")"
 }
 

@@ -93,10 +93,13 @@ static void a_document_without_memory_is_not_printed(void **state) {
     assert_null(vw_json_to_text(NULL, JSON_COMPACT));
 }
 
-static void out_of_memory_names_a_remedy(void **state) {
+static void failures_name_a_remedy(void **state) {
     (void)state;
     vw_fail(VW_ERROR_MEMORY, "out of memory for a string");
     assert_string_equal(vw_error_message(), "out of memory for a string; close other programs or use --downscale");
+    vw_fail(VW_ERROR_MISMATCH, "a row was edited");
+    assert_string_equal(vw_error_message(),
+                        "a row was edited; get the folder again from a copy or from where it was made");
     vw_fail(VW_ERROR_MEMORY, "it is full; empty it");
     assert_string_equal(vw_error_message(), "it is full; empty it");
 }
@@ -108,7 +111,7 @@ int main(void) {
         cmocka_unit_test(a_text_without_memory_is_refused),
         cmocka_unit_test(a_table_without_memory_is_not_written),
         cmocka_unit_test(a_document_without_memory_is_not_printed),
-        cmocka_unit_test(out_of_memory_names_a_remedy),
+        cmocka_unit_test(failures_name_a_remedy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
