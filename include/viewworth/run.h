@@ -61,8 +61,8 @@ struct vw_run_params {
 };
 
 // Locks OUT until the run is closed, opens device and scene, decides which effects are on, and creates or resumes the
-// run in OUT. `*run` is untouched on failure. VW_ERROR_USAGE names the field that is missing or wrong, what differs from
-// the run that OUT holds, or the process that writes there already.
+// run in OUT. `*run` is untouched on failure. VW_ERROR_USAGE names the field that is missing or wrong, what differs
+// from the run that OUT holds, or the process that writes there already.
 enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run);
 // Takes up to `steps` steps and records them; UINT64_MAX: all that are left. VW_OK when they are taken, or when none is
 // left. VW_ERROR_INTERRUPTED when progress returned false: the ledger keeps the steps and the scores so far, and a

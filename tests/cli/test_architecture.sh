@@ -206,7 +206,7 @@ rule "files are opened where links and pipes are refused" src/run/injected.c '  
     nowhere_but 'src/base/\|src/image/\|src/gpu/limits\.c\|src/run/out_lock\.c\|src/ledger/database_file\.c' \
     '\b(fopen|freopen|open|openat|creat)\(' "${c_code[@]}" src
 rule "JSON is parsed within a bound on memory" src/run/injected.c '    json_loads(text, 0, NULL);' -- \
-    nowhere_but src/base/json.c '\bjson_load' "${c_code[@]}" src
+    nowhere_but 'src/base/json\.[ch]' '\bjson_load' "${c_code[@]}" src
 rule "asserts stay in every build" src/base/injected.c '#define NDEBUG' -- nowhere 'NDEBUG' "${c_code[@]}" src include tests
 rule "no fast-math in the product" shaders/injected.glsl '// fast-math' -- nowhere 'fast-math' src include shaders
 rule "nothing is left for later" src/base/injected.c '// TO''DO' -- \
