@@ -160,7 +160,7 @@ send_early_signals() { # send_early_signals FAULT NUMBER: while the scene is loa
         from=0
         [[ $phase == loading ]] || from=$to to=$(ends_at field)
         for n in $(spread 1000); do
-            in_parallel inject "$1: $phase" "$1-$phase-$n" "$2" timeout --preserve-status -s "$2" \
+            in_parallel inject "$1: $phase" "$1-$phase-$n" "$2" timeout --foreground --preserve-status -s "$2" \
                 "$(awk -v a="$from" -v b="$to" -v n="$n" 'BEGIN { print a + (b - a) * n / 1001 }')"
         done
         wait
