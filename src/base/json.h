@@ -5,7 +5,7 @@
 
 #include <jansson.h>
 
-// As json_loadb(), for texts from files: refuses, in `error`, a text whose values would take more memory than
+// As jansson parses bytes, for texts from files: refuses, in `error`, a text whose values would take more memory than
 // VW_JSON_MEMORY_RATIO times its size and VW_JSON_MEMORY_BASE_BYTES more, before it takes any.
 enum { VW_JSON_MEMORY_RATIO = 16, VW_JSON_MEMORY_BASE_BYTES = 16 << 20 };
 json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_error_t *error);
