@@ -6,12 +6,16 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -112,17 +116,29 @@ void open_header(const char *plugin, image_file &file, vw_oiio_result &result) {
     result.premultiplied = spec.alpha_channel >= 0 && !spec.get_int_attribute("oiio:UnassociatedAlpha", 0);
 }
 
+size_t count_threads() {
+    std::error_code error;
+    std::filesystem::directory_iterator tasks("/proc/self/task", error), end;
+    return error ? 0 : static_cast<size_t>(std::distance(tasks, end));
+}
+
 bool is_same(const vw_image_header &a, const vw_image_header &b) {
     return a.width_px == b.width_px && a.height_px == b.height_px && a.channels == b.channels && a.format == b.format;
 }
 
 } // namespace
 
-extern "C" void vw_oiio_prepare(void) {
+extern "C" bool vw_oiio_prepare(void) {
+    size_t before = count_threads(); // those of libraries, which sleep
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1); // none beside the caller
     OIIO::attribute("plugin_searchpath", "");
     (void)OIIO::ImageInput::create("png"); // registers all formats
+    for (int waited_ms = 0; waited_ms < 10000; waited_ms++) {
+        if (count_threads() <= before) return true; // OpenImageIO has started threads, and told them to end
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
 }
 
 extern "C" vw_oiio_result vw_oiio_probe(const char *plugin, const void *bytes, size_t size_bytes) {
