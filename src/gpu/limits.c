@@ -140,6 +140,7 @@ static void query_core(struct vw_candidate *candidate) {
     uint32_t version = properties.properties.driverVersion;
     snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u", core12.driverName, core12.driverInfo,
              VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
+    vw_text_make_line(info->driver); // ledgers hold only names that can be shown
     candidate->timestamp_ns = (double)device->timestampPeriod;
     struct vw_gpu_limits *limits = &candidate->limits;
     *limits = limits_of(device, core11.maxMemoryAllocationSize);
@@ -160,6 +161,7 @@ void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidat
     info->kind = kind_of(properties.deviceType);
     snprintf(info->name, sizeof info->name, "%s", properties.deviceName);
     if (info->kind == VW_GPU_CPU) append_processor(info);
+    vw_text_make_line(info->name);
     info->memory_bytes = largest_device_heap_bytes(physical);
     if (properties.apiVersion < VK_API_VERSION_1_2)
         snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "Vulkan 1.2");

@@ -125,12 +125,16 @@ static enum vw_status check_schema(struct vw_database *database, struct vw_datab
 // and values that a column cannot hold.
 static enum vw_status check_contents(struct vw_database *database, uint32_t page_count) {
     struct work work = {WORK_PER_BYTE * (uint64_t)VW_DATABASE_PAGE_BYTES * page_count};
+    static const char out_of_memory[] = "error code=7";
     sqlite3_stmt *statement = NULL;
     bool found = false;
     sqlite3_progress_handler(database->handle, STEPS_PER_CALL, spend_work, &work);
     enum vw_status status = vw_database_prepare(database, "PRAGMA integrity_check(1)", &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     const char *answer = !status && found ? (const char *)sqlite3_column_text(statement, 0) : NULL;
+    // What the check could not read for lack of memory, it lists as a fault of the file: "... error code=7".
+    if (answer && strstr(answer, out_of_memory))
+        status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory to check the file; close other programs", database->path);
     if (!status && (!answer || strcmp(answer, "ok") != 0))
         status = vw_fail(VW_ERROR_INPUT, "%s: damaged or hostile: %s; restore it from a copy", database->path,
                          answer ? answer : "it cannot be checked");

@@ -5,7 +5,9 @@
 #include "ledger/find_image.h"
 #include "ledger/ledger_private.h"
 #include "base/memory.h"
+#include "base/text.h"
 
+enum { NAME_BYTES_MOST = 600 };                       // struct vw_gpu_info
 static const uint32_t image_id_most = UINT32_MAX - 1; // VW_RECORD_UNTRAINED is none
 
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text) {
@@ -83,6 +85,24 @@ static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statem
 
 // ---- The run and its state ----
 
+// Other words would be shown as if viewworth had said them.
+static const char *keep_status(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    static const char *const known[] = {VW_LEDGER_RUNNING, "finished", "interrupted", "failed"};
+    const char *text = keep_some_text(ledger, statement, column, status);
+    for (size_t i = 0; text && i < VW_ARRAY_COUNT(known); i++)
+        if (strcmp(text, known[i]) == 0) return text;
+    if (!*status) fail_damaged(ledger, statement, column, status);
+    return NULL;
+}
+
+// The name of a device or driver, which a page and tables show.
+static const char *keep_name(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    const char *text = keep_some_text(ledger, statement, column, status);
+    if (text && (strlen(text) > NAME_BYTES_MOST || !vw_text_is_clean(text)))
+        fail_damaged(ledger, statement, column, status);
+    return text;
+}
+
 // A ledger has exactly one run row.
 static enum vw_status load_run(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
@@ -106,15 +126,15 @@ static enum vw_status load_run(struct vw_ledger *ledger) {
             .seed = (int64_t)vw_ledger_read_count(ledger, statement, 3, INT64_MAX, &status),
             .config_json = keep_some_text(ledger, statement, 4, &status),
             .subset_hash = keep_some_text(ledger, statement, 5, &status),
-            .device = keep_some_text(ledger, statement, 6, &status),
-            .driver = keep_some_text(ledger, statement, 7, &status),
+            .device = keep_name(ledger, statement, 6, &status),
+            .driver = keep_name(ledger, statement, 7, &status),
             .shader_hash = keep_some_text(ledger, statement, 8, &status),
-            .version = keep_some_text(ledger, statement, 9, &status),
+            .version = keep_name(ledger, statement, 9, &status),
             .started_utc = keep_some_text(ledger, statement, 10, &status),
             .scene_options_json = keep_some_text(ledger, statement, 11, &status),
             .effects_json = keep_some_text(ledger, statement, 12, &status),
             .plan_json = keep_some_text(ledger, statement, 17, &status),
-            .status = keep_some_text(ledger, statement, 13, &status),
+            .status = keep_status(ledger, statement, 13, &status),
             .finished_utc = keep_text(ledger, statement, 16, &status),
             .field_sha256 = keep_text(ledger, statement, 18, &status),
         };

@@ -17,28 +17,39 @@ static const double PSNR_GAP_DB = 6; // four times the squared error
 // A photo's score with all views, and without one of them.
 struct columns {
     double *all, *rest, *own; // of each photo
+    double *before;           // of each photo: the sum of the views before this one
+    double *behind;           // of each photo and view: the sum of the views behind it
 };
 
+static enum vw_status create_columns(const struct vw_matrix *matrix, struct columns *columns) {
+    size_t photos = matrix->photo_count, views = matrix->view_count;
+    double *memory = vw_allocate(photos * (4 + views), sizeof *memory);
+    if (!memory) return VW_ERROR_MEMORY;
+    *columns = (struct columns){memory, memory + photos, memory + 2 * photos, memory + 3 * photos, memory + 4 * photos};
+    for (size_t p = 0; p < photos; p++)
+        for (size_t v = views; v-- > 1;)
+            columns->behind[p * views + v - 1] = columns->behind[p * views + v] + matrix->psnr[p * views + v];
+    return VW_OK;
+}
+
+// To be called with the views in order. Sums on both sides, not a difference from the whole sum: that would cancel if
+// one view outweighs all others.
 static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct columns *columns) {
     uint32_t count = matrix->view_count;
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
-        const double *row = &matrix->psnr[(size_t)p * count];
-        double sum = 0, others = 0; // a sum, not a difference: that would cancel if one view outweighs all others
-        for (uint32_t v = 0; v < count; v++) {
-            sum += row[v];
-            if (v != view) others += row[v];
-        }
-        columns->all[p] = sum / count;
+        size_t entry = (size_t)p * count + view;
+        double own = matrix->psnr[entry], others = columns->before[p] + columns->behind[entry];
+        columns->all[p] = (columns->before[p] + own + columns->behind[entry]) / count;
         columns->rest[p] = others / (count - 1);
-        columns->own[p] = row[view];
+        columns->own[p] = own;
+        columns->before[p] += own;
     }
 }
 
 static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw_view_evidence *views) {
-    double *memory = vw_allocate(matrix->photo_count, 3 * sizeof *memory);
-    if (!memory) return VW_ERROR_MEMORY;
-    struct columns columns = {memory, memory + matrix->photo_count, memory + 2 * (size_t)matrix->photo_count};
-    enum vw_status status = VW_OK;
+    struct columns columns;
+    enum vw_status status = create_columns(matrix, &columns);
+    if (status) return status;
     for (uint32_t v = 0; !status && v < matrix->view_count; v++) {
         views[v] = (struct vw_view_evidence){
             .image_id = matrix->views[v], .end_psnr = matrix->end_psnr[v], .agreement = NAN, .without = NAN};
@@ -47,7 +58,7 @@ static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw
         status = vw_spearman(columns.own, columns.rest, matrix->photo_count, &views[v].agreement);
         if (!status) status = vw_spearman(columns.rest, columns.all, matrix->photo_count, &views[v].without);
     }
-    free(memory);
+    free(columns.all); // the whole memory
     return status;
 }
 
