@@ -14,14 +14,19 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-// A worker that has done this much work is replaced: what decoders leak does not add up. Reading a header counts 1.
-enum { WORK_LIMIT = 1024, WORK_OF_PHOTO = 64, PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60 };
+enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60 };
+// How many tasks of its kind a worker does before it is replaced. A photo has one of its own: a file that takes over
+// its worker must not touch the pixels of another photo, which may be another provider's. What headers say is held
+// against the photo; pixels that are written are ours.
+static const uint32_t tasks_of_worker[] = {
+    [VW_DECODER_READ_HEADER] = 1024, [VW_DECODER_READ_PHOTO] = 1, [VW_DECODER_WRITE_PHOTO] = 16};
 static const uint64_t SMALLEST_MEMORY_BYTES = UINT64_C(512) << 20;
 
 struct worker {
     int socket;
     uint64_t memory_bytes; // a power of two
-    uint32_t work_left;
+    enum vw_decoder_task task;
+    uint32_t tasks_left;
     struct worker *next;
 };
 
@@ -86,7 +91,7 @@ static bool send_with_descriptor(int socket, const void *data, size_t size_bytes
 // some megabytes a second.
 static uint64_t seconds_for(uint64_t memory_bytes) { return SHORTEST_TIME_OUT_S + (memory_bytes >> 22); }
 
-static enum vw_status start_worker(uint64_t memory_bytes, struct worker **worker) {
+static enum vw_status start_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     const struct vw_decoder_order order = {.memory_bytes = memory_bytes, .cpu_s = seconds_for(memory_bytes)};
     int sockets[2];
     struct worker *started = vw_allocate(1, sizeof *started);
@@ -106,7 +111,8 @@ static enum vw_status start_worker(uint64_t memory_bytes, struct worker **worker
     }
     close(sockets[1]);
     if (!status && ordered) {
-        *started = (struct worker){.socket = sockets[0], .memory_bytes = memory_bytes, .work_left = WORK_LIMIT};
+        *started = (struct worker){
+            .socket = sockets[0], .memory_bytes = memory_bytes, .task = task, .tasks_left = tasks_of_worker[task]};
         *worker = started;
         return VW_OK;
     }
@@ -122,12 +128,12 @@ static bool is_quiet(const struct worker *worker) {
 }
 
 // Photos of a scene have similar sizes, so that a worker with the bound that a task needs is mostly there.
-static enum vw_status take_worker(uint64_t memory_bytes, struct worker **worker) {
+static enum vw_status take_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     uint64_t bound = SMALLEST_MEMORY_BYTES;
     while (bound < memory_bytes) bound *= 2;
     for (struct worker **at = &decoder.idle; *at;) {
         struct worker *found = *at;
-        if (found->memory_bytes != bound) {
+        if (found->memory_bytes != bound || found->task != task) {
             at = &found->next;
             continue;
         }
@@ -138,7 +144,7 @@ static enum vw_status take_worker(uint64_t memory_bytes, struct worker **worker)
         }
         close_worker(found);
     }
-    return start_worker(bound, worker);
+    return start_worker(task, bound, worker);
 }
 
 static void give_back(struct worker *worker) {
@@ -224,11 +230,10 @@ enum vw_status vw_decoder_begin(const struct vw_decoder_request *request, int de
     lock();
     decoder.users++;
     begun->time_out_s = decoder.params.time_out_s;
-    enum vw_status status = take_worker(memory_bytes, &begun->worker);
+    enum vw_status status = take_worker(request->task, memory_bytes, &begun->worker);
     unlock();
     if (!status) {
-        uint32_t work = request->task == VW_DECODER_READ_HEADER ? 1 : WORK_OF_PHOTO;
-        begun->worker->work_left -= work < begun->worker->work_left ? work : begun->worker->work_left;
+        begun->worker->tasks_left--;
         if (!begun->time_out_s) begun->time_out_s = (double)seconds_for(begun->worker->memory_bytes);
         begun->end_s = vw_now_s() + begun->time_out_s;
         if (!send_with_descriptor(begun->worker->socket, request, sizeof *request, descriptor)) status = fail_worker();
@@ -267,7 +272,7 @@ void vw_decoder_end(struct vw_decoder_job **job) {
     if (!ending) return;
     struct vw_saved_error kept = vw_error_save();
     struct worker *worker = ending->worker;
-    bool reusable = worker && ending->answered && !ending->payload_left && worker->work_left;
+    bool reusable = worker && ending->answered && !ending->payload_left && worker->tasks_left > 0;
     lock();
     if (reusable) give_back(worker);
     else if (worker) close_worker(worker);

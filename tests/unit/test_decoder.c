@@ -201,14 +201,14 @@ static const char *status_field(const char *process, const char *name) {
     return line + length + 1 + strspn(line + length + 1, " \t");
 }
 
-// The process whose parent has the id `parent`, as text; NULL: none.
+// The newest process whose parent has the id `parent`, as text; NULL: none.
 static const char *child_of(long parent) {
     static char name[256];
     DIR *folder = opendir("/proc");
     assert_non_null(folder);
     const char *found = NULL;
-    for (struct dirent *entry; !found && (entry = readdir(folder));)
-        if (atol(entry->d_name) > 0 && atol(status_field(entry->d_name, "PPid")) == parent)
+    for (struct dirent *entry; (entry = readdir(folder));)
+        if (atol(entry->d_name) > (found ? atol(found) : 0) && atol(status_field(entry->d_name, "PPid")) == parent)
             found = strcpy(name, entry->d_name);
     closedir(folder);
     return found;
@@ -234,6 +234,26 @@ static void workers_need_no_seccomp(void **state) {
     vw_decoder_configure(&(struct vw_decoder_params){.without_seccomp = true});
     vw_decoder_hold();
     check_worker(*state, "0");
+}
+
+// Its own, so that a photo that takes over its worker cannot touch another.
+static void every_photo_has_a_worker_of_its_own(void **state) {
+    const char *path = write_photo(*state, 8);
+    struct vw_image_header header;
+    uint8_t sha256[VW_HASH_BYTES];
+    long workers[3] = {0};
+    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    long server = atol(child_of(getpid()));
+    workers[0] = atol(child_of(server));
+    for (int i = 1; i < 3; i++) {
+        struct vw_image_load *load = NULL;
+        struct vw_image image = {0};
+        assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+        workers[i] = atol(child_of(server));
+        assert_int_equal(vw_image_load_finish(&load, sha256, &image), VW_OK);
+        vw_image_clear(&image);
+        for (int j = 0; j < i; j++) assert_int_not_equal(workers[i], workers[j]);
+    }
 }
 
 // A process that outlives its parent becomes ours here.
@@ -277,6 +297,7 @@ int main(void) {
         TEST(a_file_that_changes_while_it_is_read_is_refused, make_folder),
         TEST(workers_are_confined, make_folder),
         TEST(workers_need_no_seccomp, make_folder),
+        TEST(every_photo_has_a_worker_of_its_own, make_folder),
         TEST(no_process_is_left, make_folder),
         TEST(a_killed_server_is_replaced, make_folder),
     };
