@@ -14,7 +14,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60 };
+enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60, LONGEST_TIME_OUT_S = 1800 };
 // How many tasks of its kind a worker does before it is replaced. A photo has one of its own: a file that takes over
 // its worker must not touch the pixels of another photo, which may be another provider's. What headers say is held
 // against the photo; pixels that are written are ours.
@@ -24,7 +24,7 @@ static const uint64_t SMALLEST_MEMORY_BYTES = UINT64_C(512) << 20;
 
 struct worker {
     int socket;
-    uint64_t memory_bytes; // a power of two
+    uint64_t memory_bytes; // a power of two, or what the machine has
     enum vw_decoder_task task;
     uint32_t tasks_left;
     struct worker *next;
@@ -89,7 +89,12 @@ static bool send_with_descriptor(int socket, const void *data, size_t size_bytes
 
 // Seconds that all tasks of a worker may compute, and that one may be waited for: a slow decoder on a slow machine does
 // some megabytes a second.
-static uint64_t seconds_for(uint64_t memory_bytes) { return SHORTEST_TIME_OUT_S + (memory_bytes >> 22); }
+static uint64_t seconds_for(uint64_t memory_bytes) {
+    uint64_t seconds = SHORTEST_TIME_OUT_S + (memory_bytes >> 22);
+    return seconds < LONGEST_TIME_OUT_S ? seconds : LONGEST_TIME_OUT_S;
+}
+
+static uint64_t machine_bytes(void) { return (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE); }
 
 static enum vw_status start_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     const struct vw_decoder_order order = {.memory_bytes = memory_bytes, .cpu_s = seconds_for(memory_bytes)};
@@ -131,6 +136,7 @@ static bool is_quiet(const struct worker *worker) {
 static enum vw_status take_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     uint64_t bound = SMALLEST_MEMORY_BYTES;
     while (bound < memory_bytes) bound *= 2;
+    if (bound > machine_bytes()) bound = machine_bytes(); // a decoder that takes more is misled
     for (struct worker **at = &decoder.idle; *at;) {
         struct worker *found = *at;
         if (found->memory_bytes != bound || found->task != task) {

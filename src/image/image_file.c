@@ -18,6 +18,7 @@
 #include "base/memory.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28, FILE_LIMIT_BYTES = UINT64_C(1) << 32;
+static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30;     // of all channels: four of the largest image
 static const uint32_t CHANNEL_LIMIT = 64;                  // renderers write depth, normals and more to EXR files
 static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // what decoders take, whatever the size of the image
 
@@ -74,6 +75,11 @@ static enum vw_status check_header(const char *path, const struct vw_image_heade
         return vw_fail(VW_ERROR_INPUT,
                        "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
                        header->width_px, header->height_px, PIXEL_LIMIT);
+    if ((uint64_t)header->width_px * header->height_px * header->channels > VALUE_LIMIT)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: %u x %u pixels of %u channels are more than the limit of %" PRIu64
+                       " values; keep colour and alpha",
+                       path, header->width_px, header->height_px, header->channels, VALUE_LIMIT);
     if (header->channels > CHANNEL_LIMIT)
         return vw_fail(VW_ERROR_INPUT, "%s: %u channels are more than the limit of %u; keep colour and alpha", path,
                        header->channels, CHANNEL_LIMIT);

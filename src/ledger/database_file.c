@@ -133,7 +133,7 @@ enum vw_status vw_database_check_free(const char *path) {
 
 // ---- The header ----------------------------------------------------------------------------------------------------
 
-static enum vw_status read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset) {
+enum vw_status vw_database_read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset) {
     sqlite3_file *file = NULL;
     // Through SQLite's own descriptor: closing another one would drop the locks that this process has on the file.
     if (sqlite3_file_control(database->handle, NULL, SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK || !file->pMethods)
@@ -143,7 +143,7 @@ static enum vw_status read_bytes(struct vw_database *database, uint8_t *bytes, i
     return vw_fail(VW_ERROR_IO, "%s: cannot read; check the disk", database->path);
 }
 
-static enum vw_status read_size(struct vw_database *database, int64_t *size_bytes) {
+enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *size_bytes) {
     sqlite3_file *file = NULL;
     sqlite3_int64 size = 0;
     if (sqlite3_file_control(database->handle, NULL, SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK ||
@@ -171,9 +171,9 @@ static const uint8_t header_format[] = {VW_DATABASE_PAGE_BYTES >> 8, 0, 1, 1, 0,
 
 enum vw_status vw_database_check_header(struct vw_database *database, const char *what, bool whole) {
     uint8_t header[HEADER_BYTES];
-    int64_t size_bytes = 0;
-    enum vw_status status = read_bytes(database, header, HEADER_BYTES, 0);
-    if (!status) status = read_size(database, &size_bytes);
+    sqlite3_int64 size_bytes = 0;
+    enum vw_status status = vw_database_read_bytes(database, header, HEADER_BYTES, 0);
+    if (!status) status = vw_database_size(database, &size_bytes);
     if (status) return status;
     if (size_bytes < HEADER_BYTES || memcmp(header, header_magic, sizeof header_magic) != 0)
         return vw_fail(VW_ERROR_INPUT, "%s: not %s; check the path", database->path, what);
@@ -204,8 +204,8 @@ enum {
 };
 
 enum vw_status vw_database_trees_begin(struct vw_database *database, struct vw_database_trees *trees) {
-    int64_t size_bytes = 0;
-    enum vw_status status = read_size(database, &size_bytes);
+    sqlite3_int64 size_bytes = 0;
+    enum vw_status status = vw_database_size(database, &size_bytes);
     if (status) return status;
     *trees =
         (struct vw_database_trees){.database = database, .page_count = (uint32_t)(size_bytes / VW_DATABASE_PAGE_BYTES)};
@@ -219,7 +219,7 @@ static enum vw_status visit(struct vw_database_trees *trees, uint32_t page, uint
 static enum vw_status visit_children(struct vw_database_trees *trees, uint32_t page, uint32_t head, uint32_t depth) {
     uint8_t bytes[VW_DATABASE_PAGE_BYTES];
     enum vw_status status =
-        read_bytes(trees->database, bytes, sizeof bytes, (int64_t)(page - 1) * VW_DATABASE_PAGE_BYTES);
+        vw_database_read_bytes(trees->database, bytes, sizeof bytes, (int64_t)(page - 1) * VW_DATABASE_PAGE_BYTES);
     uint32_t cell_count = status ? 0 : read_u16(bytes + head + CELL_COUNT);
     if (!status && head + INTERIOR_HEADER_BYTES + 2 * cell_count > sizeof bytes)
         status = fail_damaged(trees->database, "a page has more cells than fit");
@@ -238,7 +238,8 @@ static enum vw_status visit(struct vw_database_trees *trees, uint32_t page, uint
     trees->visited[page] = 1;
     uint32_t head = page == 1 ? HEADER_BYTES : 0;
     uint8_t type = 0;
-    enum vw_status status = read_bytes(trees->database, &type, 1, (int64_t)(page - 1) * VW_DATABASE_PAGE_BYTES + head);
+    enum vw_status status =
+        vw_database_read_bytes(trees->database, &type, 1, (int64_t)(page - 1) * VW_DATABASE_PAGE_BYTES + head);
     if (status || type == LEAF_INDEX || type == LEAF_TABLE) return status;
     if (type == INTERIOR_INDEX || type == INTERIOR_TABLE) return visit_children(trees, page, head, depth);
     return fail_damaged(trees->database, "a page of a tree is none");

@@ -14,6 +14,9 @@ enum vw_status vw_database_check_place(const char *path, enum vw_database_access
 // Before a file is made: nothing may lie beside its place that SQLite would take for part of it, such as the journal of
 // a file that was removed. VW_ERROR_USAGE names it.
 enum vw_status vw_database_check_free(const char *path);
+// Of an open file. Bytes beyond its end are 0.
+enum vw_status vw_database_read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset);
+enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *size_bytes);
 // Before the first query: the header must say what viewworth writes. With a journal beside it, the file may not be
 // `whole`: then its size is not compared with the header.
 enum vw_status vw_database_check_header(struct vw_database *database, const char *what, bool whole);

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 
+static const sqlite3_int64 SNAPSHOT_BYTES_MOST = 1 << 30;
 enum { BUSY_WAIT_MS = 60000 }; // a program that reads the ledger of a running valuation must not make it fail
 
 static enum vw_status open_handle(const char *path, const char *name, int flags, struct vw_database *database) {
@@ -43,6 +44,59 @@ static enum vw_status check(struct vw_database *database, const struct vw_databa
     return status;
 }
 
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// One state of a file, which a run that goes on may be writing: hence under SQLite's lock. `*bytes` is to be freed by
+// sqlite3_free(); it stays NULL if the file is too large to be copied.
+static enum vw_status read_locked(struct vw_database *file, const struct vw_database_format *format,
+                                  unsigned char **bytes, sqlite3_int64 *size_bytes) {
+    int64_t version = 0; // the first query takes the lock, and fails where a killed program left a write half done
+    enum vw_status status = vw_database_read_number(file, "PRAGMA user_version", &version);
+    if (!status) status = vw_database_check_header(file, format->what, true);
+    if (!status) status = vw_database_size(file, size_bytes);
+    if (status || *size_bytes > SNAPSHOT_BYTES_MOST) return status;
+    // Not by sqlite3_serialize(), which reads the schema first.
+    unsigned char *copy = sqlite3_malloc64((sqlite3_uint64)*size_bytes);
+    if (!copy) return vw_fail(VW_ERROR_MEMORY, "%s: out of memory to read the file", file->path);
+    for (sqlite3_int64 at = 0; !status && at < *size_bytes; at += VW_DATABASE_PAGE_BYTES)
+        status = vw_database_read_bytes(file, copy + at, VW_DATABASE_PAGE_BYTES, at);
+    if (status) sqlite3_free(copy);
+    else *bytes = copy;
+    return status;
+}
+
+static enum vw_status open_bytes(const char *path, unsigned char *bytes, sqlite3_int64 size_bytes,
+                                 struct vw_database *database) {
+    enum vw_status status = open_handle(path, ":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, database);
+    if (status) {
+        sqlite3_free(bytes);
+        return status;
+    }
+    int result = sqlite3_deserialize(database->handle, "main", bytes, size_bytes, size_bytes,
+                                     SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY); // also if it fails
+    return result == SQLITE_OK ? VW_OK : vw_database_fail(database, "read");
+}
+
+// Replaces an open file by a copy of it in memory: whoever exchanges the file meanwhile, in whatever way, cannot have
+// one state checked and another one read. Files beyond a GiB are read where they are.
+static enum vw_status take_snapshot(struct vw_database *database, const struct vw_database_format *format) {
+    unsigned char *bytes = NULL;
+    sqlite3_int64 size_bytes = 0;
+    enum vw_status status = vw_database_check_header(database, format->what, false);
+    if (!status) status = vw_database_begin_reading(database);
+    if (!status) status = vw_database_end(database, read_locked(database, format, &bytes, &size_bytes));
+    if (status || !bytes) {
+        sqlite3_free(bytes);
+        return status;
+    }
+    struct vw_database file = *database;
+    status = open_bytes(file.path, bytes, size_bytes, database);
+    vw_database_close(&file);
+    return status;
+}
+
+// ---- Opening -------------------------------------------------------------------------------------------------------
+
 // A reader is not SQLite's "immutable": it may read the ledger of a running valuation, whose pages change, and needs
 // locks to see one state. Without the right to write, SQLite never rolls back, deletes or makes a file.
 enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
@@ -56,6 +110,7 @@ enum vw_status vw_database_open(const char *path, const struct vw_database_forma
     status =
         open_handle(path, name, access == VW_DATABASE_READ ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE, database);
     free(name);
+    if (!status && access == VW_DATABASE_READ) status = take_snapshot(database, format);
     if (!status) status = check(database, format);
     if (!status && access == VW_DATABASE_APPEND) status = make_durable(database);
     return status;

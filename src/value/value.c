@@ -1,5 +1,6 @@
 #include "viewworth/value.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -109,8 +110,24 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
     *score_count += count;
 }
 
+enum { ENTRIES_LEAST = 1 << 20, ENTRIES_PER_STEP = 16 };
+
+// An epoch visits most photos. A ledger whose steps spread over far more epochs than they fill is not one of a
+// training, and the table of photos and epochs would take all memory.
+static enum vw_status check_epochs(const struct scoring *scoring) {
+    const struct vw_value_input *input = scoring->input;
+    uint64_t entries = (uint64_t)input->image_count * scoring->series.epoch_count;
+    if (entries <= ENTRIES_LEAST || entries / ENTRIES_PER_STEP <= input->record_count) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%u photos and %u epochs are too many for %" PRIu64 " steps: an epoch visits every photo once; "
+                   "correct the epochs",
+                   input->image_count, scoring->series.epoch_count, input->record_count);
+}
+
 static enum vw_status allocate(struct scoring *scoring) {
     size_t images = scoring->input->image_count, epochs = scoring->series.epoch_count;
+    enum vw_status status = check_epochs(scoring);
+    if (status) return status;
     scoring->starts = vw_allocate(images + 1, sizeof *scoring->starts);
     scoring->weights = vw_allocate(epochs, sizeof *scoring->weights);
     scoring->by_epoch = vw_allocate(images, epochs * sizeof *scoring->by_epoch);

@@ -56,6 +56,7 @@ static void answer_header(int socket, const char *text) {
     if (is(text, "no width")) answer.header.width_px = 0;
     if (is(text, "no format")) memset(&answer.header.format, 0x7f, sizeof answer.header.format);
     if (is(text, "many pixels")) answer.header.width_px = answer.header.height_px = UINT32_MAX;
+    if (is(text, "many values")) answer.header.width_px = answer.header.height_px = 16384, answer.header.channels = 64;
     if (is(text, "many channels")) answer.header.channels = 65;
     if (is(text, "crash at the header")) abort();
     if (is(text, "what it has")) describe(&answer);

@@ -199,12 +199,33 @@ static void after_a_kill_only_who_appends_repairs(void **state) {
     free(path);
 }
 
+// What was checked is what is read, whatever another program does to the file without asking SQLite for a lock.
+static void an_exchanged_file_changes_nothing_that_was_opened(void **state) {
+    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
+    struct vw_ledger *ledger = NULL;
+    struct vw_step_record *records = NULL;
+    uint64_t count = 0;
+    char zeros[512] = {0};
+    ASSERT_OK(vw_ledger_open(path, &ledger));
+    FILE *file = fopen(path, "r+");
+    assert_non_null(file);
+    while (ftell(file) < 1 << 16) assert_int_equal(fwrite(zeros, 1, sizeof zeros, file), sizeof zeros);
+    assert_int_equal(fclose(file), 0);
+    ASSERT_OK(vw_ledger_verify(ledger));
+    ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
+    assert_int_equal(count, 1 + 4 * TEST_TRAIN_COUNT);
+    vw_ledger_close(&ledger);
+    free(records);
+    free(path);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(reading_changes_nothing, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_reader_cannot_write, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_folder_without_rights_is_read, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_growing_ledger_is_read_without_harm, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_exchanged_file_changes_nothing_that_was_opened, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(after_a_kill_only_who_appends_repairs, test_set_up, test_tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

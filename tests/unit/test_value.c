@@ -156,6 +156,35 @@ static void an_unknown_image_is_refused(void **state) {
     free(training);
 }
 
+// A table of photos and epochs would take 3 GB for a ledger of 7 MB.
+static void epochs_that_no_training_has_are_refused(void **state) {
+    (void)state;
+    enum { STEPS = 20000 };
+    enum { IMAGES = 2000 };
+    struct test_recording *training = train(0, 3, 3);
+    struct vw_step_record *records = vw_allocate(STEPS, sizeof *records);
+    struct vw_ledger_image *images = vw_allocate(IMAGES, sizeof *images);
+    for (uint32_t i = 0; i < IMAGES; i++) images[i] = (struct vw_ledger_image){.image_id = i, .split = "train"};
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < STEPS; i++) {
+        records[i] = training->records[1 + i % 3];
+        records[i].step = i;
+        records[i].epoch = i * 100;
+    }
+    struct vw_value_input input = input_of(training, 1);
+    input.records = records;
+    input.record_count = STEPS;
+    input.images = images;
+    input.image_count = IMAGES;
+    assert_int_equal(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "too many for 20000 steps"));
+    assert_null(scores);
+    free(images);
+    free(records);
+    free(training);
+}
+
 // ---- Noise ----
 
 // PSNR in dB; the pooled one is twice as much and L1 a hundredth, so that what is worked out for one holds for all.
@@ -439,6 +468,7 @@ int main(void) {
         cmocka_unit_test(flagged_steps_are_bridged),
         cmocka_unit_test(a_flagged_start_is_no_delta),
         cmocka_unit_test(an_unknown_image_is_refused),
+        cmocka_unit_test(epochs_that_no_training_has_are_refused),
         cmocka_unit_test(resampling_stderr_is_the_redraws_spread),
         cmocka_unit_test(noise_floor_is_of_all_probes),
         cmocka_unit_test_setup_teardown(the_query_reproduces_dv_psnr, test_set_up, test_tear_down),
