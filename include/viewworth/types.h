@@ -15,6 +15,9 @@ enum {
     VW_HASH_HEX_BYTES = 65, // 64 hex digits and the terminating zero
 };
 
+// Views of a scene. Ranks compare every two photos, so that more would keep a command busy for minutes.
+enum { VW_VIEWS_MOST = 1 << 15 };
+
 // ---- Pixels ----
 
 enum vw_pixel_format { VW_PIXEL_UINT8, VW_PIXEL_UINT16, VW_PIXEL_FLOAT32 };

@@ -6,10 +6,13 @@
 #include "base/memory.h"
 #include "viewworth/status.h"
 
-// Unicode's characters that act instead of being shown: first and last of each range. Explicit bidirectional formatting
-// (Unicode Standard Annex 9) can show a name as another one; tags (E0000 to E007F) are invisible.
-static const uint32_t acting_characters[][2] = {{0x00, 0x1f},     {0x7f, 0x9f},     {0x61c, 0x61c},    {0x200e, 0x200f},
-                                                {0x2028, 0x202e}, {0x2066, 0x2069}, {0xe0000, 0xe007f}};
+// Unicode's characters that act instead of being shown, or are not shown: first and last of each range. Explicit
+// bidirectional formatting (Unicode Standard Annex 9) can show a name as another one, and so can what is invisible.
+// U+200C and U+200D stay: Persian and Indic names, and emoji, need them.
+static const uint32_t acting_characters[][2] = {{0x00, 0x1f},      {0x7f, 0x9f},     {0xad, 0xad},     {0x61c, 0x61c},
+                                                {0x180e, 0x180e},  {0x200b, 0x200b}, {0x200e, 0x200f}, {0x2028, 0x202e},
+                                                {0x2060, 0x206f},  {0x3164, 0x3164}, {0xfeff, 0xfeff}, {0xfff9, 0xfffb},
+                                                {0xe0000, 0xe007f}};
 
 // The number of bytes of the UTF-8 character at `text`, and the character; 0 if it is invalid (overlong, a surrogate,
 // or beyond U+10FFFF).

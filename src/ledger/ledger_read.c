@@ -248,6 +248,9 @@ static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .sha256 = keep_text(ledger, statement, 4, &status),
         .ground_truth = keep_text(ledger, statement, 5, &status),
     };
+    if (!status && index >= VW_VIEWS_MOST)
+        status = vw_fail(VW_ERROR_INPUT, "%s: has more than %d images; viewworth writes no such ledger",
+                         ledger->database.path, VW_VIEWS_MOST);
     if (!status && index > 0 && image[-1].image_id >= image->image_id) fail_damaged(ledger, statement, 0, &status);
     return status;
 }

@@ -223,6 +223,9 @@ static enum vw_status number_photos(struct reading *reading) {
 
 static enum vw_status check_extent(const struct reading *reading) {
     const struct vw_step_log *log = reading->log;
+    if (log->image_count > VW_VIEWS_MOST)
+        return vw_fail(VW_ERROR_INPUT, "%s: %u photos are more than the limit of %d; leave some out", log->csv.path,
+                       log->image_count, VW_VIEWS_MOST);
     if ((uint64_t)log->image_count * reading->epoch_count <= TABLE_MOST) return VW_OK;
     return vw_fail(VW_ERROR_INPUT,
                    "%s: %u photos in %u epochs are too many: photos times epochs is limited to %" PRIu64

@@ -10,6 +10,11 @@
 struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path,
                                           const struct vw_image_header *header) {
     struct vw_scene *scene = builder->scene;
+    if (scene->view_count == VW_VIEWS_MOST) {
+        vw_fail(VW_ERROR_INPUT, "%s: has more than %d photos; leave some out", scene->path ? scene->path : name,
+                VW_VIEWS_MOST);
+        return NULL;
+    }
     size_t needed = (size_t)scene->view_count + 1;
     if (vw_grow((void **)&scene->views, &builder->view_capacity, needed, sizeof *scene->views)) return NULL;
     if (vw_grow((void **)&builder->photos, &builder->photo_capacity, needed, sizeof *builder->photos)) return NULL;

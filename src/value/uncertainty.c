@@ -259,9 +259,13 @@ void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
         bool known = !isnan(scores[i].standard_error);
         scores[i].rank_ci_low = known ? 1 : 0;
         scores[i].rank_ci_high = known ? count : 0;
-        for (uint32_t other = 0; known && other < count; other++) {
-            scores[i].rank_ci_low += is_surely_better(&scores[other], &scores[i]);
-            scores[i].rank_ci_high -= is_surely_better(&scores[i], &scores[other]);
-        }
     }
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t other = i + 1; other < count; other++) {
+            struct vw_ledger_score *better = &scores[i], *worse = &scores[other];
+            if (better->value < worse->value) better = &scores[other], worse = &scores[i];
+            if (!is_surely_better(better, worse)) continue; // also if one has no standard error
+            worse->rank_ci_low++;
+            better->rank_ci_high--;
+        }
 }

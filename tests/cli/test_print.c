@@ -29,14 +29,15 @@ static const struct {
     {"\xe2\x81\xa6x\xe2\x81\xa9\xe2\x80\x8f", "?x??"}, // isolates, and a mark
     {"a\xe2\x80\xa8"
      "b\xd8\x9c",
-     "a?b?"},                          // line separator, Arabic letter mark
-    {"\xf3\xa0\x81\x81z", "?z"},       // a tag
-    {"\xff\xfe", "??"},                // never in UTF-8
-    {"\xc0\xaf\xe0\x80\xaf", "?????"}, // overlong
-    {"\xed\xa0\x80", "???"},           // a surrogate
-    {"\xf4\x90\x80\x80", "????"},      // beyond U+10FFFF
-    {"ab\xe2\x82", "ab??"},            // cut
-    {"\xc3(", "?("},                   // its second byte is a character of its own
+     "a?b?"},                                      // line separator, Arabic letter mark
+    {"a\xe2\x80\x8b\xef\xbb\xbf\xc2\xad", "a???"}, // zero width space and no-break space, soft hyphen
+    {"\xf3\xa0\x81\x81z", "?z"},                   // a tag
+    {"\xff\xfe", "??"},                            // never in UTF-8
+    {"\xc0\xaf\xe0\x80\xaf", "?????"},             // overlong
+    {"\xed\xa0\x80", "???"},                       // a surrogate
+    {"\xf4\x90\x80\x80", "????"},                  // beyond U+10FFFF
+    {"ab\xe2\x82", "ab??"},                        // cut
+    {"\xc3(", "?("},                               // its second byte is a character of its own
 };
 
 static void what_acts_is_replaced(void **state) {

@@ -74,18 +74,18 @@ static bool allow_some(scmp_filter_ctx filter) {
 }
 
 // All other calls fail with EPERM, as if the process lacked the right: decoders then report an error.
-static void filter_calls(void) {
+// False if a filter cannot be set although the kernel has them.
+static bool filter_calls(void) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     bool complete = filter && allow_some(filter);
     for (size_t i = 0; complete && i < VW_ARRAY_COUNT(allowed); i++)
         complete = !seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
-    if (complete) (void)seccomp_load(filter); // fails where the kernel has none
+    int failure = complete ? seccomp_load(filter) : -ENOMEM;
     if (filter) seccomp_release(filter);
+    return !failure || failure == -EINVAL || failure == -ENOSYS; // the last two where the kernel has none
 }
 
 bool vw_confine(const struct vw_confinement *confinement) {
-    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) || prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) || !limit_all(confinement))
-        return false;
-    if (!confinement->without_seccomp) filter_calls();
-    return true;
+    return !prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) && !prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) && limit_all(confinement) &&
+           (confinement->without_seccomp || filter_calls());
 }

@@ -15,7 +15,7 @@ struct vw_confinement {
 // For the rest of its life the process opens no file and no socket (the descriptors that it has, and those that it is
 // sent, work), starts no process or thread, gains no privileges, leaves no core file, and has these limits. Where the
 // kernel has no seccomp, the limits hold alone: one free descriptor is left, for the file that it is sent. False if
-// a limit cannot be set: the process must end.
+// a limit cannot be set, or no filter although the kernel has them: the process must end.
 bool vw_confine(const struct vw_confinement *confinement);
 
 #endif
