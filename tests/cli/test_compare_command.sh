@@ -145,7 +145,7 @@ query() { sqlite3 "$1/ledger.db" "$2"; }
 cp -r valued twice
 query twice "INSERT INTO image SELECT image_id, 'ff', 'of another scene', 'val', '', sha256, ground_truth FROM image
     WHERE name = 'view_005'"
-check "an image_id of two scenes" refuses 'single photo' --scores twice --list top:6 --list one.txt
+check "an image_id of two scenes" refuses 'damaged: column image_id' --scores twice --list top:6 --list one.txt
 
 # vanishing: a list is removed while a scene loads that takes a while.
 vanishing() {

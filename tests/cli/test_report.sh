@@ -154,7 +154,7 @@ mkdir "$folder/seeds" && cp -r "$folder/run" "$folder/seeds/seed_0"
 check "and so is that of a seed" report "$folder/seeds" "$folder/seeds/seed_0" "$folder/other" --no-thumbnails --to "$folder/twice.html"
 check "the page has two runs" test "$(runs_of "$folder/twice.html")" -eq 2
 cp -r "$folder/run" "$folder/padded"
-sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 41000)
+sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 31000)
     INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, ground_truth)
     SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, ground_truth FROM n, (SELECT * FROM image LIMIT 1)"
 check "a ledger of more photos than the scene has is a warning" warns 'padded: its ledger names other photos' report "$folder/padded"
