@@ -45,7 +45,10 @@ void fuzz_photo(const uint8_t *data, size_t size_bytes) {
     static bool prepared;
     struct vw_decoder_request request = {.downscale = 1};
     struct vw_decoder_answer answer;
-    if (!prepared) prepared = vw_oiio_prepare();
+    if (!prepared) {
+        vw_oiio_prepare_server();
+        prepared = vw_oiio_prepare_worker();
+    }
     if (!vw_photo_format_of_bytes(data, size_bytes, &request.photo_format)) {
         if (size_bytes < 2) return;
         request.photo_format = *data % VW_PHOTO_FORMAT_COUNT;

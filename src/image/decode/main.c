@@ -87,7 +87,7 @@ int main(int argument_count, char **arguments) {
     server.without_seccomp = argument_count > 1 && !strcmp(arguments[1], "--without-seccomp");
     server.ended = signalfd(-1, &child, SFD_CLOEXEC | SFD_NONBLOCK);
     if (server.ended < 0 || sigprocmask(SIG_BLOCK, &child, NULL)) return 1;
-    if (!vw_oiio_prepare()) return 2;
+    vw_oiio_prepare_server();
     if (send(VW_DECODER_SOCKET, VW_DECODER_HELLO, sizeof VW_DECODER_HELLO, MSG_NOSIGNAL) < 0) return 2;
     while (serve()) {
     }

@@ -128,14 +128,17 @@ bool is_same(const vw_image_header &a, const vw_image_header &b) {
 
 } // namespace
 
-extern "C" bool vw_oiio_prepare(void) {
-    size_t before = count_threads(); // those of libraries, which sleep
-    OIIO::attribute("threads", 1);
+extern "C" void vw_oiio_prepare_server(void) {
     OIIO::attribute("exr_threads", -1); // none beside the caller
     OIIO::attribute("plugin_searchpath", "");
     (void)OIIO::ImageInput::create("png"); // registers all formats
+}
+
+extern "C" bool vw_oiio_prepare_worker(void) {
+    size_t before = count_threads();
+    OIIO::attribute("threads", 1); // starts as many threads as there are processors, and tells them to end
     for (int waited_ms = 0; waited_ms < 10000; waited_ms++) {
-        if (count_threads() <= before) return true; // OpenImageIO has started threads, and told them to end
+        if (count_threads() <= before) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return false;

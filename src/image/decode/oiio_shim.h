@@ -26,9 +26,11 @@ struct vw_oiio_result {
     size_t size_bytes;
 };
 
-// Switches off threads and plug-ins from elsewhere, and registers the formats; to be called before all else. When it
-// returns true, no thread is about to end, which could leave a lock taken in a process that is forked then.
-bool vw_oiio_prepare(void);
+// Switches off plug-ins from elsewhere and registers the formats; to be called before all else. It starts no thread:
+// one that held a lock while a worker is forked would leave it taken there for ever.
+void vw_oiio_prepare_server(void);
+// Switches off OpenImageIO's threads, in the process that reads and writes; false if they do not end.
+bool vw_oiio_prepare_worker(void);
 struct vw_oiio_result vw_oiio_probe(const char *plugin, const void *file, size_t file_bytes); // header only, no data
 struct vw_oiio_result vw_oiio_read(const char *plugin, const void *file, size_t file_bytes,
                                    const struct vw_image_header *expected); // VW_ERROR_IO if it has another header

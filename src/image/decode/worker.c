@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "image/decode/confine.h"
+#include "image/decode/oiio_shim.h"
 #include "image/decode/tasks.h"
 #include "image/photo_formats.h"
 #include "image/pixel.h"
@@ -102,7 +103,7 @@ bool vw_worker_run(const struct vw_decoder_order *order, bool without_seccomp) {
                                                .cpu_s = order->cpu_s,
                                                .descriptor_most = VW_DECODER_SOCKET + 1,
                                                .without_seccomp = without_seccomp};
-    if (!vw_confine(&confinement)) return false;
+    if (!vw_oiio_prepare_worker() || !vw_confine(&confinement)) return false;
     for (;;) {
         struct vw_decoder_request request;
         int descriptor = -1;
