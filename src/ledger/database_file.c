@@ -170,7 +170,7 @@ static const char header_magic[16] = "SQLite format 3";
 static const uint8_t header_format[] = {VW_DATABASE_PAGE_BYTES >> 8, 0, 1, 1, 0, 64, 32, 32};
 
 enum vw_status vw_database_check_header(struct vw_database *database, const char *what, bool whole) {
-    uint8_t header[HEADER_BYTES];
+    uint8_t header[HEADER_BYTES] = {0};
     sqlite3_int64 size_bytes = 0;
     enum vw_status status = vw_database_read_bytes(database, header, HEADER_BYTES, 0);
     if (!status) status = vw_database_size(database, &size_bytes);
@@ -217,7 +217,7 @@ static enum vw_status visit(struct vw_database_trees *trees, uint32_t page, uint
 
 // `head` is where the page's own header begins: page 1 begins with that of the file.
 static enum vw_status visit_children(struct vw_database_trees *trees, uint32_t page, uint32_t head, uint32_t depth) {
-    uint8_t bytes[VW_DATABASE_PAGE_BYTES];
+    uint8_t bytes[VW_DATABASE_PAGE_BYTES] = {0};
     enum vw_status status =
         vw_database_read_bytes(trees->database, bytes, sizeof bytes, (int64_t)(page - 1) * VW_DATABASE_PAGE_BYTES);
     uint32_t cell_count = status ? 0 : read_u16(bytes + head + CELL_COUNT);
