@@ -203,6 +203,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
         limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // row stride that fits one binding
     if (VW_ROW_STRIDE(chunk) > fits) chunk = (uint32_t)(fits - VW_ROW_STRIDE(0));
     if (chunk > step_samples) chunk = step_samples;
+    assert(group_samples > 0); // the configuration has samples
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
     model->scatter = choose_scatter(info, limits, s->chunk_samples);
     s->rows_texel = (uint64_t)model->row_count * VW_ROW_STRIDE(s->chunk_samples) <= limits->texel_elements;

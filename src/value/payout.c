@@ -1,3 +1,4 @@
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +56,7 @@ static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *nobod
 static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, bool *nobody_helped) {
     unsigned __int128 sum = weigh(claims, count, nobody_helped);
     uint64_t left_cents = amount_cents;
+    assert(sum > 0 || count == 0); // whoever helped most weighs 2^52, and if nobody did, everybody weighs 1
     for (uint32_t i = 0; i < count; i++) {
         unsigned __int128 product = (unsigned __int128)amount_cents * claims[i].weight;
         claims[i].remainder = product % sum;
