@@ -89,7 +89,7 @@ static enum vw_status check_header(const char *path, const struct vw_image_heade
 static enum vw_status read_header(const struct photo_file *file, struct vw_image_header *header) {
     const struct vw_decoder_request request = {.task = VW_DECODER_READ_HEADER, .photo_format = file->format};
     struct vw_decoder_job *job = NULL;
-    struct vw_decoder_answer answer;
+    struct vw_decoder_answer answer = {0};
     enum vw_status status = vw_decoder_begin(&request, file->descriptor, NULL, 0, 0, &job);
     if (!status) status = vw_decoder_finish(job, &answer);
     if (status) {
@@ -208,7 +208,7 @@ static enum vw_status receive_pixels(const struct vw_image_load *load, const str
 
 static enum vw_status finish_load(const struct vw_image_load *load, uint8_t *sha256, struct vw_image *image) {
     const char *path = load->file.path;
-    struct vw_decoder_answer answer;
+    struct vw_decoder_answer answer = {0};
     enum vw_status status = sha256 ? vw_sha256_descriptor(load->file.descriptor, path, sha256) : VW_OK;
     if (status) return status;
     status = vw_decoder_finish(load->job, &answer);
@@ -252,7 +252,7 @@ enum vw_status vw_image_encode(const struct vw_image_encoding *encoding, const f
         .header = {encoding->width_px, encoding->height_px, encoding->channels, VW_PIXEL_FLOAT32},
         .eight_bit = encoding->eight_bit};
     struct vw_decoder_job *job = NULL;
-    struct vw_decoder_answer answer;
+    struct vw_decoder_answer answer = {0};
     size_t pixels_bytes = (size_t)encoding->width_px * encoding->height_px * encoding->channels * sizeof(float);
     if (encoding->compression) strncpy(request.compression, encoding->compression, sizeof request.compression - 1);
     enum vw_status status = vw_decoder_begin(&request, -1, pixels, pixels_bytes, needed_bytes(&request.header), &job);
