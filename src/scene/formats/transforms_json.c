@@ -125,7 +125,7 @@ static enum vw_status add_frame(struct reader *reader, const char *where, const 
     struct vw_camera camera;
     double camera_to_world[3][4];
     bool rescaled = false;
-    struct vw_image_header header;
+    struct vw_image_header header = {0};
     enum vw_status status = vw_transforms_refuse_unknown(where, frame);
     if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
     if (!status) {
