@@ -66,8 +66,8 @@ struct vw_run_params {
 enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run);
 // Takes up to `steps` steps and records them; UINT64_MAX: all that are left. VW_OK when they are taken, or when none is
 // left. VW_ERROR_INTERRUPTED when progress returned false: the ledger keeps the steps and the scores so far, and a
-// later run with `resume` continues. After another error the ledger is marked
-// "failed", unless no step was added or a repeated step differs from the recorded one.
+// later run with `resume` continues. After another error the ledger is marked "failed", unless no step was added or a
+// repeated step differs from the recorded one.
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
 // Scores what is recorded, writes field.vwf, scores.csv, the other tables and report.html, and marks the ledger
 // "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. With a

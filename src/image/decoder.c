@@ -132,7 +132,7 @@ static bool is_quiet(const struct worker *worker) {
     return !poll(&polled, 1, 0);
 }
 
-// Photos of a scene have similar sizes, so that a worker with the bound that a task needs is mostly there.
+// Bounds are powers of two, so that an idle worker of that kind of task mostly has the bound that is needed.
 static enum vw_status take_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     uint64_t bound = SMALLEST_MEMORY_BYTES;
     while (bound < memory_bytes) bound *= 2;

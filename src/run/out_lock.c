@@ -72,7 +72,7 @@ static enum vw_status fail_locked(const struct vw_out_lock *lock) {
                    lock->out, known ? " (pid " : "", known ? (int)digits : 0, text, known ? ")" : "");
 }
 
-// For the message of another start. A planted file of several names is left as it is.
+// For the message of another start. A hostile file of several names is left as it is.
 static void write_pid(const struct vw_out_lock *lock, const struct stat *info) {
     char text[24];
     int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Two commands at once on one OUT: one wins, the other says so. A killed run leaves no lock. Planted links send nothing elsewhere. Takes the
+# Two commands at once on one OUT: one wins, the other says so. A killed run leaves no lock. Hostile links send nothing elsewhere. Takes the
 # program's path.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -79,26 +79,26 @@ check "and goes with the next holder" test ! -e "$folder/long/.viewworth.lock"
 check "a refused start" fails 2 'no such scene' "$program" value "$folder/none" --out "$folder/a/b" "${tiny[@]}"
 check "leaves no folder" test ! -e "$folder/a"
 
-# ---- Planted links --------------------------------------------------------------------------------------------------------
+# ---- Hostile links --------------------------------------------------------------------------------------------------------
 
 mkdir "$folder/mine" && echo precious >"$folder/mine/file"
 untouched() { [[ $(ls "$folder/mine") == file && $(<"$folder/mine/file") == precious ]]; }
-planted() { # planted NAME PATTERN COMMAND...: refused with OUT/NAME a link to a folder or to a file of ours
+hostile() { # hostile NAME PATTERN COMMAND...: refused with OUT/NAME a link to a folder or to a file of ours
     local name=$1 pattern=$2 target=$folder/mine
     shift 2
-    rm -rf "$folder/planted" && mkdir -p "$(dirname "$folder/planted/$name")"
+    rm -rf "$folder/hostile" && mkdir -p "$(dirname "$folder/hostile/$name")"
     [[ $name != *.* ]] || target=$folder/mine/file
-    ln -s "$target" "$folder/planted/$name"
-    fails 2 "planted/$pattern.*through a link" "$program" "$@" --out "$folder/planted" "${tiny[@]}" && untouched
+    ln -s "$target" "$folder/hostile/$name"
+    fails 2 "hostile/$pattern.*through a link" "$program" "$@" --out "$folder/hostile" "${tiny[@]}" && untouched
 }
-check "renders/ a link" planted renders renders/retrainings compare "$scene" --list "$folder/some" --list random --epochs 2
-check "renders/retrainings/ a link" planted renders/retrainings renders/retrainings \
+check "renders/ a link" hostile renders renders/retrainings compare "$scene" --list "$folder/some" --list random --epochs 2
+check "renders/retrainings/ a link" hostile renders/retrainings renders/retrainings \
     compare "$scene" --list "$folder/some" --list random --epochs 2
-check "seed_0/ a link" planted seed_0 seed_0 reproduce "$scene" --seeds 2 --epochs 2
-check "configurations/ a link" planted configurations configurations tradeoff "$scene" --epochs 2 --parameters rays
+check "seed_0/ a link" hostile seed_0 seed_0 reproduce "$scene" --seeds 2 --epochs 2
+check "configurations/ a link" hostile configurations configurations tradeoff "$scene" --epochs 2 --parameters rays
 for name in ledger.db ledger.db-journal field.vwf checkpoint_0.vwc; do
-    check "$name a link" planted "$name" "$name" value "$scene" --epochs 2
+    check "$name a link" hostile "$name" "$name" value "$scene" --epochs 2
 done
-check "retrainings.db a link" planted retrainings.db retrainings.db benchmark "$scene" --epochs 2
-check "tradeoff.db a link" planted tradeoff.db tradeoff.db tradeoff "$scene" --epochs 2
+check "retrainings.db a link" hostile retrainings.db retrainings.db benchmark "$scene" --epochs 2
+check "tradeoff.db a link" hostile tradeoff.db tradeoff.db tradeoff "$scene" --epochs 2
 conclude

@@ -169,7 +169,7 @@ int getentropy(void *buffer, size_t size_bytes) {
     return 0;
 }
 
-static void a_planted_link_is_replaced_and_not_followed(void **state) {
+static void a_hostile_link_is_replaced_and_not_followed(void **state) {
     char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
     char *guess = vw_path_join(*state, ".viewworth-00000000000000000000000000000000.part");
     void *data = NULL;
@@ -331,7 +331,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_file_reads_back_with_a_zero_after_it, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(an_empty_file_is_fine, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_write_replaces_whole_or_leaves_the_old, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_planted_link_is_replaced_and_not_followed, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_hostile_link_is_replaced_and_not_followed, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_created_file_replaces_nothing, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_file_system_without_such_renames_links, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(leftovers_of_killed_writers_go_and_all_else_stays, test_set_up, test_tear_down),

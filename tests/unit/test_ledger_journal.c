@@ -194,11 +194,11 @@ static void the_name_of_a_folder_is_no_uri(void **state) {
     free(path);
 }
 
-// What was planted under names that a creation might use is neither followed nor changed.
+// What was put under names that a creation might use is neither followed nor changed.
 static void a_new_ledger_follows_no_link(void **state) {
     static const char *const endings[] = {"", "-journal", "-wal", "-shm"};
     struct vw_ledger_run run = test_run("{}");
-    char *folder = vw_path_join(*state, "planted"), *victim = vw_path_join(*state, "victim.txt");
+    char *folder = vw_path_join(*state, "hostile"), *victim = vw_path_join(*state, "victim.txt");
     ASSERT_OK(vw_folder_create(folder));
     for (size_t i = 0; i < VW_ARRAY_COUNT(endings); i++) {
         struct vw_ledger *ledger = NULL;

@@ -1,4 +1,4 @@
-// The lock of a folder of results: one holder at a time, nothing left behind, and nothing planted followed.
+// The lock of a folder of results: one holder at a time, nothing left behind, and no hostile link followed.
 #include "support/cmocka_test.h"
 
 #include <errno.h>
@@ -76,7 +76,7 @@ static void leftovers_of_killed_writers_are_removed(void **state) {
     vw_out_lock_release(&lock);
 }
 
-static void planted_files_are_refused(void **state) {
+static void hostile_files_are_refused(void **state) {
     static const char *const names[] = {"ledger.db",       "ledger.db-journal", "retrainings.db",
                                         "tradeoff.db-wal", "field.vwf",         "checkpoint_1.vwc"};
     struct vw_out_lock *lock = NULL;
@@ -185,7 +185,7 @@ int main(void) {
         TEST(a_second_start_is_refused),
         TEST(what_the_lock_created_goes_with_it),
         TEST(leftovers_of_killed_writers_are_removed),
-        TEST(planted_files_are_refused),
+        TEST(hostile_files_are_refused),
         TEST(only_a_target_in_the_folder_locks_it),
         TEST(a_killed_holder_leaves_no_lock),
         TEST(two_never_hold_it),
