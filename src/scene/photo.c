@@ -110,13 +110,14 @@ static enum vw_status begin_view(struct reading *reading, uint32_t index) {
     const struct vw_scene_builder *builder = reading->builder;
     const struct vw_scene_builder_photo *photo = &builder->photos[index];
     struct loads *loads = &reading->loads[index];
-    enum vw_status status = VW_OK;
-    if (builder->scene->views[index].split != VW_SPLIT_EXCLUDED) {
-        status =
-            begin_load(builder, photo->image_path, &photo->image_header, builder->params->downscale, &loads->image);
-        if (!status && photo->mask_path)
-            status = begin_load(builder, photo->mask_path, &photo->mask_header, 1, &loads->mask);
+    if (builder->scene->views[index].split == VW_SPLIT_EXCLUDED) { // it is not decoded
+        reading->begun = index + 1;
+        return VW_OK;
     }
+    enum vw_status status =
+        begin_load(builder, photo->image_path, &photo->image_header, builder->params->downscale, &loads->image);
+    if (!status && photo->mask_path)
+        status = begin_load(builder, photo->mask_path, &photo->mask_header, 1, &loads->mask);
     if (status) {
         vw_image_load_cancel(&loads->image);
         return status;
