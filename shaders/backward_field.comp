@@ -14,7 +14,7 @@ BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { vec4 rows[]; };
 #define WEIGHTS_SHARED
 #include "mlp.glsl"
 
-void store(uint row, uint slot, vec4 value) { rows[row * VW_ROW_STRIDE(CHUNK_SAMPLES) + slot] = value; }
+void store(uint row, uint slot, vec4 value) { rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value; }
 
 // The gradient passes where the hidden unit was above 0.
 vec4 gate(vec4 gradient, uvec2 bits, uint block) {

@@ -26,7 +26,7 @@ PUSH uniform Push { vw_push_samples push; };
 #include "mlp.glsl"
 
 void store(uint row, uint slot, vec4 value) {
-    if (TRAINING != 0u) rows[row * VW_ROW_STRIDE(CHUNK_SAMPLES) + slot] = value;
+    if (TRAINING != 0u) rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value;
 }
 
 // Bit i of the result: hidden unit 4 * block + i is above 0.

@@ -132,7 +132,7 @@ VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
 VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl, then the sky's: two ranges of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
-VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk: [row * VW_ROW_STRIDE(CHUNK_SAMPLES) + sample]
+VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk, at VW_ROW_PLACE
 VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_RELU, 10)            // uvec4 per sample of one chunk: which hidden units are above 0 (two words per layer)
 VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
@@ -329,8 +329,11 @@ VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
-// Rows lie a little more than a power of two apart, or a sample's values in all rows would compete for the same few lines of a cache.
-#define VW_ROW_STRIDE(chunk_samples) ((chunk_samples) + 4u)
+// Where a sample's vec4 of a row lies among the activation rows: tile by tile of 32 samples, so that what a workgroup writes is one piece
+// of memory. Row by row it was 27 streams far apart.
+VW_ENUM(VW_TILE_SAMPLES, 32)
+#define VW_ROW_PLACE(row_count, row, slot) \
+    (((slot) / VW_TILE_SAMPLES * (row_count) + (row)) * VW_TILE_SAMPLES + (slot) % VW_TILE_SAMPLES)
 
 // Words of a ray's bits.
 #define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)

@@ -27,7 +27,7 @@ const uint ROW_D_HIDDEN2 = ROW_D_GEO + GEO4;
 const uint ROW_D_LOGIT = ROW_D_HIDDEN2 + WIDTH4;
 const uint ROW_D_ENCODING = ROW_D_LOGIT + 1u;
 const uint ROW_POSITION = ROW_D_ENCODING + ENC4;
-// VW_ROW_COUNT rows in all.
+const uint ROW_COUNT = VW_ROW_COUNT(ENC4, WIDTH4);
 
 const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)
 

@@ -6,7 +6,7 @@ BUFFER(VW_SLOT_ROWS) readonly buffer Rows { vec4 rows[]; };
 layout(set = 0, binding = VW_SLOT_ROWS_TEXEL) uniform samplerBuffer rows_texel;
 
 vec4 row_value(uint row, uint slot) {
-    uint at = row * VW_ROW_STRIDE(CHUNK_SAMPLES) + slot;
+    uint at = VW_ROW_PLACE(ROW_COUNT, row, slot);
     return ROWS_TEXEL != 0u ? texelFetch(rows_texel, int(at)) : rows[at];
 }
 

@@ -66,7 +66,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     bench->model.scatter = c->scatter;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
-    s->rows_texel = (uint64_t)bench->model.row_count * VW_ROW_STRIDE(s->chunk_samples) <=
+    s->rows_texel = (uint64_t)bench->model.row_count * s->chunk_samples <=
                     vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
@@ -328,7 +328,7 @@ struct step_rows step_bench_rows(const struct step_bench *bench) {
 }
 
 const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot) {
-    return rows + 4 * ((size_t)row * VW_ROW_STRIDE(bench->model.specialization.chunk_samples) + slot);
+    return rows + 4 * (size_t)VW_ROW_PLACE(bench->model.row_count, row, slot);
 }
 
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected,
