@@ -1,12 +1,14 @@
-// The one barrier that everything uses.
+// The one kind of barrier: everything before it is done and visible to everything after it.
 #ifndef VIEWWORTH_GPU_BARRIER_H
 #define VIEWWORTH_GPU_BARRIER_H
 
 #include <stdbool.h>
 #include <volk.h>
 
-// All earlier commands, and what they wrote, before all later ones, and where asked before the host. A barrier with
-// `host_reads` ends every command buffer, so that none has to know what those before it did.
-void vw_barrier_record(VkCommandBuffer commands, bool host_reads);
+struct vw_barrier_params {
+    bool indirect;   // workgroup counts are read from buffers before or after it
+    bool host_reads; // the host reads mapped buffers after it
+};
+void vw_barrier_record(VkCommandBuffer commands, struct vw_barrier_params params);
 
 #endif

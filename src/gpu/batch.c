@@ -2,11 +2,9 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "gpu/barrier.h"
 #include "gpu/buffer.h"
+#include "gpu/command_list.h"
 #include "gpu/debug.h"
-#include "gpu/pass.h"
-#include "gpu/timer.h"
 
 struct vw_batch {
     struct vw_gpu *gpu;
@@ -15,30 +13,14 @@ struct vw_batch {
     VkFence fence;
     struct vw_batch_timer timer;
     bool in_flight;
-    uint64_t epoch;
-    uint32_t barrier_count;
+    struct vw_command_list list;
     enum vw_status status; // the first failure of this recording
     char message[512];
 };
 
-// ---- Barriers -------------------------------------------------------------------------------------------------------
+uint32_t vw_batch_commands(const struct vw_batch *batch) { return (uint32_t)batch->list.count; }
 
-static bool must_wait(const struct vw_batch *batch, const struct vw_buffer *buffer, bool writes) {
-    return vw_hazard(buffer->last, batch->epoch, writes);
-}
-
-static void note_access(const struct vw_batch *batch, struct vw_buffer *buffer, bool writes) {
-    if (writes) buffer->last.write_epoch = batch->epoch;
-    else buffer->last.read_epoch = batch->epoch;
-}
-
-static void record_barrier(struct vw_batch *batch) {
-    vw_barrier_record(batch->commands, false);
-    batch->epoch = ++batch->gpu->epoch;
-    batch->barrier_count++;
-}
-
-uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->barrier_count; }
+uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->list.barrier_count; }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
@@ -63,8 +45,7 @@ static enum vw_status begin(struct vw_batch *batch) {
     if (!gpu->recording) gpu->recording = batch;
     if (!can_record(batch)) return batch->status;
 
-    batch->epoch = ++gpu->epoch;
-    batch->barrier_count = 0;
+    vw_command_list_begin(&batch->list, ++gpu->epoch, batch->timer.queries != VK_NULL_HANDLE);
     VkResult result = vkResetCommandPool(gpu->device, batch->pool, 0);
     if (result) return vw_gpu_fail(result, "vkResetCommandPool", "batch");
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -80,15 +61,8 @@ void vw_batch_begin(struct vw_batch *batch) {
     keep_failure(batch, begin(batch));
 }
 
-// How many workgroups a dispatch has: x and y, or as a buffer says when it starts.
-struct workgroups {
-    uint32_t x, y;
-    struct vw_buffer *listed; // NULL: as above
-    uint64_t offset_bytes;
-};
-
 // As few rows as the device allows, of even length.
-static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, struct workgroups *groups) {
+static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, struct vw_workgroups *groups) {
     const struct vw_gpu_limits *limits = &pass->gpu->chosen.limits;
     uint64_t count = invocations / pass->workgroup_invocations + (invocations % pass->workgroup_invocations != 0);
     uint64_t rows = (count + limits->workgroup_count_x - 1) / limits->workgroup_count_x;
@@ -96,51 +70,22 @@ static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, str
     if (count > UINT32_MAX || rows > limits->workgroup_count_y || rows * row * pass->workgroup_invocations > UINT32_MAX)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %llu invocations are too many for one dispatch", pass->name,
                        (unsigned long long)invocations);
-    *groups = (struct workgroups){.x = (uint32_t)row, .y = (uint32_t)rows};
+    *groups = (struct vw_workgroups){.x = (uint32_t)row, .y = (uint32_t)rows};
     return VW_OK;
-}
-
-static void wait_for_buffers(struct vw_batch *batch, const struct vw_pass *pass, struct vw_buffer *listed) {
-    const struct vw_pass_slot *slots = pass->slots;
-    bool due = listed && must_wait(batch, listed, false);
-    for (uint32_t i = 0; i < pass->slot_count; i++) due |= must_wait(batch, slots[i].buffer, slots[i].writes);
-    if (due) record_barrier(batch);
-    for (uint32_t i = 0; i < pass->slot_count; i++) note_access(batch, slots[i].buffer, slots[i].writes);
-    if (listed) note_access(batch, listed, false);
-}
-
-static void record_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push,
-                            struct workgroups groups) {
-    VkCommandBuffer commands = batch->commands;
-    wait_for_buffers(batch, pass, groups.listed);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
-    if (pass->slot_count)
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
-    if (pass->push_bytes)
-        vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes, push);
-    bool timed = vw_batch_timer_start(&batch->timer, commands, pass);
-    if (groups.listed) vkCmdDispatchIndirect(commands, groups.listed->handle, groups.offset_bytes);
-    else vkCmdDispatch(commands, groups.x, groups.y, 1);
-    if (timed) vw_batch_timer_stop(&batch->timer, commands);
 }
 
 static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                               struct workgroups groups) {
+                               struct vw_workgroups groups) {
     if (push_bytes != pass->push_bytes)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name,
                        push_bytes, pass->push_bytes);
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
-    bool labelled = batch->gpu->instance.debug_utils;
-    if (labelled) vkCmdBeginDebugUtilsLabelEXT(batch->commands, &label);
-    record_dispatch(batch, pass, push, groups);
-    if (labelled) vkCmdEndDebugUtilsLabelEXT(batch->commands);
-    return VW_OK;
+    return vw_command_list_add_dispatch(&batch->list, pass, push, groups);
 }
 
 void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
                        uint64_t invocations) {
     if (!can_record(batch)) return;
-    struct workgroups groups;
+    struct vw_workgroups groups;
     enum vw_status status = fold(pass, invocations, &groups);
     if (!status && groups.x) status = dispatch(batch, pass, push, push_bytes, groups);
     keep_failure(batch, status);
@@ -155,20 +100,14 @@ void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pa
                          pass->name, (unsigned long long)offset_bytes, groups->name);
     if (!status)
         status = dispatch(batch, pass, push, push_bytes,
-                          (struct workgroups){.listed = groups, .offset_bytes = offset_bytes});
+                          (struct vw_workgroups){.listed = groups, .offset_bytes = offset_bytes});
     keep_failure(batch, status);
 }
 
 static enum vw_status copy(struct vw_batch *batch, struct vw_buffer *from, struct vw_buffer *to, VkBufferCopy region) {
     enum vw_status status = vw_buffer_check_range(from, region.srcOffset, region.size);
     if (!status) status = vw_buffer_check_range(to, region.dstOffset, region.size);
-    if (status || !region.size) return status;
-
-    if (must_wait(batch, from, false) || must_wait(batch, to, true)) record_barrier(batch);
-    note_access(batch, from, false);
-    note_access(batch, to, true);
-    vkCmdCopyBuffer(batch->commands, from->handle, to->handle, 1, &region);
-    return VW_OK;
+    return status || !region.size ? status : vw_command_list_add_copy(&batch->list, from, to, region);
 }
 
 void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
@@ -196,9 +135,12 @@ static enum vw_status submit(struct vw_batch *batch) {
 
 enum vw_status vw_batch_submit(struct vw_batch *batch) {
     bool recorded = can_record(batch);
-    if (batch->gpu->recording == batch) batch->gpu->recording = NULL;
+    if (batch->gpu->recording == batch) {
+        batch->gpu->recording = NULL;
+        batch->gpu->epoch = batch->list.last_epoch;
+    }
     if (!recorded) return vw_fail(batch->status, "%s", batch->message);
-    vw_barrier_record(batch->commands, true);
+    vw_command_list_write(&batch->list, batch->commands, &batch->timer);
     return submit(batch);
 }
 
@@ -250,6 +192,7 @@ void vw_batch_destroy(struct vw_batch **batch) {
     vkDestroyFence(dying->gpu->device, dying->fence, NULL);
     vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
     vw_batch_timer_destroy(dying->gpu, &dying->timer);
+    vw_command_list_free(&dying->list);
     free(dying);
     *batch = NULL;
 }

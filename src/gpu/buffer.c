@@ -184,6 +184,7 @@ void vw_buffer_destroy(struct vw_buffer **buffer) {
     vkDestroyBuffer(dying->gpu->device, dying->handle, NULL);
     vkFreeMemory(dying->gpu->device, dying->memory, NULL);
     dying->gpu->buffer_bytes -= dying->size_bytes;
+    free(dying->ranges.list);
     free(dying->name);
     free(dying);
     *buffer = NULL;

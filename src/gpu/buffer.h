@@ -11,8 +11,8 @@ struct vw_buffer {
     uint64_t size_bytes;
     VkBuffer handle;
     VkDeviceMemory memory;
-    void *mapped; // NULL for VW_BUFFER_DEVICE
-    struct vw_last_access last;
+    void *mapped;            // NULL for VW_BUFFER_DEVICE
+    struct vw_ranges ranges; // that passes and copies have used
 };
 
 enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes);

@@ -70,10 +70,12 @@ enum vw_texel_format {
 };
 
 struct vw_binding {
-    uint32_t slot; // VW_SLOT_* of shaders/interface.h
-    struct vw_buffer *buffer;
-    uint64_t offset_bytes; // multiple of the device's alignment for that kind of binding
-    uint64_t size_bytes;   // 0: to the end of the buffer; the range must fit storage_binding_bytes
+    uint32_t slot;            // VW_SLOT_* of shaders/interface.h
+    struct vw_buffer *buffer; // NULL, if `unused`
+    uint64_t offset_bytes;    // multiple of the device's alignment for that kind of binding
+    uint64_t size_bytes;      // 0: to the end of the buffer; the range must fit storage_binding_bytes
+    bool unused; // the shader declares the slot, but this specialization leaves it alone: the pass waits for
+                 // nobody, and binds a few bytes of its own
     enum vw_texel_format
         texel; // set exactly where the shader declares a texel buffer. The view covers as much of the range
                // as texel_elements allows: the shader falls back to the storage binding beyond it.
@@ -105,7 +107,8 @@ void vw_batch_destroy(struct vw_batch **batch); // waits for it first
 void vw_batch_begin(struct vw_batch *batch); // must not be in flight; one batch of a device records at a time
 // Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must
-// equal the size of the shader's push constant block. A barrier is recorded first where an earlier access asks for one.
+// equal the size of the shader's push constant block. It runs as early as the accesses recorded before allow, also
+// before or beside commands recorded earlier.
 void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
                        uint64_t invocations);
 // Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once

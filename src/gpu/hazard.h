@@ -1,27 +1,35 @@
-// When a barrier is due. An *epoch* is the segment of commands between two full barriers of one batch; every buffer
-// remembers the last epochs that read and wrote it. All work runs on one queue, where any barrier drains the device in
-// practice, so one full barrier that starts a new epoch serves every buffer at once.
+// Which commands of a batch may run side by side. An *epoch* is what runs between two full barriers. Buffers remember,
+// by the ranges that are bound or copied, the last epochs that read and wrote them. A command belongs into the earliest
+// epoch that its ranges allow, also before commands that were recorded earlier. All work runs on one queue, where any
+// barrier drains the device in practice, so a full barrier between epochs serves every buffer at once.
 #ifndef VIEWWORTH_GPU_HAZARD_H
 #define VIEWWORTH_GPU_HAZARD_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "gpu/compute.h"
 
-struct vw_batch;
-
-struct vw_last_access {
-    uint64_t read_epoch; // 0: never
-    uint64_t write_epoch;
+struct vw_range {
+    uint64_t offset_bytes, size_bytes;
+    uint64_t read_epoch, write_epoch; // the last ones; 0: never
 };
 
-// Whether an access in `epoch` must wait: anything after a write, or a write after a read.
-static inline bool vw_hazard(struct vw_last_access last, uint64_t epoch, bool writes) {
-    return last.write_epoch == epoch || (writes && last.read_epoch == epoch);
-}
+struct vw_ranges {
+    struct vw_range *list; // owned
+    size_t count, capacity;
+};
 
-// Barriers that recording has put between commands since vw_batch_begin (not the one that ends the batch).
+// The index of a range, which is added when it is new. VW_ERROR_MEMORY.
+enum vw_status vw_ranges_find(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_bytes, uint32_t *index);
+// The earliest epoch in which the range may be read or written: behind every write of what overlaps, and behind every
+// read of it if it is written. 0: any.
+uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool writes);
+void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t epoch);
+
+// Dispatches and copies of the last submission of a batch, and the barriers between them (not the one that ends it).
+uint32_t vw_batch_commands(const struct vw_batch *batch);
 uint32_t vw_batch_barriers(const struct vw_batch *batch);
 
 #endif

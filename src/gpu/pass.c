@@ -8,6 +8,8 @@
 #include "gpu/float_controls.h"
 #include "gpu/spirv.h"
 
+enum { UNUSED_BYTES = 256 }; // more than any item of a buffer
+
 // ---- Checks ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_limit(const char *pass, const char *what, uint64_t value, uint64_t limit) {
@@ -149,7 +151,8 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
     if (!status) status = check_range(pass->name, binding, &pass->gpu->chosen.limits, &size_bytes);
     if (status) return status;
     *slot = (struct vw_pass_slot){.buffer = binding->buffer, .writes = declared->writes};
-    if (declared->texel) status = create_view(pass, binding, size_bytes, &slot->view);
+    status = vw_ranges_find(&binding->buffer->ranges, binding->offset_bytes, size_bytes, &slot->range);
+    if (!status && declared->texel) status = create_view(pass, binding, size_bytes, &slot->view);
     if (status) return status;
     const VkDescriptorBufferInfo range = {binding->buffer->handle, binding->offset_bytes, size_bytes};
     const VkWriteDescriptorSet write = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
@@ -161,6 +164,15 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
                                         .pTexelBufferView = &slot->view};
     vkUpdateDescriptorSets(pass->gpu->device, 1, &write, 0, NULL);
     return VW_OK;
+}
+
+// A buffer of the pass's own, so that passes which leave it alone need not wait for each other.
+static enum vw_status bind_unused(struct vw_pass *pass, const struct vw_binding *binding, struct vw_binding *stand_in) {
+    const struct vw_buffer_params params = {.name = "unused", .size_bytes = UNUSED_BYTES};
+    *stand_in = (struct vw_binding){.slot = binding->slot, .texel = binding->texel};
+    enum vw_status status = pass->unused ? VW_OK : vw_buffer_create(pass->gpu, &params, &pass->unused);
+    stand_in->buffer = pass->unused;
+    return status;
 }
 
 static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *spirv,
@@ -175,6 +187,12 @@ static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *sp
             if (params->bindings[j].slot != slot) continue;
             if (bound) return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: bound twice", pass->name, slot);
             bound = &params->bindings[j];
+        }
+        struct vw_binding stand_in;
+        if (bound && bound->unused) {
+            enum vw_status status = bind_unused(pass, bound, &stand_in);
+            if (status) return status;
+            bound = &stand_in;
         }
         if (!bound || !bound->buffer)
             return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: the shader declares it, but no buffer is bound",
@@ -276,6 +294,7 @@ void vw_pass_destroy(struct vw_pass **pass) {
     vkDestroyDescriptorPool(device, dying->pool, NULL);
     vkDestroyDescriptorSetLayout(device, dying->set_layout, NULL);
     for (uint32_t i = 0; i < dying->slot_count; i++) vkDestroyBufferView(device, dying->slots[i].view, NULL);
+    vw_buffer_destroy(&dying->unused);
     free(dying->slots);
     free(dying);
     *pass = NULL;

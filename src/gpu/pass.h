@@ -6,6 +6,7 @@
 
 struct vw_pass_slot {
     struct vw_buffer *buffer;
+    uint32_t range;    // of the buffer
     bool writes;       // else it only reads
     VkBufferView view; // of a texel buffer
 };
@@ -20,6 +21,7 @@ struct vw_pass {
     VkPipeline pipeline;
     uint32_t push_bytes;
     uint32_t workgroup_invocations;
+    struct vw_buffer *unused; // stands in for bindings without a buffer; owned
     struct vw_pass_slot *slots;
     uint32_t slot_count;
 };

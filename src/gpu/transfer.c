@@ -27,7 +27,7 @@ enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object) {
 }
 
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object) {
-    vw_barrier_record(gpu->transfer, true);
+    vw_barrier_record(gpu->transfer, (struct vw_barrier_params){.host_reads = true});
     VkResult result = vkEndCommandBuffer(gpu->transfer);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", object);
     const VkSubmitInfo info = {

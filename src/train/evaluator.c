@@ -34,14 +34,12 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     specialization.training = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
     struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
-        {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
-        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
-        {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->field->cameras}, // declared, not read
+        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels}, {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
+        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples}, {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .unused = true},
     };
     uint32_t count = 5;
-    field_bind(evaluator->field, bindings, &count);
+    field_bind(evaluator->field, false, bindings, &count);
     appearance_bind(evaluator->field, NULL, bindings, &count);
     const struct {
         const struct vw_shader *shader;

@@ -80,12 +80,12 @@ void field_destroy(struct field *field) {
 // Where there is no sky, shared passes declare it but do not read it.
 static struct vw_binding sky_binding(const struct field *field) {
     const struct param_range *sky = &field->model->sky;
-    if (!sky->size_bytes) return (struct vw_binding){.slot = VW_SLOT_SKY, .buffer = field->step_state};
+    if (!sky->size_bytes) return (struct vw_binding){.slot = VW_SLOT_SKY, .unused = true};
     return (struct vw_binding){
         .slot = VW_SLOT_SKY, .buffer = field->params, .offset_bytes = sky->offset_bytes, .size_bytes = sky->size_bytes};
 }
 
-void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count) {
+void field_bind(const struct field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
     const struct model *model = field->model;
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
@@ -105,10 +105,10 @@ void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t
          .size_bytes = 16 * (uint64_t)model->moved_columns},
         sky_binding(field),
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
-        {.slot = VW_SLOT_ROWS, .buffer = field->rows},
-        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
-        {.slot = VW_SLOT_RELU, .buffer = field->relu},
-        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
+        {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !training},
+        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4, .unused = !training},
+        {.slot = VW_SLOT_RELU, .buffer = field->relu, .unused = !training},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // nobody reads it then
     };
     memcpy(bindings + *count, shared, sizeof shared);
     *count += VW_ARRAY_COUNT(shared);

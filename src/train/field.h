@@ -22,9 +22,9 @@ void field_destroy(struct field *field);
 // The camera of a view, in coordinates of `box`, as the effects that are on see it.
 struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box);
 
-// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky. Writes them
-// behind `*count` and advances it.
-void field_bind(const struct field *field, struct vw_binding *bindings, uint32_t *count);
+// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky, and, for passes
+// of the training, activations and the state of the step. Writes them behind `*count` and advances it.
+void field_bind(const struct field *field, bool training, struct vw_binding *bindings, uint32_t *count);
 
 // forward_field, as the grid's features are stored.
 const struct vw_shader *field_forward_shader(const struct model *model);

@@ -62,11 +62,10 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_WEIGHT_PARTIALS, .buffer = step->weight_partials},
         {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
-        {.slot = VW_SLOT_D_SKY,
-         .buffer = step->d_sky ? step->d_sky : step->field->step_state}, // declared, but not written, without it
+        {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky, .unused = !step->d_sky},
     };
     uint32_t count = 10;
-    field_bind(step->field, bindings, &count);
+    field_bind(step->field, true, bindings, &count);
     appearance_bind(step->field, &step->appearance, bindings, &count);
     occupancy_bind(step->field, &step->occupancy, bindings, &count);
     const struct {

@@ -88,7 +88,7 @@ static enum vw_status create_reduce(const struct validation_params *params, stru
         {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = validation->ranges},
         {.slot = VW_SLOT_SCALARS, .buffer = params->scalars},
-        {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits ? validation->view_fit.fits : field->step_state},
+        {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits, .unused = !validation->view_fit.fits},
     };
     const struct vw_pass_params pass = {.shader = &vw_shader_reduce_views,
                                         .specialization = (const uint32_t *)&field->model->specialization,

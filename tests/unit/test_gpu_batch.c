@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "gpu/hazard.h"
@@ -108,17 +109,49 @@ static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
 
 // ---- Barriers: synchronization validation watches what the counts only claim ----------------------------------------
 
+static uint64_t earliest(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_bytes, bool writes) {
+    uint32_t index = 0;
+    ASSERT_OK(vw_ranges_find(ranges, offset_bytes, size_bytes, &index));
+    return vw_ranges_earliest(ranges, index, writes);
+}
+
+static void note(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_bytes, bool writes, uint64_t epoch) {
+    uint32_t index = 0;
+    ASSERT_OK(vw_ranges_find(ranges, offset_bytes, size_bytes, &index));
+    vw_ranges_note(ranges, index, writes, epoch);
+}
+
 static void hazards_are_all_but_read_after_read(void **state) {
     (void)state;
-    const struct vw_last_access untouched = {0}, read = {.read_epoch = 5}, written = {.write_epoch = 5};
-    assert_false(vw_hazard(untouched, 5, false));
-    assert_false(vw_hazard(untouched, 5, true));
-    assert_false(vw_hazard(read, 5, false)); // read after read
-    assert_true(vw_hazard(read, 5, true));
-    assert_true(vw_hazard(written, 5, false));
-    assert_true(vw_hazard(written, 5, true));
-    assert_false(vw_hazard(read, 6, true)); // a barrier lies between
-    assert_false(vw_hazard(written, 6, false));
+    struct vw_ranges ranges = {0};
+    assert_int_equal(earliest(&ranges, 0, 100, true), 0); // untouched
+    note(&ranges, 0, 100, false, 5);
+    note(&ranges, 0, 100, false, 3); // recorded later, runs earlier
+    assert_int_equal(earliest(&ranges, 0, 100, false), 0);
+    assert_int_equal(earliest(&ranges, 0, 100, true), 6);
+    note(&ranges, 0, 100, true, 6);
+    assert_int_equal(earliest(&ranges, 0, 100, false), 7);
+    assert_int_equal(earliest(&ranges, 0, 100, true), 7);
+    free(ranges.list);
+}
+
+static void ranges_that_do_not_overlap_are_apart(void **state) {
+    (void)state;
+    struct vw_ranges ranges = {0};
+    note(&ranges, 0, 100, true, 4);
+    note(&ranges, 100, 50, true, 9);
+    assert_int_equal(earliest(&ranges, 0, 100, false), 5);
+    assert_int_equal(earliest(&ranges, 50, 50, false), 5); // within
+    assert_int_equal(earliest(&ranges, 100, 50, false), 10);
+    assert_int_equal(earliest(&ranges, 99, 2, false), 10); // over both
+    assert_int_equal(earliest(&ranges, 150, 1, true), 0);  // behind
+    assert_int_equal(ranges.count, 5);
+    free(ranges.list);
+}
+
+static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t barriers) {
+    assert_int_equal(vw_batch_commands(bench->batch), commands);
+    assert_int_equal(vw_batch_barriers(bench->batch), barriers);
 }
 
 static void a_read_after_a_write_waits_once(void **state) {
@@ -126,12 +159,10 @@ static void a_read_after_a_write_waits_once(void **state) {
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
-    assert_int_equal(vw_batch_barriers(bench.batch), 0);
     scale(bench.batch, bench.b_to_c, 5);
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
-    scale(bench.batch, bench.b_to_a, 1); // b is visible already; a was read before that barrier
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
+    scale(bench.batch, bench.b_to_a, 1); // beside it: b is visible already, and a was read before that barrier
     finish(bench.batch);
+    assert_epochs(&bench, 3, 1);
     assert_values(bench.b, 3);
     assert_values(bench.c, 15);
     assert_values(bench.a, 3);
@@ -144,14 +175,54 @@ static void a_write_after_a_read_or_a_write_waits(void **state) {
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.b_to_c, 1);
     scale(bench.batch, bench.a_to_b, 3); // b was read
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
     scale(bench.batch, bench.a_to_b, 4); // b was written
-    assert_int_equal(vw_batch_barriers(bench.batch), 2);
-    scale(bench.batch, bench.a_to_c, 7); // c was written before two barriers; a is only read
-    assert_int_equal(vw_batch_barriers(bench.batch), 2);
+    scale(bench.batch, bench.a_to_c, 7); // beside the first write of b: c was written before
     finish(bench.batch);
+    assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 4);
     assert_values(bench.c, 7);
+    close_bench(&bench);
+}
+
+static void a_command_runs_as_early_as_it_may(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    struct vw_buffer *d = make_buffer(bench.gpu, "d");
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 3);
+    scale(bench.batch, bench.b_to_c, 5);
+    scale(bench.batch, bench.a_to_b, 7);                       // third epoch
+    vw_batch_copy(bench.batch, bench.a, 0, d, 0, VALUE_BYTES); // recorded last, runs in the first epoch
+    finish(bench.batch);
+    assert_epochs(&bench, 4, 2);
+    assert_values(bench.b, 7);
+    assert_values(bench.c, 15);
+    assert_values(d, 1);
+    vw_buffer_destroy(&d);
+    close_bench(&bench);
+}
+
+static void slots_that_are_left_alone_wait_for_nobody(void **state) {
+    (void)state;
+    struct bench bench = open_bench(test_gpu());
+    struct vw_pass *to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .buffer = bench.b},
+                                           (struct vw_binding){.slot = 3, .unused = true});
+    vw_batch_begin(bench.batch);
+    for (int i = 0; i < 3; i++) {
+        scale(bench.batch, bench.a_to_b, 3);
+        vw_batch_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+    }
+    finish(bench.batch);
+    assert_epochs(&bench, 6, 5); // b is written, read, written ...
+    vw_pass_destroy(&to_nowhere);
+    to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .unused = true},
+                           (struct vw_binding){.slot = 3, .buffer = bench.c});
+    vw_batch_begin(bench.batch);
+    scale(bench.batch, bench.a_to_b, 3);
+    vw_batch_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+    finish(bench.batch);
+    assert_epochs(&bench, 2, 0);
+    vw_pass_destroy(&to_nowhere);
     close_bench(&bench);
 }
 
@@ -160,10 +231,9 @@ static void accumulation_and_texel_reads_wait(void **state) {
     struct bench bench = open_bench(test_gpu());
     vw_batch_begin(bench.batch);
     for (int i = 0; i < 3; i++) vw_batch_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
-    assert_int_equal(vw_batch_barriers(bench.batch), 2);
     vw_batch_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
-    assert_int_equal(vw_batch_barriers(bench.batch), 3);
     finish(bench.batch);
+    assert_epochs(&bench, 4, 3);
     assert_values(bench.c, 3);
     close_bench(&bench);
 }
@@ -177,13 +247,11 @@ static void copies_wait(void **state) {
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
     vw_batch_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
-    scale(bench.batch, bench.b_to_a, 2); // a was read before the barrier
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
-    vw_batch_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2);
+    scale(bench.batch, bench.b_to_a, 2);                              // beside the copy
+    vw_batch_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
     vw_batch_copy(bench.batch, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
-    assert_int_equal(vw_batch_barriers(bench.batch), 3);
     finish(bench.batch);
+    assert_epochs(&bench, 5, 2);
     const uint32_t *values = vw_buffer_map(back);
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], (i < VALUES / 2 ? 3 : 6) * (i + 1));
     vw_buffer_destroy(&back);
@@ -284,16 +352,12 @@ static void listed_workgroups_wait_for_who_lists_them(void **state) {
     vw_batch_begin(bench.batch);
     scale(bench.batch, bench.a_to_c, 1); // 1, 2, 3
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0);
-    assert_int_equal(vw_batch_barriers(bench.batch), 1);
     scale(bench.batch, bench.a_to_c, 2); // overwrites what was read, so it waits: 2, 4, 6
-    assert_int_equal(vw_batch_barriers(bench.batch), 2);
     dispatch_listed(&bench, bench.a_to_b, bench.c, 8);
-    assert_int_equal(vw_batch_barriers(bench.batch), 3);
-    scale(bench.batch, bench.b_to_c, 0); // writes c and reads b
-    assert_int_equal(vw_batch_barriers(bench.batch), 4);
+    scale(bench.batch, bench.b_to_c, 0);               // writes c and reads b
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0); // none
-    assert_int_equal(vw_batch_barriers(bench.batch), 5);
     finish(bench.batch);
+    assert_epochs(&bench, 6, 5);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1)); // 6 x 8 workgroups cover all
     close_bench(&bench);
@@ -419,8 +483,11 @@ static void there_are_no_timers_unless_asked(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hazards_are_all_but_read_after_read),
+        cmocka_unit_test(ranges_that_do_not_overlap_are_apart),
         cmocka_unit_test(a_read_after_a_write_waits_once),
         cmocka_unit_test(a_write_after_a_read_or_a_write_waits),
+        cmocka_unit_test(a_command_runs_as_early_as_it_may),
+        cmocka_unit_test(slots_that_are_left_alone_wait_for_nobody),
         cmocka_unit_test(accumulation_and_texel_reads_wait),
         cmocka_unit_test(copies_wait),
         cmocka_unit_test(batches_in_flight_run_in_order),

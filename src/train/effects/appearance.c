@@ -48,12 +48,11 @@ void appearance_bind(const struct field *field, const struct appearance *appeara
                   {VW_SLOT_CODE_WEIGHTS, &field->model->code_weights},
                   {VW_SLOT_CODES, &field->model->codes}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++)
-        bindings[(*count)++] = (struct vw_binding){.slot = buffers[i].slot,
-                                                   .buffer = buffers[i].buffer ? buffers[i].buffer : field->step_state};
+        bindings[(*count)++] =
+            (struct vw_binding){.slot = buffers[i].slot, .buffer = buffers[i].buffer, .unused = !buffers[i].buffer};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ranges); i++) {
         const struct param_range *range = ranges[i].range;
-        struct vw_binding binding = {.slot = ranges[i].slot,
-                                     .buffer = range->size_bytes ? field->params : field->step_state};
+        struct vw_binding binding = {.slot = ranges[i].slot, .buffer = field->params, .unused = !range->size_bytes};
         binding.offset_bytes = range->offset_bytes;
         binding.size_bytes = range->size_bytes;
         bindings[(*count)++] = binding;

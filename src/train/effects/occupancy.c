@@ -33,14 +33,13 @@ enum vw_status occupancy_create_buffers(const struct field *field, struct occupa
 
 void occupancy_bind(const struct field *field, const struct occupancy *occupancy, struct vw_binding *bindings,
                     uint32_t *count) {
-    struct vw_buffer *const other = field->cameras; // never written, so that no pass waits for it
-    bool on = occupancy->kept != NULL;
+    bool off = occupancy->kept == NULL;
     const struct vw_binding bound[] = {
-        {.slot = VW_SLOT_OCCUPANCY, .buffer = on ? field->occupancy : other},
-        {.slot = VW_SLOT_KEPT_BITS, .buffer = on ? occupancy->bits : other},
-        {.slot = VW_SLOT_KEPT_BEGINS, .buffer = on ? occupancy->begins : other},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = on ? occupancy->kept_samples : other},
-        {.slot = VW_SLOT_KEPT, .buffer = on ? occupancy->kept : other},
+        {.slot = VW_SLOT_OCCUPANCY, .buffer = field->occupancy, .unused = off},
+        {.slot = VW_SLOT_KEPT_BITS, .buffer = occupancy->bits, .unused = off},
+        {.slot = VW_SLOT_KEPT_BEGINS, .buffer = occupancy->begins, .unused = off},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = occupancy->kept_samples, .unused = off},
+        {.slot = VW_SLOT_KEPT, .buffer = occupancy->kept, .unused = off},
     };
     memcpy(bindings + *count, bound, sizeof bound);
     *count += VW_ARRAY_COUNT(bound);

@@ -18,8 +18,7 @@ struct occupancy {                                         // all NULL when the 
 };
 
 enum vw_status occupancy_create_buffers(const struct field *field, struct occupancy *occupancy);
-// Bindings of the chunk's kept samples for passes that may skip; some other buffer of the field where the effect is
-// off. Writes them behind
+// Bindings of the chunk's kept samples for passes that may skip, unused where the effect is off. Writes them behind
 // `*count` and advances it.
 void occupancy_bind(const struct field *field, const struct occupancy *occupancy, struct vw_binding *bindings,
                     uint32_t *count);

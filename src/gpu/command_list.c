@@ -1,0 +1,145 @@
+#include "gpu/command_list.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/barrier.h"
+#include "gpu/buffer.h"
+
+void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one) {
+    list->count = list->push_bytes = 0;
+    list->first_epoch = list->last_epoch = first_epoch;
+    list->one_by_one = one_by_one;
+    list->barrier_count = 0;
+}
+
+void vw_command_list_free(struct vw_command_list *list) {
+    free(list->commands);
+    free(list->pushes);
+    *list = (struct vw_command_list){0};
+}
+
+// ---- Placing --------------------------------------------------------------------------------------------------------
+
+// The part of a buffer that a command reads or writes.
+struct access {
+    struct vw_buffer *buffer;
+    uint32_t range;
+    bool writes;
+};
+
+static uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
+
+static uint64_t earliest(const struct vw_command_list *list, uint64_t so_far, struct access access) {
+    uint64_t allowed = vw_ranges_earliest(&access.buffer->ranges, access.range, access.writes);
+    return later(list->first_epoch, later(so_far, allowed));
+}
+
+static enum vw_status append(struct vw_command_list *list, struct vw_command command) {
+    enum vw_status status = vw_grow((void **)&list->commands, &list->capacity, list->count + 1, sizeof *list->commands);
+    if (status) return status;
+    command.number = (uint32_t)list->count;
+    list->last_epoch = later(list->last_epoch, command.epoch);
+    list->commands[list->count++] = command;
+    return VW_OK;
+}
+
+static uint64_t own_epoch(const struct vw_command_list *list) { return list->last_epoch + (list->count > 0); }
+
+enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
+                                            struct vw_workgroups groups) {
+    struct vw_command command = {.pass = pass, .groups = groups, .push_offset_bytes = list->push_bytes};
+    struct access counts = {.buffer = groups.listed};
+    enum vw_status status =
+        vw_grow((void **)&list->pushes, &list->push_capacity, list->push_bytes + pass->push_bytes, 1);
+    if (!status && groups.listed)
+        status = vw_ranges_find(&groups.listed->ranges, groups.offset_bytes, sizeof(VkDispatchIndirectCommand),
+                                &counts.range);
+    if (status) return status;
+    if (pass->push_bytes) memcpy(list->pushes + list->push_bytes, push, pass->push_bytes);
+    list->push_bytes += pass->push_bytes;
+
+    uint64_t epoch = list->one_by_one ? own_epoch(list) : list->first_epoch;
+    if (groups.listed) epoch = earliest(list, epoch, counts);
+    for (uint32_t i = 0; i < pass->slot_count; i++)
+        epoch =
+            earliest(list, epoch, (struct access){pass->slots[i].buffer, pass->slots[i].range, pass->slots[i].writes});
+    for (uint32_t i = 0; i < pass->slot_count; i++)
+        vw_ranges_note(&pass->slots[i].buffer->ranges, pass->slots[i].range, pass->slots[i].writes, epoch);
+    if (groups.listed) vw_ranges_note(&groups.listed->ranges, counts.range, false, epoch);
+    command.epoch = epoch;
+    return append(list, command);
+}
+
+enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
+                                        VkBufferCopy region) {
+    struct access read = {.buffer = from}, write = {.buffer = to, .writes = true};
+    enum vw_status status = vw_ranges_find(&from->ranges, region.srcOffset, region.size, &read.range);
+    if (!status) status = vw_ranges_find(&to->ranges, region.dstOffset, region.size, &write.range);
+    if (status) return status;
+    uint64_t epoch = list->one_by_one ? own_epoch(list) : list->first_epoch;
+    epoch = earliest(list, earliest(list, epoch, read), write);
+    vw_ranges_note(&from->ranges, read.range, false, epoch);
+    vw_ranges_note(&to->ranges, write.range, true, epoch);
+    return append(list, (struct vw_command){.epoch = epoch, .from = from, .to = to, .region = region});
+}
+
+// ---- Writing --------------------------------------------------------------------------------------------------------
+
+static int by_epoch(const void *left, const void *right) {
+    const struct vw_command *a = left, *b = right;
+    if (a->epoch != b->epoch) return a->epoch < b->epoch ? -1 : 1;
+    return a->number < b->number ? -1 : 1;
+}
+
+static void write_dispatch(const struct vw_command *command, const uint8_t *pushes, VkCommandBuffer commands,
+                           struct vw_batch_timer *timer) {
+    const struct vw_pass *pass = command->pass;
+    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
+    bool labelled = pass->gpu->instance.debug_utils;
+    if (labelled) vkCmdBeginDebugUtilsLabelEXT(commands, &label);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
+    if (pass->slot_count)
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
+    if (pass->push_bytes)
+        vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes,
+                           pushes + command->push_offset_bytes);
+    bool timed = vw_batch_timer_start(timer, commands, pass);
+    const struct vw_workgroups *groups = &command->groups;
+    if (groups->listed) vkCmdDispatchIndirect(commands, groups->listed->handle, groups->offset_bytes);
+    else vkCmdDispatch(commands, groups->x, groups->y, 1);
+    if (timed) vw_batch_timer_stop(timer, commands);
+    if (labelled) vkCmdEndDebugUtilsLabelEXT(commands);
+}
+
+static void write_command(const struct vw_command *command, const uint8_t *pushes, VkCommandBuffer commands,
+                          struct vw_batch_timer *timer) {
+    if (command->pass) write_dispatch(command, pushes, commands, timer);
+    else vkCmdCopyBuffer(commands, command->from->handle, command->to->handle, 1, &command->region);
+}
+
+// The end of the epoch that begins at command `first`.
+static size_t find_end(const struct vw_command_list *list, size_t first, bool *indirect) {
+    size_t end = first;
+    for (*indirect = false; end < list->count && list->commands[end].epoch == list->commands[first].epoch; end++)
+        *indirect |= list->commands[end].groups.listed != NULL;
+    return end;
+}
+
+void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_batch_timer *timer) {
+    bool indirect_before = false, indirect_ever = false;
+    if (list->count) qsort(list->commands, list->count, sizeof *list->commands, by_epoch);
+    for (size_t first = 0, end; first < list->count; first = end) {
+        bool indirect;
+        end = find_end(list, first, &indirect);
+        if (first > 0) {
+            vw_barrier_record(commands, (struct vw_barrier_params){.indirect = indirect || indirect_before});
+            list->barrier_count++;
+        }
+        for (size_t i = first; i < end; i++) write_command(&list->commands[i], list->pushes, commands, timer);
+        indirect_before = indirect;
+        indirect_ever |= indirect;
+    }
+    vw_barrier_record(commands, (struct vw_barrier_params){.indirect = indirect_ever, .host_reads = true});
+}

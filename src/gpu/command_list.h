@@ -1,0 +1,47 @@
+// The commands of a batch, kept until it is submitted, so that each can be placed in the earliest epoch that its
+// hazards allow.
+#ifndef VIEWWORTH_GPU_COMMAND_LIST_H
+#define VIEWWORTH_GPU_COMMAND_LIST_H
+
+#include "gpu/pass.h"
+#include "gpu/timer.h"
+
+// How many workgroups a dispatch has: x and y, or as a buffer says when it starts.
+struct vw_workgroups {
+    uint32_t x, y;
+    struct vw_buffer *listed; // NULL: as above
+    uint64_t offset_bytes;
+};
+
+struct vw_command {
+    uint64_t epoch;
+    uint32_t number;            // in the order of recording
+    const struct vw_pass *pass; // NULL: a copy
+    struct vw_workgroups groups;
+    size_t push_offset_bytes; // of its push constants
+    struct vw_buffer *from, *to;
+    VkBufferCopy region;
+};
+
+struct vw_command_list {
+    struct vw_command *commands; // owned, as pushes
+    uint8_t *pushes;
+    size_t count, capacity, push_bytes, push_capacity;
+    uint64_t first_epoch, last_epoch;
+    bool one_by_one; // every command has an epoch of its own, so that times of passes do not overlap
+    uint32_t barrier_count;
+};
+
+// Empties the list; its commands run in epochs from `first_epoch` on.
+void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one);
+void vw_command_list_free(struct vw_command_list *list);
+
+// `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
+enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
+                                            struct vw_workgroups groups);
+enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
+                                        VkBufferCopy region);
+// Writes all commands, epoch by epoch, with barriers between, and one behind the last for the host.
+void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_batch_timer *timer);
+
+#endif
