@@ -51,13 +51,14 @@ void main() {
     uint in0 = m.in_row + in_block, in1 = m.in_row + min(in_block + 1u, m.in4 - 1u);
 
     mat4 sum00 = mat4(0.0), sum01 = mat4(0.0), sum10 = mat4(0.0), sum11 = mat4(0.0);
-    uint first = slice * VW_SLICE_SAMPLES;
+    uint first = slice * VW_SLICE_SAMPLES; // a slice lies in one workgroup of rows
     for (uint i = 0u; i < VW_SLICE_SAMPLES; i += 4u) {
+        uint at_out0 = row_place(out0, first + i), at_out1 = row_place(out1, first + i);
+        uint at_in0 = row_place(in0, first + i), at_in1 = row_place(in1, first + i);
         vec4 d_out0[4], d_out1[4], value0[4], value1[4];
         [[unroll]] for (uint s = 0u; s < 4u; s++) {
-            uint slot = first + i + s;
-            d_out0[s] = row_value(out0, slot), d_out1[s] = row_value(out1, slot);
-            value0[s] = row_value(in0, slot), value1[s] = row_value(in1, slot);
+            d_out0[s] = row_at(at_out0 + s), d_out1[s] = row_at(at_out1 + s);
+            value0[s] = row_at(at_in0 + s), value1[s] = row_at(at_in1 + s);
         }
         // Weight by weight, each over the four samples, so that a sum is loaded and stored once where registers do not hold all of them.
         [[unroll]] for (uint column = 0u; column < 4u; column++) {

@@ -329,11 +329,13 @@ VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
-// Where a sample's vec4 of a row lies among the activation rows: tile by tile of 32 samples, so that what a workgroup writes is one piece
-// of memory. Row by row it was 27 streams far apart.
-VW_ENUM(VW_TILE_SAMPLES, 32)
+// Where a sample's vec4 of a row lies among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that what a workgroup
+// writes is one piece of memory. Its rows lie a little more than a power of two apart, or a sample's values in all rows would compete for
+// the same few lines of a cache. VW_ROWS_SIZE is the vec4 of whole workgroups of samples.
+VW_ENUM(VW_ROW_STRIDE, 260)
 #define VW_ROW_PLACE(row_count, row, slot) \
-    (((slot) / VW_TILE_SAMPLES * (row_count) + (row)) * VW_TILE_SAMPLES + (slot) % VW_TILE_SAMPLES)
+    (((slot) / VW_FIELD_GROUP * (row_count) + (row)) * VW_ROW_STRIDE + (slot) % VW_FIELD_GROUP)
+#define VW_ROWS_SIZE(row_count, samples) ((samples) / VW_FIELD_GROUP * (row_count) * VW_ROW_STRIDE)
 
 // Words of a ray's bits.
 #define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)

@@ -52,7 +52,7 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
     } scratch[] = {
-        {&field->rows, {.name = "rows", .size_bytes = 16 * (uint64_t)chunk * model->row_count}},
+        {&field->rows, {.name = "rows", .size_bytes = 16 * VW_ROWS_SIZE(model->row_count, chunk)}},
         {&field->relu, {.name = "relu", .size_bytes = 16 * chunk}},
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
     };

@@ -194,18 +194,19 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
     uint32_t group_samples = model->ray_group * config->samples,
              step_samples = model_pad_rays(model, config->rays) * config->samples;
-    if (16ull * model->row_count * group_samples > limits->storage_binding_bytes)
+    if (16 * VW_ROWS_SIZE((uint64_t)model->row_count, group_samples) > limits->storage_binding_bytes)
         return vw_fail(
             VW_ERROR_USAGE,
             "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
             config->samples, group_samples);
-    uint64_t fits = limits->storage_binding_bytes / (16 * (uint64_t)model->row_count); // samples whose rows one binds
-    if (chunk > fits) chunk = (uint32_t)fits;
+    uint64_t fits =
+        VW_FIELD_GROUP * (limits->storage_binding_bytes / (16 * VW_ROWS_SIZE(model->row_count, VW_FIELD_GROUP)));
+    if (chunk > fits) chunk = (uint32_t)fits; // samples whose rows one binding holds
     if (chunk > step_samples) chunk = step_samples;
     assert(group_samples > 0); // the configuration has samples
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
     model->scatter = choose_scatter(info, limits, s->chunk_samples);
-    s->rows_texel = (uint64_t)model->row_count * s->chunk_samples <= limits->texel_elements;
+    s->rows_texel = VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
     s->grid_texel = model->pair_count <= limits->texel_elements;
     if (!s->grid_texel && model->grid.size_bytes > limits->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,

@@ -66,7 +66,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     bench->model.scatter = c->scatter;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
-    s->rows_texel = (uint64_t)bench->model.row_count * s->chunk_samples <=
+    s->rows_texel = VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                     vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;

@@ -7,6 +7,7 @@
 #include "support/guard_bands.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "viewworth/gpu.h"
 #include "gpu/compute.h"
@@ -53,7 +54,8 @@ enum {
 static struct guarded {
     struct vw_buffer *buffer;
     char name[48];
-    uint64_t size_bytes; // between the bands
+    uint64_t before_bytes; // the band before it; what a pass makes for itself it also binds itself, and has none
+    uint64_t size_bytes;   // between the bands
     uint32_t number;     // of all buffers so far
 } guarded[BUFFERS_MAX];
 static uint32_t buffer_count;
@@ -77,7 +79,7 @@ static void fill_pattern(const struct guarded *it, int side, uint32_t words[BAND
 enum side { BEFORE, BEHIND };
 
 static uint64_t band_offset(const struct guarded *it, int side) {
-    return side == BEFORE ? 0 : BAND_BYTES + it->size_bytes;
+    return side == BEFORE ? 0 : it->before_bytes + it->size_bytes;
 }
 
 static enum vw_status guard(struct vw_buffer *buffer, const struct vw_buffer_params *params) {
@@ -86,9 +88,10 @@ static enum vw_status guard(struct vw_buffer *buffer, const struct vw_buffer_par
     if (i == BUFFERS_MAX)
         return vw_fail(VW_ERROR_MEMORY, "more than %d buffers at once; raise BUFFERS_MAX in %s", BUFFERS_MAX, __FILE__);
     guarded[i] = (struct guarded){.buffer = buffer, .size_bytes = params->size_bytes, .number = buffer_count++};
+    guarded[i].before_bytes = params->name && !strcmp(params->name, "unused") ? 0 : BAND_BYTES;
     snprintf(guarded[i].name, sizeof guarded[i].name, "%s", params->name ? params->name : "unnamed");
     enum vw_status status = VW_OK;
-    for (int side = 0; side < 2 && !status; side++) {
+    for (int side = guarded[i].before_bytes ? BEFORE : BEHIND; side <= BEHIND && !status; side++) {
         uint32_t words[BAND_BYTES / 4];
         fill_pattern(&guarded[i], side, words);
         status = __real_vw_buffer_write(buffer, band_offset(&guarded[i], side), words, BAND_BYTES);
@@ -108,6 +111,7 @@ enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffe
 }
 
 static void check_band(const struct guarded *it, int side) {
+    if (side == BEFORE && !it->before_bytes) return;
     uint32_t expected[BAND_BYTES / 4], found[BAND_BYTES / 4];
     fill_pattern(it, side, expected);
     if (__real_vw_buffer_read(it->buffer, band_offset(it, side), found, BAND_BYTES))
@@ -134,7 +138,8 @@ void __wrap_vw_buffer_destroy(struct vw_buffer **buffer) {
 }
 
 static uint64_t shift(const struct vw_buffer *buffer, uint64_t offset_bytes) {
-    return find(buffer) ? offset_bytes + BAND_BYTES : offset_bytes; // the product's own staging buffer has no bands
+    const struct guarded *it = find(buffer); // the product's own staging buffer has no bands
+    return it ? offset_bytes + it->before_bytes : offset_bytes;
 }
 
 uint64_t __wrap_vw_buffer_size_bytes(const struct vw_buffer *buffer) {
