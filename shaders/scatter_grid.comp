@@ -6,8 +6,10 @@
 //   the same with two 32-bit atomics each (VW_SPLIT_ATOMICS), where the device has no others;
 //   a whole level per invocation, without atomics (VW_WALK_LEVELS): on a CPU an atomic costs twice a plain addition, even unshared.
 #include "common.glsl"
-#if !defined(VW_SPLIT_ATOMICS) && !defined(VW_WALK_LEVELS)
+#ifndef VW_SPLIT_ATOMICS
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#endif
+#if !defined(VW_SPLIT_ATOMICS) && !defined(VW_WALK_LEVELS)
 #extension GL_EXT_shader_atomic_int64 : require
 #endif
 #include "hash_grid.glsl"
@@ -30,12 +32,8 @@ uint chunk_samples() {
 }
 
 #if defined(VW_WALK_LEVELS)
-BUFFER(VW_SLOT_D_GRID) buffer DGrid { uvec2 d_grid[]; };
-void add_word(uint word, uvec2 value) {
-    uvec2 before = d_grid[word];
-    uint low = before.x + value.x;
-    d_grid[word] = uvec2(low, before.y + value.y + (low < value.x ? 1u : 0u));
-}
+BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
+void add_word(uint word, uvec2 value) { d_grid[word] += packUint2x32(value); }
 #elif defined(VW_SPLIT_ATOMICS) // the carry gives the same sum, whatever the order
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint d_grid[]; };
 void add_word(uint word, uvec2 value) {
