@@ -3,18 +3,19 @@
 // The mirror of forward_field, one sample per invocation: from the gradients of rgb and raw density to those of every layer's output,
 // stored for gradient_weights, and of the encoding, stored for scatter_grid.
 #include "common.glsl"
+#include "bfloat.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) readonly buffer DField { vec4 d_field[]; };
-BUFFER(VW_SLOT_RELU) readonly buffer Relu { uvec4 relu[]; };
-BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { vec4 rows[]; };
+BUFFER(VW_SLOT_ROWS) buffer Rows { uvec2 rows[]; };
+BUFFER(VW_SLOT_GRID_ROWS) writeonly buffer GridRows { vec4 grid_rows[]; };
 
 #define WEIGHTS_SHARED
 #include "mlp.glsl"
 
-void store(uint row, uint slot, vec4 value) { rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value; }
+void store(uint row, uint slot, vec4 value) { rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = pack_bfloats(value); }
 
 // The gradient passes where the hidden unit was above 0.
 vec4 gate(vec4 gradient, uvec2 bits, uint block) {
@@ -29,14 +30,14 @@ void main() {
     uint slot = invocation_index();
     vec4 out_gradient = d_field[slot];
     vec4 rgb_density = field[slot];
-    uvec4 bits = relu[slot];
+    uvec2 bits1 = rows[VW_ROW_PLACE(ROW_COUNT, ROW_ACTIVE1, slot)], bits2 = rows[VW_ROW_PLACE(ROW_COUNT, ROW_ACTIVE2, slot)];
     float d_raw = rgb_density.w >= DENSITY_MAX ? 0.0 : out_gradient.w; // cut where the forward pass was
     vec4 d_logit = vec4(out_gradient.rgb * rgb_density.rgb * (1.0 - rgb_density.rgb), 0.0);
     store(ROW_D_LOGIT, slot, d_logit);
 
     vec4 d_hidden[WIDTH4];
     [[unroll]] for (uint j = 0u; j < WIDTH4; j++) {
-        d_hidden[j] = gate(d_logit * weight_block(COLOUR2, 0u, WIDTH4, j), bits.zw, j);
+        d_hidden[j] = gate(d_logit * weight_block(COLOUR2, 0u, WIDTH4, j), bits2, j);
         store(ROW_D_HIDDEN2 + j, slot, d_hidden[j]);
     }
     vec4 d_geo[GEO4];
@@ -51,12 +52,12 @@ void main() {
     [[unroll]] for (uint k = 0u; k < WIDTH4; k++) {
         vec4 sum = vec4(0.0);
         [[unroll]] for (uint j = 0u; j < GEO4; j++) sum += d_geo[j] * weight_block(DENSITY2, j, WIDTH4, k);
-        d_hidden[k] = gate(sum, bits.xy, k);
+        d_hidden[k] = gate(sum, bits1, k);
         store(ROW_D_HIDDEN1 + k, slot, d_hidden[k]);
     }
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {
         vec4 sum = vec4(0.0);
         [[unroll]] for (uint j = 0u; j < WIDTH4; j++) sum += d_hidden[j] * weight_block(DENSITY1, j, ENC4, k);
-        store(ROW_D_ENCODING + k, slot, sum);
+        grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_D_ENCODING + k, slot)] = sum;
     }
 }

@@ -4,6 +4,7 @@
 // backward passes need. Chunks are padded to whole workgroups, since control flow around
 // the MLP costs more than the work it saves.
 #include "common.glsl"
+#include "bfloat.glsl"
 #include "grid_pair.glsl"
 #include "sampling.glsl"
 #include "spherical_harmonics.glsl"
@@ -14,8 +15,8 @@ BUFFER(VW_SLOT_GRID) readonly buffer Grid { GRID_PAIR grid[]; };
 layout(set = 0, binding = VW_SLOT_GRID_TEXEL) uniform samplerBuffer grid_texel;
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };
-BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { vec4 rows[]; };
-BUFFER(VW_SLOT_RELU) writeonly buffer Relu { uvec4 relu[]; };
+BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { uvec2 rows[]; };
+BUFFER(VW_SLOT_GRID_ROWS) writeonly buffer GridRows { vec4 grid_rows[]; };
 BUFFER(VW_SLOT_CODE_SHIFT) readonly buffer CodeShift { vec4 code_shift[]; };
 BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
 PUSH uniform Push { vw_push_samples push; };
@@ -25,9 +26,11 @@ PUSH uniform Push { vw_push_samples push; };
 #define WEIGHTS_SHARED
 #include "mlp.glsl"
 
-void store(uint row, uint slot, vec4 value) {
+void store_packed(uint row, uint slot, uvec2 value) {
     if (TRAINING != 0u) rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value;
 }
+
+void store(uint row, uint slot, vec4 value) { store_packed(row, slot, pack_bfloats(value)); }
 
 // Bit i of the result: hidden unit 4 * block + i is above 0.
 uint active_bits(vec4 value) {
@@ -48,7 +51,7 @@ void main() {
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.step_low, push.step_high));
-    store(ROW_POSITION, slot, vec4(position, 0.0));
+    if (TRAINING != 0u) grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {
@@ -90,5 +93,6 @@ void main() {
     }
     vec3 rgb = vec3(sigmoid(logit.x), sigmoid(logit.y), sigmoid(logit.z));
     field[slot] = vec4(rgb, density);
-    if (TRAINING != 0u) relu[slot] = uvec4(bits1, bits2);
+    store_packed(ROW_ACTIVE1, slot, bits1);
+    store_packed(ROW_ACTIVE2, slot, bits2);
 }

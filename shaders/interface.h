@@ -36,7 +36,7 @@ typedef uint32_t vw_uint;
     X(10, MOMENTUM, momentum, uint, 0)           /* 1: beta1 > 0, first moments exist */ \
     X(11, WIDE_GRADIENT, wide_gradient, uint, 0) /* 1: one 64-bit word per feature, 0: one per feature pair (decision 3) */ \
     X(12, GRID_TEXEL, grid_texel, uint, 1)       /* 1: the grid is gathered through a texel buffer, 0: storage buffer */ \
-    X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise the activation rows */ \
+    X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise both kinds of activation rows */ \
     X(14, SEED_LOW, seed_low, uint, 0) \
     X(15, SEED_HIGH, seed_high, uint, 0) \
     X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) /* DISTORTION_* */ \
@@ -132,9 +132,9 @@ VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
 VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl, then the sky's: two ranges of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
-VW_ENUM(VW_SLOT_ROWS, 8)             // vec4 activation rows of one chunk, at VW_ROW_PLACE
-VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RGBA32F texels
-VW_ENUM(VW_SLOT_RELU, 10)            // uvec4 per sample of one chunk: which hidden units are above 0 (two words per layer)
+VW_ENUM(VW_SLOT_ROWS, 8)             // activation rows of one chunk, what the networks leave: four bfloats (bfloat.glsl) at VW_ROW_PLACE
+VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RG32UI texels
+VW_ENUM(VW_SLOT_GRID_ROWS, 10)       // vec4 rows of one chunk, what scatter_grid reads, at VW_ROW_PLACE
 VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
 VW_ENUM(VW_SLOT_RAY_LOSS, 12)        // float per ray
 VW_ENUM(VW_SLOT_WEIGHT_PARTIALS, 13) // vec4 [slice of VW_SLICE_SAMPLES samples of a chunk][weight]; overwritten
@@ -171,7 +171,8 @@ VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
 VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)  // vec4: a window of the params as they were before the step; this and the next two: mix_params
 VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)   // vec4: the same behind it
 VW_ENUM(VW_SLOT_PARAMS, 45)         // vec4: the same as they are
-VW_ENUM(VW_SLOT_COUNT, 46)
+VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 46) // VW_SLOT_GRID_ROWS as RGBA32F texels
+VW_ENUM(VW_SLOT_COUNT, 47)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -329,10 +330,12 @@ VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
-// Where a sample's vec4 of a row lies among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that what a workgroup
+// Where a sample's part of a row lies among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that what a workgroup
 // writes is one piece of memory. Its rows lie a little more than a power of two apart, or a sample's values in all rows would compete for
-// the same few lines of a cache. VW_ROWS_SIZE is the vec4 of whole workgroups of samples.
+// the same few lines of a cache. VW_ROWS_SIZE is how many parts whole workgroups of samples have.
 VW_ENUM(VW_ROW_STRIDE, 260)
+VW_ENUM(VW_ROW_BYTES, 8)         // of a part: four bfloats
+VW_ENUM(VW_GRID_ROW_BYTES, 16)   // four floats
 #define VW_ROW_PLACE(row_count, row, slot) \
     (((slot) / VW_FIELD_GROUP * (row_count) + (row)) * VW_ROW_STRIDE + (slot) % VW_FIELD_GROUP)
 #define VW_ROWS_SIZE(row_count, samples) ((samples) / VW_FIELD_GROUP * (row_count) * VW_ROW_STRIDE)
@@ -345,11 +348,12 @@ VW_ENUM(VW_ROW_STRIDE, 260)
 #define VW_EMPTY_DENSITY(samples) (0.005773503f * (samples))
 
 // Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
-// tiles of 2x2 blocks that gradient_weights walks, and the activation rows of a chunk.
+// tiles of 2x2 blocks that gradient_weights walks, and the rows of a chunk (mlp.glsl).
 #define VW_WEIGHT_BLOCKS(encoding4, width4) ((width4) * ((encoding4) + GEO4 + COLOUR4 + 1u))
 #define VW_TILES(out4, in4) (((out4) + 1u) / 2u * (((in4) + 1u) / 2u))
 #define VW_WEIGHT_TILES(encoding4, width4) \
     (VW_TILES(width4, encoding4) + VW_TILES(GEO4, width4) + VW_TILES(width4, COLOUR4) + VW_TILES(1u, width4))
-#define VW_ROW_COUNT(encoding4, width4) (2u * (encoding4) + 4u * (width4) + COLOUR4 + GEO4 + 2u)
+#define VW_ROW_COUNT(encoding4, width4) ((encoding4) + 4u * (width4) + COLOUR4 + GEO4 + 3u)
+#define VW_GRID_ROW_COUNT(encoding4) ((encoding4) + 1u)
 
 #endif

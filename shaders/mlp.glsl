@@ -16,7 +16,8 @@ const uint COLOUR2 = COLOUR1 + 4u * WIDTH4 * COLOUR4;  // 1 x WIDTH4; the fourth
 #define CONSTANT_COLUMN(block) (COLOUR1 + 4u * COLOUR4 * (block)) // that of its input 0, which is SH band 0: the hidden layer's bias
 const uint WEIGHT_COLUMNS = 4u * VW_WEIGHT_BLOCKS(ENC4, WIDTH4);
 
-// Rows of the activation buffer, in vec4: first the inputs of the four matrices, then the gradients of their outputs.
+// Activation rows, each with four numbers of a sample: the inputs of the four matrices, the gradients of their outputs, and which hidden
+// units are above 0, as bits: two words per layer.
 const uint ROW_ENCODING = 0u;
 const uint ROW_HIDDEN1 = ROW_ENCODING + ENC4;
 const uint ROW_COLOUR_IN = ROW_HIDDEN1 + WIDTH4;
@@ -25,9 +26,14 @@ const uint ROW_D_HIDDEN1 = ROW_HIDDEN2 + WIDTH4;
 const uint ROW_D_GEO = ROW_D_HIDDEN1 + WIDTH4;
 const uint ROW_D_HIDDEN2 = ROW_D_GEO + GEO4;
 const uint ROW_D_LOGIT = ROW_D_HIDDEN2 + WIDTH4;
-const uint ROW_D_ENCODING = ROW_D_LOGIT + 1u;
-const uint ROW_POSITION = ROW_D_ENCODING + ENC4;
+const uint ROW_ACTIVE1 = ROW_D_LOGIT + 1u;
+const uint ROW_ACTIVE2 = ROW_ACTIVE1 + 1u;
 const uint ROW_COUNT = VW_ROW_COUNT(ENC4, WIDTH4);
+
+// Rows that scatter_grid reads.
+const uint GRID_ROW_D_ENCODING = 0u;
+const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4;
+const uint GRID_ROW_COUNT = VW_GRID_ROW_COUNT(ENC4);
 
 const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)
 

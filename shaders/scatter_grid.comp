@@ -14,6 +14,7 @@
 #endif
 #include "hash_grid.glsl"
 #include "mlp.glsl"
+#define ROWS_OF_GRID
 #include "rows.glsl"
 #include "fixed_point.glsl"
 #ifdef VW_WALK_LEVELS
@@ -71,11 +72,11 @@ float to_quanta(float gradient) {
 // No branch around the additions: on lavapipe adding 0 costs half of asking. (Not measured on GPUs, where many equal places might contend.)
 void scatter(uint slot, uint level, bool inside, inout extremes met) {
     bool dense = level < DENSE_LEVELS;
-    grid_cell cell = grid_locate(row_value(ROW_POSITION, slot).xyz, level_resolution(level), dense);
+    grid_cell cell = grid_locate(grid_row(GRID_ROW_POSITION, slot).xyz, level_resolution(level), dense);
     uint first_pair = level_first_pair(level) - push.first_pair;
     [[unroll]] for (uint pair = 0u; pair < FEATURE_PAIRS; pair++) {
         uint part = level * FEATURE_PAIRS + pair;
-        vec4 gradient4 = row_value(ROW_D_ENCODING + part / 2u, slot);
+        vec4 gradient4 = grid_row(GRID_ROW_D_ENCODING + part / 2u, slot);
         vec2 gradient = inside ? (part & 1u) == 0u ? gradient4.xy : gradient4.zw : vec2(0.0);
         note(gradient.x, met);
         note(gradient.y, met);

@@ -52,8 +52,9 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
     } scratch[] = {
-        {&field->rows, {.name = "rows", .size_bytes = 16 * VW_ROWS_SIZE(model->row_count, chunk)}},
-        {&field->relu, {.name = "relu", .size_bytes = 16 * chunk}},
+        {&field->rows, {.name = "rows", .size_bytes = VW_ROW_BYTES * VW_ROWS_SIZE(model->row_count, chunk)}},
+        {&field->grid_rows,
+         {.name = "grid_rows", .size_bytes = VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)}},
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
     };
     enum vw_status status = create_cameras(field, scene);
@@ -72,7 +73,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->params);
     vw_buffer_destroy(&field->cameras);
     vw_buffer_destroy(&field->rows);
-    vw_buffer_destroy(&field->relu);
+    vw_buffer_destroy(&field->grid_rows);
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
 }
@@ -106,8 +107,8 @@ void field_bind(const struct field *field, bool training, struct vw_binding *bin
         sky_binding(field),
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
         {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !training},
-        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4, .unused = !training},
-        {.slot = VW_SLOT_RELU, .buffer = field->relu, .unused = !training},
+        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !training},
+        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows, .unused = !training},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // nobody reads it then
     };
     memcpy(bindings + *count, shared, sizeof shared);

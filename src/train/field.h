@@ -6,13 +6,13 @@
 #include "train/model.h"
 
 struct field {
-    struct vw_gpu *gpu;            // borrowed
-    const struct model *model;     // borrowed
-    struct vw_buffer *params;      // model->param_bytes
-    struct vw_buffer *cameras;     // vw_gpu_camera per view
-    struct vw_buffer *rows, *relu; // activations of one training chunk
-    struct vw_buffer *step_state;  // one vw_step_state
-    struct vw_buffer *occupancy;   // float per cell, with that effect; else NULL
+    struct vw_gpu *gpu;                 // borrowed
+    const struct model *model;          // borrowed
+    struct vw_buffer *params;           // model->param_bytes
+    struct vw_buffer *cameras;          // vw_gpu_camera per view
+    struct vw_buffer *rows, *grid_rows; // activations of one training chunk
+    struct vw_buffer *step_state;       // one vw_step_state
+    struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
 };
 
 enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,

@@ -98,7 +98,7 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
 static enum scatter_form choose_scatter(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits,
                                         uint32_t chunk_samples) {
     bool few_processors = info->kind == VW_GPU_CPU && sysconf(_SC_NPROCESSORS_ONLN) <= WALK_PROCESSORS_MAX;
-    if (few_processors && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
+    if (few_processors && limits->int64 && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
     return limits->int64_atomics ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
 }
 
@@ -135,6 +135,7 @@ static void lay_out_weights(struct model *model) {
     model->weight_columns = 4 * blocks;
     model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
     model->row_count = VW_ROW_COUNT(encoding4, width4);
+    model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
     model->grid = (struct param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
     model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
@@ -194,13 +195,13 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
     uint32_t group_samples = model->ray_group * config->samples,
              step_samples = model_pad_rays(model, config->rays) * config->samples;
-    if (16 * VW_ROWS_SIZE((uint64_t)model->row_count, group_samples) > limits->storage_binding_bytes)
+    if (VW_ROW_BYTES * VW_ROWS_SIZE((uint64_t)model->row_count, group_samples) > limits->storage_binding_bytes)
         return vw_fail(
             VW_ERROR_USAGE,
             "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
             config->samples, group_samples);
-    uint64_t fits =
-        VW_FIELD_GROUP * (limits->storage_binding_bytes / (16 * VW_ROWS_SIZE(model->row_count, VW_FIELD_GROUP)));
+    uint64_t fits = VW_FIELD_GROUP *
+                    (limits->storage_binding_bytes / (VW_ROW_BYTES * VW_ROWS_SIZE(model->row_count, VW_FIELD_GROUP)));
     if (chunk > fits) chunk = (uint32_t)fits; // samples whose rows one binding holds
     if (chunk > step_samples) chunk = step_samples;
     assert(group_samples > 0); // the configuration has samples

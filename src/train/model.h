@@ -42,12 +42,12 @@ struct model {
     // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of
     // floats are laid out, so that both precisions begin with the same numbers.
     uint32_t drawn_pair[VW_LEVELS_MAX + 1];
-    uint32_t pair_bytes;     // of the grid: 8, two floats, or 4, two halves
-    bool half_grid;          // the latter: passes that touch the grid take their half form
-    uint32_t weight_columns; // of the networks
-    uint32_t moved_columns;  // by update_weights: theirs and the sky's
-    uint32_t weight_tiles;   // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
-    uint32_t row_count;      // activation rows of a chunk
+    uint32_t pair_bytes;                // of the grid: 8, two floats, or 4, two halves
+    bool half_grid;                     // the latter: passes that touch the grid take their half form
+    uint32_t weight_columns;            // of the networks
+    uint32_t moved_columns;             // by update_weights: theirs and the sky's
+    uint32_t weight_tiles;              // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
+    uint32_t row_count, grid_row_count; // activation rows of a chunk
     enum scatter_form scatter;
     uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];

@@ -43,22 +43,23 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     const struct sizes n = sizes_of(model, step->padded_rays);
     uint32_t chunks = (step->padded_rays + step->chunk_rays - 1) / step->chunk_rays, windows = model->window_count;
     double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
-    double forward_rows = 1 + n.encoding4 + n.width4 + COLOUR4 + n.width4,
-           backward_rows = 1 + n.width4 + GEO4 + n.width4 + n.encoding4;
+    double forward_rows = n.encoding4 + n.width4 + COLOUR4 + n.width4 + 2,
+           backward_rows = 1 + n.width4 + GEO4 + n.width4 + 2;
     double partials = n.samples / VW_SLICE_SAMPLES * columns, moments = model->specialization.momentum ? 2 : 1;
     if (step->occupancy.kept) add_occupancy(&n, chunks, costs, count);
     add(costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
     add(costs, count,
         (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
-                              n.samples * (n.pair_bytes * n.gathers + 16 * (forward_rows + 2))});
+                              n.samples *
+                                  (n.pair_bytes * n.gathers + VW_ROW_BYTES * forward_rows + VW_GRID_ROW_BYTES + 16)});
     add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     add(costs, count,
         (struct vw_pass_cost){"backward_field", NULL, chunks, n.samples * 16 * n.width4 * (1 + 2 * GEO4 + n.encoding4),
-                              n.samples * 16 * (3 + backward_rows)});
+                              n.samples * (VW_ROW_BYTES * backward_rows + VW_GRID_ROW_BYTES * n.encoding4 + 32)});
     add(costs, count,
         (struct vw_pass_cost){"gradient_weights", NULL, chunks, n.samples * 16 * n.blocks,
-                              n.samples * 16 * 4 * model->weight_tiles + 16 * partials});
+                              n.samples * VW_ROW_BYTES * 4 * model->weight_tiles + 16 * partials});
     add(costs, count, (struct vw_pass_cost){"reduce_weights", NULL, chunks, 0, 16 * partials});
     add(costs, count,
         (struct vw_pass_cost){"scatter_grid", NULL, chunks * windows, n.samples * 2 * n.gathers,

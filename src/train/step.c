@@ -102,8 +102,8 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
              pair = field->model->pair_bytes;
     bool momentum = field->model->specialization.momentum;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_ROWS, .buffer = field->rows},
-        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4},
+        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows},
+        {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
         {.slot = VW_SLOT_SCALARS, .buffer = scalars},
         {.slot = VW_SLOT_GRID,

@@ -19,7 +19,7 @@
 
 enum { FIELD, BELOW_24, BELOW_16, BELOW_12, BELOW_8, GRID, GRID_BOUND, LEVEL, SHARES };
 
-static const char *const headings[SHARES] = {"field", "2^-24", "2^-16", "2^-12",
+static const char *const headings[SHARES] = {"field", "2^-24", "2^-16",         "2^-12",
                                              "2^-8",  "grid",  "grid by bound", "level"};
 
 struct reading {
@@ -28,13 +28,9 @@ struct reading {
     uint64_t counts[SHARES], samples;
 };
 
-static uint32_t row_of_d_encoding(const struct vw_specialization *s) {
-    uint32_t encoding4 = s->levels * s->feature_pairs / 2;
-    return encoding4 + 4 * s->width4 + COLOUR4 + GEO4 + 1; // behind the inputs and the gradients of outputs: mlp.glsl
-}
-
+// Of the rows that scatter_grid reads: the gradient of the encoding, then the position.
 static const float *row_at(const struct reading *reading, uint32_t row, uint32_t slot) {
-    return reading->rows + 4 * (size_t)VW_ROW_PLACE(reading->trainer->model.row_count, row, slot);
+    return reading->rows + 4 * (size_t)VW_ROW_PLACE(reading->trainer->model.grid_row_count, row, slot);
 }
 
 // The largest weight of a corner: trilinear weights are products over the axes.
@@ -51,12 +47,12 @@ static float largest_weight(const float position[3], uint32_t resolution) {
 static void count_grid(struct reading *reading, uint32_t slot) {
     const struct model *model = &reading->trainer->model;
     const struct vw_specialization *s = &model->specialization;
-    const float *position = row_at(reading, model->row_count - 1, slot);
+    const float *position = row_at(reading, model->grid_row_count - 1, slot);
     bool all = true, all_by_bound = true;
     for (uint32_t level = 0; level < s->levels; level++) {
         float most = 0.0f;
         for (uint32_t i = level * 2 * s->feature_pairs; i < (level + 1) * 2 * s->feature_pairs; i++)
-            most = fmaxf(most, fabsf(row_at(reading, row_of_d_encoding(s) + i / 4, slot)[i % 4]));
+            most = fmaxf(most, fabsf(row_at(reading, i / 4, slot)[i % 4]));
         float quanta = most / s->gradient_quantum;
         bool none = quanta * largest_weight(position, s->resolution[level]) <= 0.5f;
         reading->counts[LEVEL] += none;
@@ -79,10 +75,9 @@ static void count_field(struct reading *reading, uint32_t slot) {
 
 static enum vw_status read_step(struct reading *reading) {
     const struct vw_trainer *trainer = reading->trainer;
-    struct vw_buffer *rows = trainer->field.rows, *d_samples = trainer->step.d_samples;
+    struct vw_buffer *rows = trainer->field.grid_rows, *d_samples = trainer->step.d_samples;
     enum vw_status status = vw_buffer_read(rows, 0, reading->rows, vw_buffer_size_bytes(rows));
-    if (status == VW_OK)
-        status = vw_buffer_read(d_samples, 0, reading->d_samples, vw_buffer_size_bytes(d_samples));
+    if (status == VW_OK) status = vw_buffer_read(d_samples, 0, reading->d_samples, vw_buffer_size_bytes(d_samples));
     uint32_t samples = trainer->config.rays * trainer->config.samples;
     for (uint32_t slot = 0; slot < samples && status == VW_OK; slot++) {
         count_field(reading, slot);
@@ -128,7 +123,7 @@ static enum vw_status count_shares(struct vw_gpu *gpu, const struct vw_scene *sc
         status = vw_fail(VW_ERROR_USAGE, "samples that occupancy skips are not counted; take another scene");
     if (status == VW_OK) {
         reading.trainer = trainer;
-        reading.rows = vw_allocate(vw_buffer_size_bytes(trainer->field.rows), 1);
+        reading.rows = vw_allocate(vw_buffer_size_bytes(trainer->field.grid_rows), 1);
         reading.d_samples = vw_allocate(vw_buffer_size_bytes(trainer->step.d_samples), 1);
         if (!reading.rows || !reading.d_samples) status = VW_ERROR_MEMORY;
     }

@@ -127,12 +127,13 @@ static float *clamped_rows(const struct step_bench *bench, float sign) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
     uint32_t encoding = bench->config.levels * bench->config.features;
-    float *rows = vw_allocate(vw_buffer_size_bytes(bench->field.rows), 1);
+    size_t count;
+    float *rows = step_bench_new_rows(bench, &count);
     for (uint32_t i = 0; i < s->chunk_samples; i++) {
-        float *position = (float *)step_bench_row(bench, rows, row.position, i);
+        float *position = step_bench_row(bench, rows, row.position, i);
         for (uint32_t axis = 0; axis < 3; axis++) position[axis] = (float)(i >> axis & 1);
         for (uint32_t j = 0; j < encoding; j++)
-            ((float *)step_bench_row(bench, rows, row.d_encoding + j / 4, i))[j % 4] =
+            step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] =
                 sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
     }
     return rows;

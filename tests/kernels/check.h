@@ -3,6 +3,8 @@
 #ifndef TESTS_KERNELS_CHECK_H
 #define TESTS_KERNELS_CHECK_H
 
+#include <math.h>
+
 #include "reference/reference.h"
 #include "gpu/compute.h"
 #include "reference/step_bench.h"
@@ -28,6 +30,10 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
 #define FLOAT_ROUNDING 0x1p-24 // half a unit in the last place, relative
 #define FLOAT_LEAST 0x1p-126   // smaller floats may be flushed to 0
 
+// How far a bfloat may be off whose float is off by up to `error`.
+static inline double rounded_error(double expected, double error) {
+    return error + BFLOAT_ROUNDING * (fabs(expected) + error) + FLOAT_LEAST;
+}
 // How far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is off by
 // up to in_error[i].
 double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
@@ -60,12 +66,12 @@ uint32_t rays_check(struct step_bench *bench, double scale);
 // scatter_grid: a chunk's activation rows with random positions and gradients of the kind. Owned by the caller.
 float *scatter_rows(const struct step_bench *bench, enum input_kind kind);
 // Adds the rows' gradients up from 0; `flags` are those it set.
-void scatter_run(struct step_bench *bench, const float *rows, struct vw_step_state *flags);
+void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags);
 // Holds the words of the grid's gradient and the count of clamped contributions against the reference.
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped);
 
 // gradient_weights and reduce_weights in turn, from a chunk's rows to d_weights.
-void weight_gradients_run(struct step_bench *bench, const float *rows);
+void weight_gradients_run(struct step_bench *bench, float *rows);
 
 // update_grid: all that the optimiser may change of the grid.
 struct grid_state {

@@ -18,13 +18,13 @@ static void take_gates(uint32_t width, uint32_t low, uint32_t high, bool *active
     for (uint32_t i = 0; i < width; i++) active[i] = (i < 32 ? low >> i : high >> (i - 32)) & 1;
 }
 
-// The forward pass from the device's encoding on, with the device's decisions and colours.
+// The forward pass from the device's position on, with the device's decisions and colours.
 static void go_forward(const struct step_bench *bench, const struct reference_params *params,
                        const struct device *device, uint32_t index, struct reference_sample *sample) {
-    uint32_t encoding = bench->config.levels * bench->config.features, width = bench->config.width;
-    for (uint32_t i = 0; i < encoding; i++)
-        sample->encoding[i] =
-            step_bench_row(bench, device->rows, step_bench_rows(bench).encoding + i / 4, index)[i % 4];
+    uint32_t width = bench->config.width;
+    const float *position = step_bench_row(bench, device->rows, step_bench_rows(bench).position, index);
+    const double at[3] = {position[0], position[1], position[2]};
+    reference_grid_encode(&bench->model.specialization, params->grid, at, sample->encoding);
     reference_networks_forward(&bench->model.specialization, &params->weights, sample);
     take_gates(width, device->relu[index].x, device->relu[index].y, sample->active1);
     take_gates(width, device->relu[index].z, device->relu[index].w, sample->active2);
@@ -32,11 +32,12 @@ static void go_forward(const struct step_bench *bench, const struct reference_pa
     for (int c = 0; c < 3; c++) sample->rgb[c] = device->samples[4 * (size_t)index + (size_t)c];
 }
 
+// A row of bfloats.
 static void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row,
                       uint32_t sample, uint32_t count, const double *expected, const double *errors) {
     for (uint32_t i = 0; i < count; i++)
         check_value(bench->where, what, sample, step_bench_row(bench, rows, row + i / 4, sample)[i % 4], expected[i],
-                    errors[i]);
+                    rounded_error(expected[i], errors[i]));
 }
 
 static void product_errors(const struct reference_matrix *matrix, const double *d_out, const double *d_out_error,
@@ -71,8 +72,10 @@ static void check_sample(const struct step_bench *bench, struct reference_params
     check_row(bench, device->rows, "d_hidden2", row.d_hidden2, index, bench->config.width, d.hidden2, hidden2);
     check_row(bench, device->rows, "d_geo", row.d_geo, index, REFERENCE_GEO, d.geo, colour_in);
     check_row(bench, device->rows, "d_hidden1", row.d_hidden1, index, bench->config.width, d.hidden1, hidden1);
-    check_row(bench, device->rows, "d_encoding", row.d_encoding, index, bench->config.levels * bench->config.features,
-              d.encoding, encoding);
+    for (uint32_t i = 0; i < bench->config.levels * bench->config.features; i++)
+        check_value(bench->where, "d_encoding", index,
+                    step_bench_row(bench, device->rows, row.d_encoding + i / 4, index)[i % 4], d.encoding[i],
+                    encoding[i]);
 }
 
 // As if some densities had met their maximum, where their gradient is cut.
@@ -90,8 +93,8 @@ void check_backward_field(struct step_bench *bench, enum input_kind kind) {
     device.samples = step_bench_read(bench, bench->step.samples);
     saturate_some(bench, device.samples);
     step_bench_dispatch(bench, bench->step.backward_field, NULL, 0, bench->padded_samples);
-    device.rows = step_bench_read(bench, bench->field.rows);
-    device.relu = step_bench_read(bench, bench->field.relu);
+    device.rows = step_bench_read_rows(bench);
+    device.relu = step_bench_read_active(bench);
     struct reference_params *params = reference_params_create(&bench->model, bench->params);
     for (uint32_t i = 0; i < bench->padded_samples; i++) check_sample(bench, params, &device, i);
     reference_params_destroy(params);

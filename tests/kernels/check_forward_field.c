@@ -80,12 +80,12 @@ static void copy_row(const struct step_bench *bench, const float *rows, uint32_t
     for (uint32_t i = 0; i < count; i++) values[i] = step_bench_row(bench, rows, first_row + i / 4, sample)[i % 4];
 }
 
-// `errors`: per value, or one for all.
+// A row of bfloats.
 static void check_row(const struct step_bench *bench, const struct outputs *out, const char *what, uint32_t row,
-                      uint32_t sample, uint32_t count, const double *expected, const double *errors, double error) {
+                      uint32_t sample, uint32_t count, const double *expected, const double *errors) {
     for (uint32_t i = 0; i < count; i++)
         check_value(bench->where, what, sample, step_bench_row(bench, out->rows, row + i / 4, sample)[i % 4],
-                    expected[i], errors ? errors[i] : error);
+                    expected[i], rounded_error(expected[i], errors[i]));
 }
 
 static void check_gates(const struct step_bench *bench, const char *what, uint32_t sample, uint32_t low, uint32_t high,
@@ -109,21 +109,22 @@ static void check_training_sample(const struct step_bench *bench, const struct r
     reference_sample_position(s, &ray, index % s->samples,
                               reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
                               sample.position);
-    check_row(bench, out, "position", rows.position, slot, 3, sample.position, NULL, POSITION_TOLERANCE);
+    for (uint32_t axis = 0; axis < 3; axis++)
+        check_value(bench->where, "position", slot, step_bench_row(bench, out->rows, rows.position, slot)[axis],
+                    sample.position[axis], POSITION_TOLERANCE);
 
     copy_row(bench, out->rows, rows.position, slot, 3, sample.position);
     memcpy(sample.direction, ray.direction, sizeof sample.direction);
     reference_grid_encode(s, reference->params->grid, sample.position, sample.encoding);
-    check_row(bench, out, "encoding", rows.encoding, slot, encoding, sample.encoding, NULL,
-              ENCODING_ROUNDINGS * (FLOAT_ROUNDING * reference->grid_largest + FLOAT_LEAST));
+    for (uint32_t i = 0; i < encoding; i++)
+        errors.encoding[i] = ENCODING_ROUNDINGS * (FLOAT_ROUNDING * reference->grid_largest + FLOAT_LEAST);
+    check_row(bench, out, "encoding", rows.encoding, slot, encoding, sample.encoding, errors.encoding);
 
-    copy_row(bench, out->rows, rows.encoding, slot, encoding, sample.encoding);
     reference_networks_forward(s, &reference->params->weights, &sample);
     find_errors(reference, &sample, &errors);
-    check_row(bench, out, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1, 0.0);
-    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in,
-              0.0);
-    check_row(bench, out, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2, 0.0);
+    check_row(bench, out, "hidden1", rows.hidden1, slot, width, sample.hidden1, errors.hidden1);
+    check_row(bench, out, "colour_in", rows.colour_in, slot, REFERENCE_COLOUR_IN, sample.colour_in, errors.colour_in);
+    check_row(bench, out, "hidden2", rows.hidden2, slot, width, sample.hidden2, errors.hidden2);
     check_gates(bench, "relu 1", slot, out->relu[slot].x, out->relu[slot].y, sample.before1, errors.hidden1);
     check_gates(bench, "relu 2", slot, out->relu[slot].z, out->relu[slot].w, sample.before2, errors.hidden2);
     check_sample(bench, reference, &sample, &errors, out->samples + 4 * (size_t)slot, slot);
@@ -131,8 +132,8 @@ static void check_training_sample(const struct step_bench *bench, const struct r
 
 static void check_training(struct step_bench *bench, const struct reference *reference) {
     step_bench_gradients(bench, STEP);
-    struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read(bench, bench->field.rows),
-                          step_bench_read(bench, bench->step.samples), step_bench_read(bench, bench->field.relu)};
+    struct outputs out = {step_bench_read(bench, bench->step.ray_buffer), step_bench_read_rows(bench),
+                          step_bench_read(bench, bench->step.samples), step_bench_read_active(bench)};
     uint32_t *slots = step_bench_slots(bench);
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
         if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, reference, &out, sample, slots[sample]);

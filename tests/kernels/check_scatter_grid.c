@@ -26,16 +26,17 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
     size_t chunk = bench->model.specialization.chunk_samples, encoding = bench->config.levels * bench->config.features;
     struct step_rows row = step_bench_rows(bench);
     struct test_random random = {.seed = bench->config.seed};
-    float *rows = vw_allocate(vw_buffer_size_bytes(bench->field.rows), 1);
+    size_t count;
+    float *rows = step_bench_new_rows(bench, &count);
     for (uint32_t i = 0; i < chunk; i++) {
-        float *position = (float *)step_bench_row(bench, rows, row.position, i);
+        float *position = step_bench_row(bench, rows, row.position, i);
         for (int axis = 0; axis < 3; axis++) {
             float drawn = test_random_next(&random);
             position[axis] = drawn > 0.8f ? special[(uint32_t)(drawn * 1e6f) % VW_ARRAY_COUNT(special)]
                                           : 0.5f + 0.5f * test_random_next(&random);
         }
         for (uint32_t j = 0; j < encoding; j++) {
-            float *value = (float *)step_bench_row(bench, rows, row.d_encoding + j / 4, i) + j % 4;
+            float *value = step_bench_row(bench, rows, row.d_encoding + j / 4, i) + j % 4;
             *value = draw_gradient(kind, &random, i, j);
         }
     }
@@ -48,10 +49,10 @@ static void clear_gradient(struct step_bench *bench) {
     free(zeros);
 }
 
-void scatter_run(struct step_bench *bench, const float *rows, struct vw_step_state *flags) {
+void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags) {
     uint32_t samples = bench->padded_samples;
     clear_gradient(bench);
-    step_bench_write(bench, bench->field.rows, rows);
+    step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     vw_batch_begin(bench->batch);
     step_record_scatter(&bench->step, bench->batch, samples);

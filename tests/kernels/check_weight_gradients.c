@@ -11,9 +11,9 @@
 
 static uint32_t slice_count(const struct step_bench *bench) { return bench->padded_samples / VW_SLICE_SAMPLES; }
 
-static void run_gradient_weights(struct step_bench *bench, const float *rows) {
+static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
-    step_bench_write(bench, bench->field.rows, rows);
+    step_bench_write_rows(bench, rows);
     step_bench_dispatch(bench, bench->step.gradient_weights, &push, sizeof push,
                         (uint64_t)slice_count(bench) * bench->model.weight_tiles);
 }
@@ -24,7 +24,7 @@ static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {
     step_bench_dispatch(bench, bench->step.reduce_weights, &push, sizeof push, bench->model.weight_columns);
 }
 
-void weight_gradients_run(struct step_bench *bench, const float *rows) {
+void weight_gradients_run(struct step_bench *bench, float *rows) {
     run_gradient_weights(bench, rows);
     run_reduce_weights(bench, 0);
 }
@@ -80,9 +80,9 @@ static void check_slice(const struct step_bench *bench, const float *rows, uint3
 }
 
 void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
-    size_t count = vw_buffer_size_bytes(bench->field.rows) / sizeof(float), columns = bench->model.weight_columns;
+    size_t count, columns = bench->model.weight_columns;
     struct test_random random = {.seed = bench->config.seed + 1};
-    float *rows = vw_allocate(count, sizeof *rows);
+    float *rows = step_bench_new_rows(bench, &count);
     input_fill(kind, &random, rows, count);
     run_gradient_weights(bench, rows);
     float *partials = step_bench_read(bench, bench->step.weight_partials);

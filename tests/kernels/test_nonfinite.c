@@ -195,16 +195,15 @@ static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
     (void)state;
     struct step_bench *bench = step_bench_open(&step_cases[0]);
     struct test_random random = {.seed = bench->config.seed};
-    size_t count = vw_buffer_size_bytes(bench->field.rows) / sizeof(float);
+    size_t count;
     struct step_rows row = step_bench_rows(bench);
     const uint32_t poisoned[] = {row.encoding, row.hidden2 + 1, row.d_geo, row.d_logit};
-    float *rows = vw_allocate(count, sizeof *rows);
+    float *rows = step_bench_new_rows(bench, &count);
     input_fill(INPUT_ORDINARY, &random, rows, count);
     weight_gradients_run(bench, rows);
     assert_false(is_marked(bench));
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisoned); i++) {
-        float *value = (float *)step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3,
-              kept = *value;
+        float *value = step_bench_row(bench, rows, poisoned[i], bench->padded_samples - 1) + i % 3, kept = *value;
         *value = NAN;
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
         weight_gradients_run(bench, rows);
@@ -212,6 +211,23 @@ static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
         *value = kept;
     }
     free(rows);
+    step_bench_close(bench);
+}
+
+// Rounding would carry out of a NaN whose bits are all ones, which some devices make, and leave 0.
+static void rounding_to_a_bfloat_keeps_what_is_not_finite(void **state) {
+    (void)state;
+    static const uint32_t poison[] = {0x7FFFFFFFu, 0xFFFFFFFFu, 0x7F800000u, 0xFF800000u};
+    struct step_bench *bench = step_bench_open(&step_cases[0]);
+    float *d_samples = step_bench_read(bench, bench->step.d_samples);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) memcpy(&d_samples[4 * i + 3], &poison[i], sizeof poison[i]);
+    step_bench_write(bench, bench->step.d_samples, d_samples); // gradients of the raw density: stored as they come
+    step_bench_dispatch(bench, bench->step.backward_field, NULL, 0, bench->padded_samples);
+    float *rows = step_bench_read_rows(bench);
+    for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
+        assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));
+    free(rows);
+    free(d_samples);
     step_bench_close(bench);
 }
 
@@ -223,7 +239,7 @@ static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
         struct step_bench *bench = step_bench_open(&step_cases[i]);
         float *rows = scatter_rows(bench, INPUT_ORDINARY),
-              *gradient = (float *)step_bench_row(bench, rows, step_bench_rows(bench).d_encoding, 9) + i;
+              *gradient = step_bench_row(bench, rows, step_bench_rows(bench).d_encoding, 9) + i;
         struct vw_step_state flags;
         *gradient = poison[i];
         scatter_run(bench, rows, &flags);
@@ -315,6 +331,7 @@ int main(void) {
         cmocka_unit_test(a_poisoned_sky_is_flagged_and_shown),
         cmocka_unit_test(a_weight_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(a_sky_gradient_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(rounding_to_a_bfloat_keeps_what_is_not_finite),
         cmocka_unit_test(a_grid_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(a_loss_that_is_not_finite_marks_the_step),
         cmocka_unit_test(an_error_that_is_not_finite_reaches_its_view_alone),

@@ -104,10 +104,11 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     assert_int_equal(s->wide_gradient, wide);
     size_t chunk = s->chunk_samples;
     struct step_rows row = step_bench_rows(bench);
-    float *rows = vw_allocate(vw_buffer_size_bytes(bench->field.rows), 1);
+    size_t count;
+    float *rows = step_bench_new_rows(bench, &count);
     for (uint32_t i = 0; i < chunk; i++) {
-        float *position = (float *)step_bench_row(bench, rows, row.position, i),
-              *d = (float *)step_bench_row(bench, rows, row.d_encoding, i);
+        float *position = step_bench_row(bench, rows, row.position, i),
+              *d = step_bench_row(bench, rows, row.d_encoding, i);
         for (int axis = 0; axis < 3; axis++)
             position[axis] = i % 2 ? 1.0f : 0.0625f; // the last corner; a cell centre of level 0
         for (int j = 0; j < 4; j++) d[j] = sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);

@@ -321,14 +321,98 @@ struct step_rows step_bench_rows(const struct step_bench *bench) {
     rows.d_geo = rows.d_hidden1 + width4;
     rows.d_hidden2 = rows.d_geo + GEO4;
     rows.d_logit = rows.d_hidden2 + width4;
-    rows.d_encoding = rows.d_logit + 1;
+    rows.d_encoding = rows.d_logit + 1; // on the device the two rows of bits stand there
     rows.position = rows.d_encoding + encoding4;
     rows.count = rows.position + 1;
     return rows;
 }
 
-const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot) {
+float *step_bench_new_rows(const struct step_bench *bench, size_t *count) {
+    *count = 4 * (size_t)step_bench_rows(bench).count * bench->model.specialization.chunk_samples;
+    return vw_allocate(*count, sizeof(float));
+}
+
+float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot) {
+    return (float *)rows + 4 * ((size_t)row * bench->model.specialization.chunk_samples + slot);
+}
+
+// To the nearest, halves away from 0; what is not finite stays so.
+static uint16_t to_bfloat(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return (uint16_t)((bits + (isfinite(value) ? 0x8000u : 0)) >> 16);
+}
+
+static float from_bfloat(uint16_t half) {
+    uint32_t bits = (uint32_t)half << 16;
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static uint16_t *bfloats_at(const struct step_bench *bench, uint16_t *rows, uint32_t row, uint32_t slot) {
     return rows + 4 * (size_t)VW_ROW_PLACE(bench->model.row_count, row, slot);
+}
+
+static float *grid_row_at(const struct step_bench *bench, float *grid_rows, uint32_t row, uint32_t slot) {
+    return grid_rows + 4 * (size_t)VW_ROW_PLACE(bench->model.grid_row_count, row, slot);
+}
+
+// Between the device's form of one slot and floats.
+static void unpack_slot(const struct step_bench *bench, uint16_t *packed, float *grid_rows, uint32_t slot,
+                        float *rows) {
+    struct step_rows row = step_bench_rows(bench);
+    for (uint32_t r = 0; r < row.d_encoding; r++)
+        for (int i = 0; i < 4; i++)
+            step_bench_row(bench, rows, r, slot)[i] = from_bfloat(bfloats_at(bench, packed, r, slot)[i]);
+    for (uint32_t r = row.d_encoding; r < row.count; r++)
+        memcpy(step_bench_row(bench, rows, r, slot), grid_row_at(bench, grid_rows, r - row.d_encoding, slot), 16);
+}
+
+static void pack_slot(const struct step_bench *bench, const float *rows, uint32_t slot, uint16_t *packed,
+                      float *grid_rows) {
+    struct step_rows row = step_bench_rows(bench);
+    for (uint32_t r = 0; r < row.d_encoding; r++)
+        for (int i = 0; i < 4; i++)
+            bfloats_at(bench, packed, r, slot)[i] = to_bfloat(step_bench_row(bench, rows, r, slot)[i]);
+    for (uint32_t r = row.d_encoding; r < row.count; r++)
+        memcpy(grid_row_at(bench, grid_rows, r - row.d_encoding, slot), step_bench_row(bench, rows, r, slot), 16);
+}
+
+float *step_bench_read_rows(struct step_bench *bench) {
+    size_t count;
+    uint16_t *packed = step_bench_read(bench, bench->field.rows);
+    float *rows = step_bench_new_rows(bench, &count), *grid_rows = step_bench_read(bench, bench->field.grid_rows);
+    for (uint32_t slot = 0; slot < bench->model.specialization.chunk_samples; slot++)
+        unpack_slot(bench, packed, grid_rows, slot, rows);
+    free(packed);
+    free(grid_rows);
+    return rows;
+}
+
+void step_bench_write_rows(struct step_bench *bench, float *rows) {
+    uint16_t *packed = step_bench_read(bench, bench->field.rows);
+    float *grid_rows = step_bench_read(bench, bench->field.grid_rows);
+    for (uint32_t slot = 0; slot < bench->model.specialization.chunk_samples; slot++) {
+        pack_slot(bench, rows, slot, packed, grid_rows);
+        unpack_slot(bench, packed, grid_rows, slot, rows);
+    }
+    step_bench_write(bench, bench->field.rows, packed);
+    step_bench_write(bench, bench->field.grid_rows, grid_rows);
+    free(packed);
+    free(grid_rows);
+}
+
+vw_uint4 *step_bench_read_active(struct step_bench *bench) {
+    uint32_t samples = bench->model.specialization.chunk_samples, row = step_bench_rows(bench).d_encoding;
+    uint16_t *packed = step_bench_read(bench, bench->field.rows);
+    vw_uint4 *active = vw_allocate(samples, sizeof *active);
+    for (uint32_t slot = 0; slot < samples; slot++) { // two rows of two words
+        memcpy(&active[slot].x, bfloats_at(bench, packed, row, slot), 8);
+        memcpy(&active[slot].z, bfloats_at(bench, packed, row + 1, slot), 8);
+    }
+    free(packed);
+    return active;
 }
 
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected,

@@ -96,13 +96,24 @@ void step_bench_keep_all(struct step_bench *bench);
 uint32_t *step_bench_slots(struct step_bench *bench);
 // The reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
-// Row `row` of a slot in the activations, see shaders/mlp.glsl: four floats.
-const float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
-// Where the rows begin, in the order of shaders/mlp.glsl.
+
+// ---- Activation rows ------------------------------------------------------------------------------------------------
+
+// Where the rows begin, in the order of shaders/mlp.glsl; the last two are those that scatter_grid reads.
 struct step_rows {
     uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;
 };
 struct step_rows step_bench_rows(const struct step_bench *bench);
+// All rows of a chunk as floats, all 0. Owned by the caller, as those that are read.
+float *step_bench_new_rows(const struct step_bench *bench, size_t *count);
+float *step_bench_read_rows(struct step_bench *bench);
+// Writes them, and rounds `rows` as the device holds them.
+void step_bench_write_rows(struct step_bench *bench, float *rows);
+// Four floats of a slot.
+float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
+// Which hidden units of every slot were above 0: two words per layer. Owned by the caller.
+vw_uint4 *step_bench_read_active(struct step_bench *bench);
+#define BFLOAT_ROUNDING 0x1p-8 // half a unit in the last place, relative: activations but those of the grid are bfloats
 
 // ---- Comparison -----------------------------------------------------------------------------------------------------
 

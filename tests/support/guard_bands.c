@@ -56,7 +56,7 @@ static struct guarded {
     char name[48];
     uint64_t before_bytes; // the band before it; what a pass makes for itself it also binds itself, and has none
     uint64_t size_bytes;   // between the bands
-    uint32_t number;     // of all buffers so far
+    uint32_t number;       // of all buffers so far
 } guarded[BUFFERS_MAX];
 static uint32_t buffer_count;
 static unsigned broken_count;
