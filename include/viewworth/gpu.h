@@ -32,6 +32,7 @@ struct vw_gpu_limits {
     bool int64_atomics; // 64-bit integer atomics on storage buffers (implies int64)
     bool timestamps;    // the compute queue can write timestamps
     bool keeps_nan;     // shaders can demand that NaN, infinity and the sign of zero are kept
+    bool unrolls_loops; // the driver compiles unrolled loops quickly; where it does not, shaders keep their loops
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.
@@ -49,7 +50,7 @@ struct vw_gpu_info {
     uint32_t index; // as --device takes it: rank in order of preference, 0 first
     enum vw_gpu_kind kind;
     char name[256];   // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
-    char driver[600]; // "<driverName> <driverInfo> <driverVersion>"
+    char driver[600]; // "<driverName> <driverInfo> <driverVersion>", and ", loops kept" without unrolls_loops
     uint64_t memory_bytes;        // of its largest device-local heap
     char unsupported_reason[128]; // "" when it meets the floor, else the first limit that it misses
 };

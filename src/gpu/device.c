@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "gpu/debug.h"
+#include "gpu/loop_controls.h"
 #include "gpu/shader_cache.h"
 #include "gpu/transfer.h"
 
@@ -151,6 +152,7 @@ static enum vw_status check_address_space(void) {
 
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu) {
     enum vw_status status = check_address_space();
+    if (!status) status = vw_loops_check_choice();
     if (status) return status;
     struct vw_gpu *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;

@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "gpu/loop_controls.h"
+
 // Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves
 // a limit alone, the Vulkan 1.2 minimum stands.
 const struct vw_gpu_limits vw_gpu_floor_limits = {
@@ -31,7 +33,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     DO(workgroup_invocations)                                                                                          \
     DO(workgroup_size_x) DO(workgroup_count_x) DO(workgroup_count_y) DO(storage_buffers) DO(texel_buffers)
 #define FOR_EACH_ALIGNMENT(DO) DO(storage_offset_alignment_bytes) DO(texel_offset_alignment_bytes)
-#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan)
+#define FOR_EACH_FEATURE(DO) DO(int64) DO(int64_atomics) DO(timestamps) DO(keeps_nan) DO(unrolls_loops)
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp) {
 #define LOWER(field)                                                                                                   \
@@ -138,9 +140,10 @@ static void query_core(struct vw_candidate *candidate) {
 
     const VkPhysicalDeviceLimits *device = &properties.properties.limits;
     uint32_t version = properties.properties.driverVersion;
-    snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u", core12.driverName, core12.driverInfo,
-             VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
-    vw_text_make_line(info->driver); // ledgers hold only names that can be shown
+    snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u%s", core12.driverName, core12.driverInfo,
+             VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version),
+             vw_loops_unroll(core12.driverID) ? "" : ", loops kept"); // another form of the shaders, another run
+    vw_text_make_line(info->driver);                                  // ledgers hold only names that can be shown
     candidate->timestamp_ns = (double)device->timestampPeriod;
     struct vw_gpu_limits *limits = &candidate->limits;
     *limits = limits_of(device, core11.maxMemoryAllocationSize);
@@ -148,6 +151,7 @@ static void query_core(struct vw_candidate *candidate) {
     limits->int64_atomics = limits->int64 && features12.shaderBufferInt64Atomics;
     limits->timestamps = candidate->timestamp_bits > 0;
     limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
+    limits->unrolls_loops = vw_loops_unroll(core12.driverID);
 
     const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
     if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);

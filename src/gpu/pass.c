@@ -1,11 +1,13 @@
 #include "gpu/pass.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/buffer.h"
 #include "gpu/debug.h"
 #include "gpu/float_controls.h"
+#include "gpu/loop_controls.h"
 #include "gpu/spirv.h"
 
 enum { UNUSED_BYTES = 256 }; // more than any item of a buffer
@@ -216,16 +218,27 @@ static enum vw_status create_layout(struct vw_pass *pass) {
     return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
 }
 
+static uint32_t *copy_code(const struct vw_shader *shader, size_t *code_bytes) {
+    uint32_t *code = vw_allocate(1, shader->code_bytes);
+    if (code) memcpy(code, shader->code, *code_bytes = shader->code_bytes);
+    return code;
+}
+
+// The shader's code, owned by the caller, with what this device's driver has to be told.
+static uint32_t *code_for_device(const struct vw_shader *shader, const struct vw_gpu_limits *limits,
+                                 size_t *code_bytes) {
+    uint32_t *code = limits->keeps_nan ? vw_spirv_keep_nan(shader, code_bytes) : copy_code(shader, code_bytes);
+    if (code && !limits->unrolls_loops) vw_spirv_keep_loops(code, *code_bytes);
+    return code;
+}
+
 static enum vw_status create_module(const struct vw_pass *pass, const struct vw_shader *shader,
                                     VkShaderModule *module) {
-    VkShaderModuleCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = shader->code_bytes, .pCode = shader->code};
-    uint32_t *code = NULL;
-    if (pass->gpu->chosen.limits.keeps_nan) {
-        code = vw_spirv_keep_nan(shader, &info.codeSize);
-        if (!code) return VW_ERROR_MEMORY;
-        info.pCode = code;
-    }
+    size_t code_bytes = 0;
+    uint32_t *code = code_for_device(shader, &pass->gpu->chosen.limits, &code_bytes);
+    if (!code) return VW_ERROR_MEMORY;
+    const VkShaderModuleCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code_bytes, .pCode = code};
     VkResult result = vkCreateShaderModule(pass->gpu->device, &info, NULL, module);
     free(code);
     return result ? vw_gpu_fail(result, "vkCreateShaderModule", pass->name) : VW_OK;
