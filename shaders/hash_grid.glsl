@@ -38,31 +38,35 @@ grid_cell grid_locate(vec3 position, uint resolution, bool dense) {
     return cell;
 }
 
+bvec3 upper_axes(uint corner) { return notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)); }
+
 // Index within the level of corner 0..7 (bit a set: upper corner on axis a).
 uint grid_corner(grid_cell cell, uint corner, bool dense) {
-    uint x = (corner & 1u) != 0u ? cell.axis_high.x : cell.axis_low.x;
-    uint y = (corner & 2u) != 0u ? cell.axis_high.y : cell.axis_low.y;
-    uint z = (corner & 4u) != 0u ? cell.axis_high.z : cell.axis_low.z;
-    return dense ? x + y + z : (x ^ y ^ z) & TABLE_MASK;
+    uvec3 c = mix(cell.axis_low, cell.axis_high, upper_axes(corner));
+    return mix((c.x ^ c.y ^ c.z) & TABLE_MASK, c.x + c.y + c.z, dense);
 }
 
 float grid_weight(grid_cell cell, uint corner) {
-    vec3 f = cell.fraction;
-    return ((corner & 1u) != 0u ? f.x : 1.0 - f.x) * ((corner & 2u) != 0u ? f.y : 1.0 - f.y) * ((corner & 4u) != 0u ? f.z : 1.0 - f.z);
+    vec3 share = mix(1.0 - cell.fraction, cell.fraction, upper_axes(corner));
+    return share.x * share.y * share.z;
 }
 
 #ifdef GRID_READS // the including pass declares the bindings
-vec2 grid_pair(uint index) { return GRID_TEXEL != 0u ? texelFetch(grid_texel, int(index)).xy : LOAD_PAIR(grid[index]); }
-
-// The encoding of one level, feature pair `pair`.
+// The encoding of one level, feature pair `pair`. One branch for all corners.
 vec2 grid_encode(vec3 position, uint level, uint pair) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(position, level_resolution(level), dense);
-    vec2 sum = vec2(0.0);
-    [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
-        uint entry = grid_corner(cell, corner, dense);
-        sum += grid_weight(cell, corner) * grid_pair(level_first_pair(level) + entry * FEATURE_PAIRS + pair);
+    uint first = level_first_pair(level) + pair;
+    vec2 values[8];
+    if (GRID_TEXEL != 0u) {
+        [[unroll]] for (uint corner = 0u; corner < 8u; corner++)
+            values[corner] = texelFetch(grid_texel, int(first + grid_corner(cell, corner, dense) * FEATURE_PAIRS)).xy;
+    } else {
+        [[unroll]] for (uint corner = 0u; corner < 8u; corner++)
+            values[corner] = LOAD_PAIR(grid[first + grid_corner(cell, corner, dense) * FEATURE_PAIRS]);
     }
+    vec2 sum = vec2(0.0);
+    [[unroll]] for (uint corner = 0u; corner < 8u; corner++) sum += grid_weight(cell, corner) * values[corner];
     return sum;
 }
 #endif
