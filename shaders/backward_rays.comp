@@ -2,13 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples' rgb and raw density,
 // and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their number.
+// Sky and appearance are in the variant VW_RAY_EFFECTS alone: with their buffers there would be more than some devices bind.
 #include "common.glsl"
-#include "appearance.glsl"
 #include "background.glsl"
 #include "composite.glsl"
 #include "loss.glsl"
 #include "sampling.glsl"
-#include "sky.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -17,11 +16,16 @@ BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
 BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
 BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
+PUSH uniform Push { vw_push_samples push; };
+
+#ifdef VW_RAY_EFFECTS
+#include "appearance.glsl"
+#include "sky.glsl"
 BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
-PUSH uniform Push { vw_push_samples push; };
+#endif
 
 // Of the stratum of a ray's i-th sample, or i-th kept one.
 float length_of(vw_ray ray, uint slot, uint i) {
@@ -47,10 +51,14 @@ void main() {
     }
     float left = transmittance(forward.tau);
     vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
+#ifdef VW_RAY_EFFECTS
     if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
+#endif
     vec3 behind = left * backdrop;
     vec3 rendered = forward.colour + behind, seen = rendered;
+#ifdef VW_RAY_EFFECTS
     if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], rendered);
+#endif
     vec3 error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
@@ -58,11 +66,13 @@ void main() {
     ray_loss[ray_index] = share * (value.x + value.y + value.z);
 
     vec3 d_colour = share * slope;
+#ifdef VW_RAY_EFFECTS
     if (EFFECT_APPEARANCE != 0u) {
         vec3 d_seen = d_colour;
         d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, d_colour);
     }
     if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
+#endif
     for (uint i = count; i-- > 0u;)
         d_field[first + i] = march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);
 }

@@ -12,6 +12,7 @@ viewworth_add_shader(composite_rays)
 viewworth_add_shader(fit_views)
 viewworth_add_shader(reduce_views)
 viewworth_add_shader(backward_rays)
+viewworth_add_shader(backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, appearance
 viewworth_add_shader(backward_field)
 viewworth_add_shader(gradient_weights)
 viewworth_add_shader(reduce_weights)

@@ -35,7 +35,8 @@ struct vw_gpu_limits {
     bool unrolls_loops; // the driver compiles unrolled loops quickly; where it does not, shaders keep their loops
 };
 
-// The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature.
+// The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature; of
+// storage buffers, as many as the passes of a run without effects declare.
 extern const struct vw_gpu_limits vw_gpu_floor_limits;
 
 enum vw_gpu_kind {
@@ -46,13 +47,25 @@ enum vw_gpu_kind {
     VW_GPU_CPU
 }; // in order of preference
 
+// What the bits of a run depend on beside the device's name and driver. Of float32 arithmetic: what a shader can
+// demand.
+struct vw_gpu_arithmetic {
+    bool keeps_nan; // and infinity and the sign of zero; the only one that viewworth demands
+    bool keeps_denormals, flushes_denormals;
+    bool rounds_to_even;
+    bool int64_atomics; // else sums are split over two words of 32 bits, with equal bits
+    uint32_t subgroup_size;
+    uint32_t driver_version; // encoded as the driver likes
+};
+
 struct vw_gpu_info {
     uint32_t index; // as --device takes it: rank in order of preference, 0 first
     enum vw_gpu_kind kind;
     char name[256];   // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
     char driver[600]; // "<driverName> <driverInfo> <driverVersion>", and ", loops kept" without unrolls_loops
-    uint64_t memory_bytes;        // of its largest device-local heap
-    char unsupported_reason[128]; // "" when it meets the floor, else the first limit that it misses
+    uint64_t memory_bytes;               // of its largest device-local heap
+    struct vw_gpu_arithmetic arithmetic; // all 0 where it cannot be asked, before Vulkan 1.2
+    char unsupported_reason[128];        // "" when it meets the floor, else the first limit that it misses
 };
 
 struct vw_gpu_params {

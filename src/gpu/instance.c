@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "gpu/extensions.h"
 #include "gpu/result.h"
 
 static const char validation_layer[] = "VK_LAYER_KHRONOS_validation";
@@ -30,14 +31,19 @@ static const VkDebugUtilsMessengerCreateInfoEXT messenger_info = {
     .pfnUserCallback = on_validation_message,
 };
 
-// Whether the loader, or `layer` when not NULL, offers the instance extension.
+// What the loader, or `layer` when not NULL, offers; owned by the caller. NULL and none when that cannot be asked.
+static VkExtensionProperties *list_extensions(const char *layer, uint32_t *count) {
+    *count = 0;
+    if (vkEnumerateInstanceExtensionProperties(layer, count, NULL) != VK_SUCCESS) *count = 0;
+    VkExtensionProperties *extensions = vw_allocate(*count, sizeof *extensions);
+    if (!extensions || vkEnumerateInstanceExtensionProperties(layer, count, extensions) != VK_SUCCESS) *count = 0;
+    return extensions;
+}
+
 static bool has_extension(const char *layer, const char *name) {
-    uint32_t count = 0;
-    if (vkEnumerateInstanceExtensionProperties(layer, &count, NULL) != VK_SUCCESS) return false;
-    VkExtensionProperties *extensions = vw_allocate(count, sizeof *extensions);
-    bool found = false;
-    if (extensions && vkEnumerateInstanceExtensionProperties(layer, &count, extensions) == VK_SUCCESS)
-        for (uint32_t i = 0; i < count; i++) found |= !strcmp(extensions[i].extensionName, name);
+    uint32_t count;
+    VkExtensionProperties *extensions = list_extensions(layer, &count);
+    bool found = vw_extension_is_offered(extensions, count, name);
     free(extensions);
     return found;
 }
@@ -56,12 +62,12 @@ static enum vw_status check_loader(bool validation) {
 enum vw_status vw_instance_open(struct vw_instance *instance, bool validation) {
     enum vw_status status = check_loader(validation);
     if (status) return status;
-    instance->debug_utils = validation || has_extension(NULL, VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    uint32_t offered_count;
+    VkExtensionProperties *offered = list_extensions(NULL, &offered_count);
+    const struct vw_extension_choice extensions = vw_extensions_of_instance(offered, offered_count, validation);
+    free(offered);
+    instance->debug_utils = extensions.debug_utils;
 
-    const char *extensions[2];
-    uint32_t extension_count = 0;
-    if (instance->debug_utils) extensions[extension_count++] = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    if (validation) extensions[extension_count++] = VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME;
     const char *const layers[] = {validation_layer};
     const VkValidationFeaturesEXT features = {
         .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
@@ -72,13 +78,14 @@ enum vw_status vw_instance_open(struct vw_instance *instance, bool validation) {
     const VkInstanceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
         .pNext = validation ? &features : NULL,
+        .flags = extensions.instance_flags,
         .pApplicationInfo = &(VkApplicationInfo){.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                                  .pApplicationName = "viewworth",
                                                  .apiVersion = VK_API_VERSION_1_2},
         .enabledLayerCount = validation ? 1 : 0,
         .ppEnabledLayerNames = layers,
-        .enabledExtensionCount = extension_count,
-        .ppEnabledExtensionNames = extensions,
+        .enabledExtensionCount = extensions.count,
+        .ppEnabledExtensionNames = extensions.names,
     };
     VkResult result = vkCreateInstance(&info, NULL, &instance->handle);
     if (result) return vw_gpu_fail(result, "vkCreateInstance", "Vulkan");

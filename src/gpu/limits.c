@@ -6,7 +6,8 @@
 #include "gpu/loop_controls.h"
 
 // Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves
-// a limit alone, the Vulkan 1.2 minimum stands.
+// a limit alone, the Vulkan 1.2 minimum stands. Of storage buffers it asks for 30; passes whose effects need more than
+// these are refused when they are created.
 const struct vw_gpu_limits vw_gpu_floor_limits = {
     .storage_binding_bytes = 1u << 27,
     .buffer_bytes = 1u << 30,
@@ -17,7 +18,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .workgroup_size_x = 256,
     .workgroup_count_x = 65535,
     .workgroup_count_y = 65535,
-    .storage_buffers = 30,
+    .storage_buffers = 8,
     .texel_buffers = 16,
     .storage_offset_alignment_bytes = 256,
     .texel_offset_alignment_bytes = 256,
@@ -125,6 +126,25 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
     };
 }
 
+// MoltenVK wrote its version as decimal digits, two for each part, from its first release on.
+const char *vw_driver_missed(VkDriverId driver, uint32_t version) {
+    enum { MOLTENVK_1_3_0 = 10300 };
+    if (driver == VK_DRIVER_ID_MOLTENVK && version < MOLTENVK_1_3_0)
+        return "MoltenVK 1.3.0 or newer (older ones ignore specialization constants in array sizes)";
+    return NULL;
+}
+
+static struct vw_gpu_arithmetic arithmetic_of(const VkPhysicalDeviceVulkan11Properties *core11,
+                                              const VkPhysicalDeviceVulkan12Properties *core12) {
+    return (struct vw_gpu_arithmetic){
+        .keeps_nan = core12->shaderSignedZeroInfNanPreserveFloat32,
+        .keeps_denormals = core12->shaderDenormPreserveFloat32,
+        .flushes_denormals = core12->shaderDenormFlushToZeroFloat32,
+        .rounds_to_even = core12->shaderRoundingModeRTEFloat32,
+        .subgroup_size = core11->subgroupSize,
+    };
+}
+
 // What can only be asked of a Vulkan 1.2 device.
 static void query_core(struct vw_candidate *candidate) {
     struct vw_gpu_info *info = &candidate->info;
@@ -152,8 +172,12 @@ static void query_core(struct vw_candidate *candidate) {
     limits->timestamps = candidate->timestamp_bits > 0;
     limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
     limits->unrolls_loops = vw_loops_unroll(core12.driverID);
+    info->arithmetic = arithmetic_of(&core11, &core12);
+    info->arithmetic.int64_atomics = limits->int64_atomics;
+    info->arithmetic.driver_version = version;
 
-    const char *missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
+    const char *missed = vw_driver_missed(core12.driverID, version);
+    if (!missed) missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
     if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);
 }
 

@@ -22,5 +22,7 @@ void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidat
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp);
 // The name of the first limit that is below the floor, NULL when none is.
 const char *vw_limits_missed(const struct vw_gpu_limits *limits);
+// The release that a driver with a known bug has to be replaced by, NULL when there is none.
+const char *vw_driver_missed(VkDriverId driver, uint32_t version);
 
 #endif

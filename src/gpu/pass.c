@@ -26,6 +26,16 @@ static enum vw_status check_feature(const char *pass, const char *what, bool nee
                    pass, what);
 }
 
+// Passes that declare more than the floor are those of effects.
+static enum vw_status check_storage_buffers(const char *pass, uint32_t count, uint32_t limit) {
+    if (count <= limit) return VW_OK;
+    return vw_fail(
+        VW_ERROR_DEVICE,
+        "pass %s: %u storage buffers, the device binds %u; leave out effects (--effects none) or use another "
+        "--device",
+        pass, count, limit);
+}
+
 static enum vw_status check_shader(const char *pass, const struct vw_spirv *spirv, const struct vw_gpu_limits *limits) {
     const uint32_t *size = spirv->workgroup_size;
     uint64_t invocations = (uint64_t)size[0] * size[1] * size[2];
@@ -38,7 +48,7 @@ static enum vw_status check_shader(const char *pass, const struct vw_spirv *spir
     if (!status) status = check_limit(pass, "bytes of push constants", spirv->push_bytes, limits->push_constant_bytes);
     if (!status) status = check_limit(pass, "invocations a workgroup in x", size[0], limits->workgroup_size_x);
     if (!status) status = check_limit(pass, "invocations a workgroup", invocations, limits->workgroup_invocations);
-    if (!status) status = check_limit(pass, "storage buffers", spirv->slot_count - texels, limits->storage_buffers);
+    if (!status) status = check_storage_buffers(pass, spirv->slot_count - texels, limits->storage_buffers);
     if (!status) status = check_limit(pass, "texel buffers", texels, limits->texel_buffers);
     return status;
 }

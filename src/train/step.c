@@ -50,6 +50,9 @@ static enum vw_status create_pass(struct step_passes *step, const struct vw_shad
     return vw_pass_create(step->field->gpu, &params, pass);
 }
 
+// Whose buffers are in a variant of backward_rays alone.
+static bool has_ray_effects(const struct vw_specialization *s) { return s->effect_sky || s->effect_appearance; }
+
 static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels,
                                            struct vw_buffer *scalars) {
     struct vw_binding bindings[VW_SLOT_COUNT] = {
@@ -74,7 +77,9 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
     } passes[] = {
         {&vw_shader_generate_rays, &step->generate},
         {field_forward_shader(step->field->model), &step->forward},
-        {&vw_shader_backward_rays, &step->backward_rays},
+        {has_ray_effects(&step->field->model->specialization) ? &vw_shader_backward_rays_effects
+                                                              : &vw_shader_backward_rays,
+         &step->backward_rays},
         {&vw_shader_backward_field, &step->backward_field},
         {&vw_shader_gradient_weights, &step->gradient_weights},
         {&vw_shader_reduce_weights, &step->reduce_weights},

@@ -87,6 +87,15 @@ check "output that cannot be written is a failure" bash -c "'$program' --help >/
 check "devices lists lavapipe" prints '^[0-9]+ +cpu .*llvmpipe' "$program" devices
 check "devices --json lists lavapipe" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> 'kind' = 'cpu'
     AND value ->> 'name' LIKE 'llvmpipe%') = 1" "$program" devices --json
+check "devices says what bits depend on" prints \
+    'bits depend on: NaN kept; denormals .*; rounding .*; 64-bit atomics; subgroups of [1-9][0-9]*; driver version 0x' "$program" devices
+check "and so does devices --json" answers "(SELECT count(*) FROM json_each(j, '\$.devices') WHERE value ->> '\$.bits_depend_on.keeps_nan'
+    AND value ->> '\$.bits_depend_on.subgroup_size' > 0) >= 1" "$program" devices --json
+for driver in ${VK_DRIVER_FILES:-/usr/share/vulkan/icd.d/lvp*.json}; do
+    sed 's/"ICD": *{/&"is_portability_driver": true,/' "${driver%%:*}" >"$folder/portability.json"
+done
+check "a driver on top of another interface is listed, too" prints '^[0-9]+ +cpu .*llvmpipe' \
+    env VK_DRIVER_FILES="$folder/portability.json" "$program" devices
 check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
 check "info shows splits and effects" prints '^distortion ' "$program" info "$scene"
 check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j ->> '\$.splits.train' = 12 AND j ->> '\$.splits.val' = 2

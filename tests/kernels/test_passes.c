@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "gpu/shaders.h"
+#include "gpu/spirv.h"
 #include "kernels/check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
@@ -37,6 +38,7 @@ static const struct pass {
     {"composite_rays", &vw_shader_composite_rays, check_composite_rays, SCATTER_ATOMICS},
     {"reduce_views", &vw_shader_reduce_views, check_reduce_views, SCATTER_ATOMICS},
     {"backward_rays", &vw_shader_backward_rays, check_backward_rays, SCATTER_ATOMICS},
+    {"backward_rays_effects", &vw_shader_backward_rays_effects, check_backward_rays, SCATTER_ATOMICS},
     {"backward_field", &vw_shader_backward_field, check_backward_field, SCATTER_ATOMICS},
     {"gradient_weights", &vw_shader_gradient_weights, check_gradient_weights, SCATTER_ATOMICS},
     {"reduce_weights", &vw_shader_reduce_weights, check_reduce_weights, SCATTER_ATOMICS},
@@ -93,9 +95,16 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
     }
 }
 
+// Of backward_rays one case takes one variant.
+static bool takes_case(const struct pass *pass, const struct step_case *setup) {
+    if (strncmp(pass->name, "backward_rays", strlen("backward_rays")) != 0) return true;
+    return (setup->sky || setup->appearance) == (pass->shader == &vw_shader_backward_rays_effects);
+}
+
 static void run_pass(void **state) {
     const struct pass *pass = *state;
     for (uint32_t i = 0; i < step_case_count; i++) {
+        if (!takes_case(pass, &step_cases[i])) continue;
         bool shared = pass->scatter == SCATTER_ATOMICS && !takes_halves(pass);
         struct step_bench *bench = shared ? benches[i] : open_for(pass, step_cases[i]);
         run_kinds(pass, i, bench);
@@ -114,6 +123,34 @@ static void every_shader_is_listed(void **state) {
         if (!listed)
             fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }
+}
+
+// So that devices at the floor, such as v3dv, run everything but sky and appearance.
+static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **state) {
+    (void)state;
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < vw_shader_count; i++) {
+        struct vw_spirv spirv;
+        uint32_t storage_buffers = 0;
+        assert_int_equal(vw_spirv_read(vw_shaders[i], NULL, 0, &spirv), VW_OK);
+        for (uint32_t k = 0; k < spirv.slot_count; k++) storage_buffers += !spirv.slots[k].texel;
+        print_message("%s: %u storage buffers\n", vw_shaders[i]->name, storage_buffers);
+        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 11);
+        else if (storage_buffers > most) most = storage_buffers;
+    }
+    assert_int_equal(most, vw_gpu_floor_limits.storage_buffers);
+}
+
+static void too_many_storage_buffers_are_refused_by_name(void **state) {
+    (void)state;
+    struct vw_gpu *gpu = NULL;
+    struct vw_pass *pass = NULL;
+    assert_int_equal(vw_gpu_open(&(struct vw_gpu_params){.clamp = &vw_gpu_floor_limits}, &gpu), VW_OK);
+    const struct vw_pass_params params = {.shader = &vw_shader_backward_rays_effects};
+    assert_int_equal(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE);
+    assert_non_null(
+        strstr(vw_error_message(), "pass backward_rays: 11 storage buffers, the device binds 8; leave out"));
+    assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 
 static void every_effect_has_a_case_with_and_one_without(void **state) {
@@ -155,9 +192,11 @@ static void every_choice_has_a_case(void **state) {
 }
 
 int main(int argc, char **argv) {
-    enum { COVERAGE_TESTS = 3 };
+    enum { COVERAGE_TESTS = 5 };
     struct CMUnitTest tests[VW_ARRAY_COUNT(passes) + COVERAGE_TESTS] = {
         cmocka_unit_test(every_shader_is_listed),
+        cmocka_unit_test(only_ray_effects_declare_more_storage_buffers_than_the_floor),
+        cmocka_unit_test(too_many_storage_buffers_are_refused_by_name),
         cmocka_unit_test(every_effect_has_a_case_with_and_one_without),
         cmocka_unit_test(every_choice_has_a_case),
     };
