@@ -1,3 +1,4 @@
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -5,6 +6,7 @@
 #include "gpu/buffer.h"
 #include "gpu/command_list.h"
 #include "gpu/debug.h"
+#include "gpu/wait.h"
 
 struct vw_batch {
     struct vw_gpu *gpu;
@@ -41,6 +43,8 @@ static bool can_record(struct vw_batch *batch) {
 
 static enum vw_status begin(struct vw_batch *batch) {
     struct vw_gpu *gpu = batch->gpu;
+    enum vw_status status = vw_wait_check(gpu, "a batch before");
+    if (status) return status;
     if (batch->in_flight) return vw_fail(VW_ERROR_DEVICE, "a batch is begun while in flight; call vw_batch_wait first");
     if (!gpu->recording) gpu->recording = batch;
     if (!can_record(batch)) return batch->status;
@@ -146,10 +150,11 @@ enum vw_status vw_batch_submit(struct vw_batch *batch) {
 
 enum vw_status vw_batch_wait(struct vw_batch *batch) {
     if (!batch->in_flight) return VW_OK;
-    VkResult result = vkWaitForFences(batch->gpu->device, 1, &batch->fence, VK_TRUE, UINT64_MAX);
+    char work[64];
+    snprintf(work, sizeof work, "a batch of %" PRIu32 " commands", vw_batch_commands(batch));
+    enum vw_status status = vw_wait_for_fence(batch->gpu, batch->fence, work);
     batch->in_flight = false;
-    if (result) return vw_gpu_fail(result, "vkWaitForFences", "batch");
-    enum vw_status status = vw_batch_timer_collect(batch->gpu, &batch->timer);
+    if (!status) status = vw_batch_timer_collect(batch->gpu, &batch->timer);
     return status ? status : vw_gpu_check_validation(batch->gpu);
 }
 
@@ -187,11 +192,13 @@ enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch) {
 void vw_batch_destroy(struct vw_batch **batch) {
     struct vw_batch *dying = *batch;
     if (!dying) return;
-    vw_batch_wait(dying);
+    if (!dying->gpu->hung) vw_batch_wait(dying);
     if (dying->gpu->recording == dying) dying->gpu->recording = NULL;
-    vkDestroyFence(dying->gpu->device, dying->fence, NULL);
-    vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
-    vw_batch_timer_destroy(dying->gpu, &dying->timer);
+    if (!dying->gpu->hung) { // by now
+        vkDestroyFence(dying->gpu->device, dying->fence, NULL);
+        vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
+        vw_batch_timer_destroy(dying->gpu, &dying->timer);
+    }
     vw_command_list_free(&dying->list);
     free(dying);
     *batch = NULL;

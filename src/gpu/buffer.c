@@ -95,16 +95,11 @@ enum vw_status vw_buffer_check_range(const struct vw_buffer *buffer, uint64_t of
                    (unsigned long long)buffer->size_bytes);
 }
 
-static enum vw_status wait_for_queue(struct vw_buffer *buffer) {
-    VkResult result = vkQueueWaitIdle(buffer->gpu->queue);
-    return result ? vw_gpu_fail(result, "vkQueueWaitIdle", buffer->name) : VW_OK;
-}
-
 enum vw_status vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes) {
     enum vw_status status = vw_buffer_check_range(buffer, offset_bytes, size_bytes);
     if (status) return status;
     if (buffer->mapped) {
-        status = wait_for_queue(buffer);
+        status = vw_transfer_drain(buffer->gpu, buffer->name);
         if (!status) memcpy((char *)buffer->mapped + offset_bytes, data, size_bytes);
         return status;
     }
@@ -122,7 +117,7 @@ enum vw_status vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, v
     enum vw_status status = vw_buffer_check_range(buffer, offset_bytes, size_bytes);
     if (status) return status;
     if (buffer->mapped) {
-        status = wait_for_queue(buffer);
+        status = vw_transfer_drain(buffer->gpu, buffer->name);
         if (!status) memcpy(data, (char *)buffer->mapped + offset_bytes, size_bytes);
         return status;
     }
@@ -181,8 +176,10 @@ enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_param
 void vw_buffer_destroy(struct vw_buffer **buffer) {
     struct vw_buffer *dying = *buffer;
     if (!dying) return;
-    vkDestroyBuffer(dying->gpu->device, dying->handle, NULL);
-    vkFreeMemory(dying->gpu->device, dying->memory, NULL);
+    if (!dying->gpu->hung) {
+        vkDestroyBuffer(dying->gpu->device, dying->handle, NULL);
+        vkFreeMemory(dying->gpu->device, dying->memory, NULL);
+    }
     dying->gpu->buffer_bytes -= dying->size_bytes;
     free(dying->ranges.list);
     free(dying->name);

@@ -11,6 +11,7 @@
 #include "gpu/loop_controls.h"
 #include "gpu/shader_cache.h"
 #include "gpu/transfer.h"
+#include "gpu/wait.h"
 
 // ---- Listing and choosing -------------------------------------------------------------------------------------------
 
@@ -177,6 +178,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     status = vw_instance_open(&made->instance, params->validation);
     if (!status) status = choose(made, params->device);
     if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
+    if (!status) status = vw_wait_choose_limit(made);
     if (!status) status = create_device(made);
     if (!status) status = vw_transfer_open(made);
     if (!status) status = vw_shader_cache_open(made);
@@ -189,11 +191,33 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     return VW_OK;
 }
 
+// Waits, unless the device is lost or hung; either is reported before.
+static void finish_work(struct vw_gpu *gpu) {
+    struct vw_saved_error why = vw_error_save(); // the device may be closing because something failed
+    if (!gpu->hung && gpu->transfer_fence) (void)vw_transfer_drain(gpu, "the device");
+    vw_error_restore(&why);
+}
+
+// A hung device may still use everything: it stays open, and only what is the host's alone is freed.
+static void abandon(struct vw_gpu *gpu) {
+    static struct vw_gpu *hung; // the program can still find them, so that searches for leaks pass over them
+    gpu->hung_before = hung;
+    hung = gpu;
+    vw_buffer_destroy(&gpu->staging);
+    free(gpu->timers);
+    gpu->timers = NULL;
+}
+
 enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     struct vw_gpu *closing = *gpu;
     if (!closing) return VW_OK;
+    *gpu = NULL;
+    if (closing->device) finish_work(closing);
+    if (closing->hung) {
+        abandon(closing);
+        return vw_gpu_check_validation(closing);
+    }
     if (closing->device) {
-        vkDeviceWaitIdle(closing->device); // a lost device is closed all the same
         vw_buffer_destroy(&closing->staging);
         vw_shader_cache_close(closing);
         vw_transfer_close(closing);
@@ -203,7 +227,6 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     vw_instance_close(&closing->instance);
     free(closing->timers);
     free(closing);
-    *gpu = NULL;
     return status;
 }
 

@@ -308,15 +308,19 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
     return VW_OK;
 }
 
+static void destroy_handles(struct vw_pass *pass) {
+    VkDevice device = pass->gpu->device;
+    vkDestroyPipeline(device, pass->pipeline, NULL);
+    vkDestroyPipelineLayout(device, pass->layout, NULL);
+    vkDestroyDescriptorPool(device, pass->pool, NULL);
+    vkDestroyDescriptorSetLayout(device, pass->set_layout, NULL);
+    for (uint32_t i = 0; i < pass->slot_count; i++) vkDestroyBufferView(device, pass->slots[i].view, NULL);
+}
+
 void vw_pass_destroy(struct vw_pass **pass) {
     struct vw_pass *dying = *pass;
     if (!dying) return;
-    VkDevice device = dying->gpu->device;
-    vkDestroyPipeline(device, dying->pipeline, NULL);
-    vkDestroyPipelineLayout(device, dying->layout, NULL);
-    vkDestroyDescriptorPool(device, dying->pool, NULL);
-    vkDestroyDescriptorSetLayout(device, dying->set_layout, NULL);
-    for (uint32_t i = 0; i < dying->slot_count; i++) vkDestroyBufferView(device, dying->slots[i].view, NULL);
+    if (!dying->gpu->hung) destroy_handles(dying);
     vw_buffer_destroy(&dying->unused);
     free(dying->slots);
     free(dying);

@@ -15,11 +15,15 @@ struct vw_gpu {
     struct vw_candidate chosen; // with the limits clamped
     VkPhysicalDeviceMemoryProperties memory;
     bool timers_wanted;
+    double wait_limit_s;
+    bool hung;                  // see wait.h
+    struct vw_gpu *hung_before; // of hung devices, which are never freed
     VkPipelineCache pipeline_cache;
     char *pipeline_cache_path;                  // owned; NULL: not kept
     uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // of the file as it was read
     VkCommandPool transfer_pool;
     VkCommandBuffer transfer;   // for copies that the host waits for
+    VkFence transfer_fence;     // signalled when they are done
     struct vw_buffer *staging;  // made at the first such copy
     uint64_t buffer_bytes;      // of all live buffers
     uint64_t epoch;             // the newest one given out

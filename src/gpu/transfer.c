@@ -1,6 +1,9 @@
 #include "gpu/transfer.h"
 
+#include <stdio.h>
+
 #include "gpu/barrier.h"
+#include "gpu/wait.h"
 
 enum vw_status vw_transfer_open(struct vw_gpu *gpu) {
     const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
@@ -12,12 +15,20 @@ enum vw_status vw_transfer_open(struct vw_gpu *gpu) {
                                                   .commandPool = gpu->transfer_pool,
                                                   .commandBufferCount = 1};
     result = vkAllocateCommandBuffers(gpu->device, &commands, &gpu->transfer);
-    return result ? vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name) : VW_OK;
+    if (result) return vw_gpu_fail(result, "vkAllocateCommandBuffers", gpu->chosen.info.name);
+    const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    result = vkCreateFence(gpu->device, &fence, NULL, &gpu->transfer_fence);
+    return result ? vw_gpu_fail(result, "vkCreateFence", gpu->chosen.info.name) : VW_OK;
 }
 
-void vw_transfer_close(struct vw_gpu *gpu) { vkDestroyCommandPool(gpu->device, gpu->transfer_pool, NULL); }
+void vw_transfer_close(struct vw_gpu *gpu) {
+    vkDestroyFence(gpu->device, gpu->transfer_fence, NULL);
+    vkDestroyCommandPool(gpu->device, gpu->transfer_pool, NULL);
+}
 
 enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object) {
+    enum vw_status status = vw_wait_check(gpu, object);
+    if (status) return status;
     VkResult result = vkResetCommandPool(gpu->device, gpu->transfer_pool, 0);
     if (result) return vw_gpu_fail(result, "vkResetCommandPool", object);
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -26,14 +37,26 @@ enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object) {
     return result ? vw_gpu_fail(result, "vkBeginCommandBuffer", object) : VW_OK;
 }
 
+// The fence comes behind all that was submitted before; without `info` nothing else does.
+static enum vw_status submit_and_wait(struct vw_gpu *gpu, const VkSubmitInfo *info, const char *object) {
+    enum vw_status status = vw_wait_check(gpu, object);
+    if (status) return status;
+    VkResult result = vkResetFences(gpu->device, 1, &gpu->transfer_fence);
+    if (result) return vw_gpu_fail(result, "vkResetFences", object);
+    result = vkQueueSubmit(gpu->queue, info ? 1 : 0, info, gpu->transfer_fence);
+    if (result) return vw_gpu_fail(result, "vkQueueSubmit", object);
+    char work[128];
+    snprintf(work, sizeof work, "what came before the host's access to %s", object);
+    return vw_wait_for_fence(gpu, gpu->transfer_fence, work);
+}
+
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object) {
     vw_barrier_record(gpu->transfer, (struct vw_barrier_params){.host_reads = true});
     VkResult result = vkEndCommandBuffer(gpu->transfer);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", object);
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &gpu->transfer};
-    result = vkQueueSubmit(gpu->queue, 1, &info, VK_NULL_HANDLE);
-    if (result) return vw_gpu_fail(result, "vkQueueSubmit", object);
-    result = vkQueueWaitIdle(gpu->queue);
-    return result ? vw_gpu_fail(result, "vkQueueWaitIdle", object) : VW_OK;
+    return submit_and_wait(gpu, &info, object);
 }
+
+enum vw_status vw_transfer_drain(struct vw_gpu *gpu, const char *object) { return submit_and_wait(gpu, NULL, object); }

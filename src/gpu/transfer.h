@@ -10,5 +10,7 @@ void vw_transfer_close(struct vw_gpu *gpu);
 enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object);
 // Submits and waits; ordered after everything submitted before.
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object);
+// Waits for everything submitted before.
+enum vw_status vw_transfer_drain(struct vw_gpu *gpu, const char *object);
 
 #endif

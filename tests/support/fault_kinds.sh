@@ -178,6 +178,11 @@ fail_device() { # fail_device FAULT KIND SETTING...: its submissions and waits, 
 }
 
 fault_device-lost() { fail_device device-lost device FAULT_DEVICE_LOST; }
+fault_device-hangs() {
+    local says='the device did not finish'
+    fail_device device-hangs device FAULT_DEVICE_HANGS
+    wait
+}
 fault_device-memory() {
     local says='no room for its [0-9.]+ MiB'
     fail_device device-memory allocation FAULT_DEVICE_MEMORY FAULT_REPEAT=1

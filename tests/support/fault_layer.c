@@ -4,6 +4,7 @@
 //
 //     FAULT_LOG=FILE           every call that may fail is a line of FILE: its number and kind
 //     FAULT_DEVICE_LOST=N      the Nth submission or wait says that the device is lost, as do all later ones
+//     FAULT_DEVICE_HANGS=N     the Nth of these, if it is a wait, runs into its time limit, as do all later waits
 //     FAULT_DEVICE_MEMORY=N    the Nth allocation says that there is no memory on the device,
 //     FAULT_REPEAT=1           as do all later ones
 #include <fcntl.h>
@@ -57,12 +58,9 @@ static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count, cons
 static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice device, uint32_t count, const VkFence *fences,
                                                       VkBool32 all, uint64_t timeout_ns) {
     VkResult result = NEXT(vkWaitForFences)(device, count, fences, all, timeout_ns);
-    return is_lost() ? VK_ERROR_DEVICE_LOST : result;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL wait_for_queue(VkQueue queue) {
-    VkResult result = NEXT(vkQueueWaitIdle)(queue);
-    return is_lost() ? VK_ERROR_DEVICE_LOST : result;
+    long hangs = read_number("FAULT_DEVICE_HANGS");
+    if (is_lost()) return VK_ERROR_DEVICE_LOST;
+    return hangs && device_calls >= hangs ? VK_TIMEOUT : result;
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL allocate_memory(VkDevice device, const VkMemoryAllocateInfo *info,
@@ -119,7 +117,6 @@ static PFN_vkVoidFunction find_own(const char *name) {
         {"vkGetDeviceProcAddr", (PFN_vkVoidFunction)find_device_function},
         {"vkQueueSubmit", (PFN_vkVoidFunction)submit},
         {"vkWaitForFences", (PFN_vkVoidFunction)wait_for_fences},
-        {"vkQueueWaitIdle", (PFN_vkVoidFunction)wait_for_queue},
         {"vkAllocateMemory", (PFN_vkVoidFunction)allocate_memory},
     };
     for (size_t i = 0; i < sizeof own / sizeof own[0]; i++)

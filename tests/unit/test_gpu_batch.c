@@ -9,7 +9,10 @@
 #include "support/gpu_fixture.h"
 #include "base/memory.h"
 
+#include "base/clock.h"
 #include "gather_texels.h"
+#include "gpu/shaders.h"
+#include "interface.h"
 #include "scale_values.h"
 #include "gpu/compute.h"
 #include "sum_windows.h"
@@ -480,6 +483,62 @@ static void there_are_no_timers_unless_asked(void **state) {
     close_bench(&bench);
 }
 
+// ---- Waits that end ------------------------------------------------------------------------------------------------
+
+static const char LIMIT_NAME[] = "VIEWWORTH_DEVICE_TIMEOUT_S";
+
+static void a_limit_that_is_no_time_is_refused(void **state) {
+    (void)state;
+    static const char *const limits[] = {"", "soon", "0", "-1", "1e30", "nan", "5 s"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(limits); i++) {
+        struct vw_gpu *gpu = NULL;
+        assert_int_equal(setenv(LIMIT_NAME, limits[i], 1), 0);
+        assert_fails(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu), VW_ERROR_USAGE, LIMIT_NAME);
+        assert_null(gpu);
+    }
+    unsetenv(LIMIT_NAME);
+}
+
+// A pass that takes longer than the limit stands for a device that hangs. The report comes while it runs; what follows
+// fails at once, and nothing that it uses is destroyed, which the device would not survive.
+static void a_device_that_hangs_is_reported_and_closed(void **state) {
+    (void)state;
+    enum { INVOCATIONS = 1 << 19 };
+    static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
+    struct vw_gpu *gpu = NULL;
+    struct vw_batch *batch = NULL, *second = NULL;
+    struct vw_pass *pass = NULL;
+    assert_int_equal(setenv(LIMIT_NAME, "0.002", 1), 0);
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu));
+    unsetenv(LIMIT_NAME);
+    struct vw_buffer *to = make_buffer(gpu, "to");
+    ASSERT_OK(
+        vw_pass_create(gpu,
+                       &(struct vw_pass_params){.shader = &vw_shader_multiply_registers,
+                                                .bindings = &(struct vw_binding){.slot = VW_SLOT_PEAK_TO, .buffer = to},
+                                                .binding_count = 1},
+                       &pass));
+    ASSERT_OK(vw_batch_create(gpu, &batch));
+    ASSERT_OK(vw_batch_create(gpu, &second));
+    vw_batch_begin(batch);
+    vw_batch_dispatch(batch, pass, &push, sizeof push, INVOCATIONS);
+    ASSERT_OK(vw_batch_submit(batch));
+    double started_s = vw_now_s();
+    assert_fails(vw_batch_wait(batch), VW_ERROR_DEVICE_LOST,
+                 "did not finish a batch of 1 commands in 0.002 s; if it only is slow");
+    vw_batch_begin(second);
+    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
+    uint32_t word;
+    assert_fails(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
+    vw_batch_destroy(&batch);
+    vw_batch_destroy(&second);
+    vw_pass_destroy(&pass);
+    vw_buffer_destroy(&to);
+    ASSERT_OK(vw_gpu_close(&gpu));
+    assert_null(gpu);
+    print_message("reported and closed in %.3f s\n", vw_now_s() - started_s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hazards_are_all_but_read_after_read),
@@ -501,6 +560,8 @@ int main(void) {
         cmocka_unit_test(one_batch_records_at_a_time),
         cmocka_unit_test(timers_add_up_by_pass_name),
         cmocka_unit_test(there_are_no_timers_unless_asked),
+        cmocka_unit_test(a_limit_that_is_no_time_is_refused),
+        cmocka_unit_test(a_device_that_hangs_is_reported_and_closed), // the last, since the device works on
     };
     return cmocka_run_group_tests_name("gpu batch", tests, NULL, test_gpu_close);
 }
