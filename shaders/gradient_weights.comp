@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Weight gradients: d_W = sum over samples of d_out x in. Each invocation holds one tile of 2x2 blocks (8x8 weights) in registers and
-// walks one slice of VW_SLICE_SAMPLES samples; reduce_weights adds the slices in order.
+// walks one slice of SLICE_SAMPLES samples; reduce_weights adds the slices in order.
 #include "common.glsl"
 #include "mlp.glsl"
 #include "rows.glsl"
@@ -41,7 +41,7 @@ void main() {
     uint tile = index - slice * tiles;
     uint samples = push.ray_count * SAMPLES;
     if (EFFECT_OCCUPANCY != 0u) samples = kept.slots;
-    if (slice * VW_SLICE_SAMPLES >= samples) return;
+    if (slice * SLICE_SAMPLES >= samples) return;
 
     matrix_tiles m = find_matrix(tile);
     uint in_tiles = (m.in4 + 1u) / 2u;
@@ -51,8 +51,8 @@ void main() {
     uint in0 = m.in_row + in_block, in1 = m.in_row + min(in_block + 1u, m.in4 - 1u);
 
     mat4 sum00 = mat4(0.0), sum01 = mat4(0.0), sum10 = mat4(0.0), sum11 = mat4(0.0);
-    uint first = slice * VW_SLICE_SAMPLES; // a slice lies in one workgroup of rows
-    for (uint i = 0u; i < VW_SLICE_SAMPLES; i += 4u) {
+    uint first = slice * SLICE_SAMPLES; // a slice lies in one workgroup of rows
+    for (uint i = 0u; i < SLICE_SAMPLES; i += 4u) {
         uint at_out0 = row_place(out0, first + i), at_out1 = row_place(out1, first + i);
         uint at_in0 = row_place(in0, first + i), at_in1 = row_place(in1, first + i);
         vec4 d_out0[4], d_out1[4], value0[4], value1[4];

@@ -55,7 +55,9 @@ typedef uint32_t vw_uint;
     X(60, EFFECT_UNBOUNDED, effect_unbounded, uint, 0) \
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, EFFECT_APPEARANCE_CODE, effect_appearance_code, uint, 0) \
-    X(63, EFFECT_OCCUPANCY, effect_occupancy, uint, 0)
+    X(63, EFFECT_OCCUPANCY, effect_occupancy, uint, 0) \
+    X(64, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
+    X(65, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -88,7 +90,7 @@ struct vw_specialization {
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, effect_appearance_code, effect_occupancy;
+    uint effect_sky, effect_unbounded, effect_appearance, effect_appearance_code, effect_occupancy, slice_samples, skip_zeros;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -137,7 +139,7 @@ VW_ENUM(VW_SLOT_ROWS_TEXEL, 9)       // the same as RG32UI texels
 VW_ENUM(VW_SLOT_GRID_ROWS, 10)       // vec4 rows of one chunk, what scatter_grid reads, at VW_ROW_PLACE
 VW_ENUM(VW_SLOT_COLOURS, 11)         // vec4 per ray: rendered rgb and remaining transmittance
 VW_ENUM(VW_SLOT_RAY_LOSS, 12)        // float per ray
-VW_ENUM(VW_SLOT_WEIGHT_PARTIALS, 13) // vec4 [slice of VW_SLICE_SAMPLES samples of a chunk][weight]; overwritten
+VW_ENUM(VW_SLOT_WEIGHT_PARTIALS, 13) // vec4 [slice of SLICE_SAMPLES samples of a chunk][weight]; overwritten
 VW_ENUM(VW_SLOT_D_WEIGHTS, 14)       // vec4 per weight column, the first chunk overwrites, the others accumulate; then the sky's
 VW_ENUM(VW_SLOT_D_GRID, 15)          // 64-bit fixed-point words; accumulated, cleared by update_grid
 VW_ENUM(VW_SLOT_GRID_MOMENT1, 16)    // vec2 per pair, only with momentum
@@ -318,7 +320,6 @@ struct vw_push_peak {     // multiply_registers
 };
 
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
-VW_ENUM(VW_SLICE_SAMPLES, 128)   // samples per partial sum of the weight gradient
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
 VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features

@@ -18,7 +18,7 @@ void main() {
     vec4 sum = push.first_ray == 0u ? vec4(0.0) : d_weights[column];
     uint samples = push.ray_count * SAMPLES;
     if (EFFECT_OCCUPANCY != 0u) samples = kept.slots;
-    uint slices = samples / VW_SLICE_SAMPLES;
+    uint slices = samples / SLICE_SAMPLES;
     for (uint slice = 0u; slice < slices; slice++) sum += partials[slice * WEIGHT_COLUMNS + column];
     d_weights[column] = sum;
     if (!finite(sum)) atomicOr(state.nonfinite, 1u);

@@ -38,13 +38,17 @@ void add_word(uint word, uvec2 value) { d_grid[word] += packUint2x32(value); }
 #elif defined(VW_SPLIT_ATOMICS) // the carry gives the same sum, whatever the order
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint d_grid[]; };
 void add_word(uint word, uvec2 value) {
+    if (SKIP_ZEROS != 0u && (value.x | value.y) == 0u) return;
     uint before = atomicAdd(d_grid[2u * word], value.x);
     uint carry = before + value.x < before ? 1u : 0u;
     atomicAdd(d_grid[2u * word + 1u], value.y + carry);
 }
 #else
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uint64_t d_grid[]; };
-void add_word(uint word, uvec2 value) { atomicAdd(d_grid[word], packUint2x32(value)); }
+void add_word(uint word, uvec2 value) {
+    if (SKIP_ZEROS != 0u && (value.x | value.y) == 0u) return;
+    atomicAdd(d_grid[word], packUint2x32(value));
+}
 #endif
 
 // What an invocation met: whether a gradient was not finite, which marks the step, and how many left the clamp.
@@ -69,7 +73,7 @@ float to_quanta(float gradient) {
     return finite(gradient) ? clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM : 0.0;
 }
 
-// No branch around the additions: on lavapipe adding 0 costs half of asking. (Not measured on GPUs, where many equal places might contend.)
+// On CPUs no branch around the additions: on lavapipe adding 0 costs half of asking (src/train/device_choices.c).
 void scatter(uint slot, uint level, bool inside, inout extremes met) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(grid_row(GRID_ROW_POSITION, slot).xyz, level_resolution(level), dense);

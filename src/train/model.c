@@ -3,7 +3,6 @@
 #include <assert.h>
 #include <math.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "train/effects/contraction.h"
 #include "train/effects/registry.h"
@@ -24,10 +23,7 @@ enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
     FLOAT_PAIR_BYTES = 8,  // of a feature pair
     HALF_PAIR_BYTES = 4,
-    CHUNK_SAMPLES_CPU = 1 << 14, // long dispatches: cores that slept between short ones wake too late to share them
-    CHUNK_SAMPLES_GPU = 1 << 18, // enough to fill a large GPU
-    WALK_PROCESSORS_MAX = 4,     // with more, so many levels' walks keep too few of them busy
-    WALK_SAMPLES_MAX = 65535,    // more trips of a loop are not taken by some drivers
+    WALK_SAMPLES_MAX = 65535, // more trips of a loop are not taken by some drivers
 };
 
 static const float GRID_SCALE = 1e-4f; // of initial features
@@ -95,11 +91,10 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
     specialization->gradient_clamp = (float)clamp;
 }
 
-static enum scatter_form choose_scatter(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits,
+static enum scatter_form choose_scatter(enum scatter_form wanted, const struct vw_gpu_limits *limits,
                                         uint32_t chunk_samples) {
-    bool few_processors = info->kind == VW_GPU_CPU && sysconf(_SC_NPROCESSORS_ONLN) <= WALK_PROCESSORS_MAX;
-    if (few_processors && limits->int64 && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
-    return limits->int64_atomics ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
+    if (wanted == SCATTER_WALK && limits->int64 && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
+    return limits->int64_atomics && wanted != SCATTER_SPLIT_ATOMICS ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
 }
 
 static void specialise(const struct vw_config *config, struct model *model) {
@@ -176,7 +171,8 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model) {
+                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
+                            struct model *model) {
     *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     struct vw_specialization *s = &model->specialization;
@@ -192,7 +188,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
     choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
 
-    uint32_t chunk = info->kind == VW_GPU_CPU ? CHUNK_SAMPLES_CPU : CHUNK_SAMPLES_GPU;
+    uint32_t chunk = choices->chunk_samples;
     uint32_t group_samples = model->ray_group * config->samples,
              step_samples = model_pad_rays(model, config->rays) * config->samples;
     if (VW_ROW_BYTES * VW_ROWS_SIZE((uint64_t)model->row_count, group_samples) > limits->storage_binding_bytes)
@@ -206,10 +202,14 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     if (chunk > step_samples) chunk = step_samples;
     assert(group_samples > 0); // the configuration has samples
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
-    model->scatter = choose_scatter(info, limits, s->chunk_samples);
-    s->rows_texel = VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
-    s->grid_texel = model->pair_count <= limits->texel_elements;
-    if (!s->grid_texel && model->grid.size_bytes > limits->storage_binding_bytes)
+    model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
+    s->skip_zeros = choices->skip_zeros;
+    s->slice_samples = choices->slice_samples;
+    s->rows_texel =
+        choices->rows_texel && VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
+    bool grid_too_large = model->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
+    s->grid_texel = (choices->grid_texel || grid_too_large) && model->pair_count <= limits->texel_elements;
+    if (!s->grid_texel && grid_too_large)
         return vw_fail(VW_ERROR_USAGE,
                        "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
                        (unsigned long long)model->grid.size_bytes);

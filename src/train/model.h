@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_MODEL_H
 #define VIEWWORTH_TRAIN_MODEL_H
 
+#include "train/device_choices.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
@@ -18,13 +19,6 @@ struct param_range {
 struct grid_window {
     uint32_t first_level, level_count;
     uint32_t first_pair, pair_count;
-};
-
-// How scatter_grid adds up the grid's gradient; all give the same bits.
-enum scatter_form {
-    SCATTER_ATOMICS,       // 64-bit
-    SCATTER_SPLIT_ATOMICS, // two of 32 bits each
-    SCATTER_WALK,          // none: one invocation walks all samples of a level
 };
 
 struct model {
@@ -57,7 +51,8 @@ struct model {
 // `train_views`: those that are trained on (scene indices; NULL: the scene's split train).
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                            const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, struct model *model);
+                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
+                            struct model *model);
 
 // Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights
 // uniform for unit gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.

@@ -45,7 +45,8 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
     double forward_rows = n.encoding4 + n.width4 + COLOUR4 + n.width4 + 2,
            backward_rows = 1 + n.width4 + GEO4 + n.width4 + 2;
-    double partials = n.samples / VW_SLICE_SAMPLES * columns, moments = model->specialization.momentum ? 2 : 1;
+    double partials = n.samples / model->specialization.slice_samples * columns,
+            moments = model->specialization.momentum ? 2 : 1;
     if (step->occupancy.kept) add_occupancy(&n, chunks, costs, count);
     add(costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});

@@ -21,7 +21,8 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->samples, {.name = "samples", .size_bytes = 16 * chunk}},
         {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
         {&step->ray_loss, {.name = "ray_loss", .size_bytes = 4 * (uint64_t)step->padded_rays}},
-        {&step->weight_partials, {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / VW_SLICE_SAMPLES)}},
+        {&step->weight_partials,
+         {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / model->specialization.slice_samples)}},
         {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * moved}},
         {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * moved}},
         {&step->d_sky, {.name = "d_sky", .size_bytes = model->sky.size_bytes ? 16 * (uint64_t)step->padded_rays : 0}},
@@ -208,7 +209,7 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
     const size_t field_groups = offsetof(struct vw_kept, field_groups),
                  weight_groups = offsetof(struct vw_kept, weight_groups);
     uint32_t samples = push->ray_count * model->specialization.samples;
-    uint64_t tiles = (uint64_t)samples / VW_SLICE_SAMPLES * model->weight_tiles;
+    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
     if (step->occupancy.kept) occupancy_record_chunk(&step->occupancy, batch, push);
     dispatch_samples(step, batch, step->forward, push, sizeof *push, samples, field_groups);
     vw_batch_dispatch(batch, step->backward_rays, push, sizeof *push, push->ray_count);

@@ -69,10 +69,13 @@ static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_t
     return status;
 }
 
-static enum vw_status create_field(struct vw_trainer *trainer) {
+static enum vw_status create_field(struct vw_trainer *trainer, const struct device_choices *forced) {
+    struct device_choices choices;
+    device_choose(vw_gpu_get_info(trainer->gpu), &choices);
+    if (forced) choices = *forced;
     enum vw_status status =
         model_create(&trainer->config, trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count,
-                     trainer->effects, vw_gpu_get_info(trainer->gpu), vw_gpu_get_limits(trainer->gpu), &trainer->model);
+                     trainer->effects, &choices, vw_gpu_get_limits(trainer->gpu), &trainer->model);
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_INIT);
     return status == VW_OK ? field_create(trainer->gpu, &trainer->model, trainer->scene, seed, &trainer->field)
                            : status;
@@ -105,7 +108,7 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     if (status == VW_OK) status = probes_check(&trainer->config, trainer->validate);
     if (status == VW_OK) status = take_effects(trainer, params);
     if (status == VW_OK) status = choose_views(trainer, params);
-    if (status == VW_OK) status = create_field(trainer);
+    if (status == VW_OK) status = create_field(trainer, params->choices);
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK)
         status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);

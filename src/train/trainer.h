@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "train/device_choices.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
@@ -22,7 +23,8 @@ struct vw_trainer_params {
     uint32_t train_view_count;
     const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
     uint32_t effect_count;
-    bool validate;            // render the validation rays after every step (`value`), or not (`train`)
+    bool validate;                        // render the validation rays after every step (`value`), or not (`train`)
+    const struct device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
     uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 

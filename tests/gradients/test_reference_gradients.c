@@ -69,9 +69,9 @@ static void make_model(const struct reference_case *setup, enum vw_loss loss, co
     if (loss == VW_LOSS_HUBER) config.background = VW_BACKGROUND_RANDOM; // the other form under the other losses
     assert_int_equal(vw_config_check(&config), VW_OK);
     assert_int_equal(vw_effects_decide(NULL, &empty_scene, choice, effects, &count), VW_OK);
-    assert_int_equal(model_create(&config, &empty_scene, NULL, 0, effects, &(struct vw_gpu_info){.kind = VW_GPU_CPU},
-                                  &limits, model),
-                     VW_OK);
+    struct device_choices choices;
+    device_choose(&(struct vw_gpu_info){.kind = VW_GPU_CPU}, &choices);
+    assert_int_equal(model_create(&config, &empty_scene, NULL, 0, effects, &choices, &limits, model), VW_OK);
 }
 
 static void make_rays(uint64_t seed, const struct vw_specialization *s, struct vw_ray rays[RAYS]) {

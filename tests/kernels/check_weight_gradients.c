@@ -9,7 +9,9 @@
 #include "gpu/compute.h"
 #include "base/memory.h"
 
-static uint32_t slice_count(const struct step_bench *bench) { return bench->padded_samples / VW_SLICE_SAMPLES; }
+static uint32_t slice_count(const struct step_bench *bench) {
+    return bench->padded_samples / bench->model.specialization.slice_samples;
+}
 
 static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
@@ -37,7 +39,7 @@ static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t
     struct step_rows row = step_bench_rows(bench);
     uint32_t width = bench->config.width, encoding = bench->config.levels * bench->config.features;
     memset(sums, 0, sizeof *sums);
-    for (uint32_t i = first; i < first + VW_SLICE_SAMPLES; i++) {
+    for (uint32_t i = first; i < first + bench->model.specialization.slice_samples; i++) {
         struct reference_sample sample = {0};
         struct reference_d_sample d = {0};
         const struct {
@@ -68,15 +70,15 @@ static void check_slice(const struct step_bench *bench, const float *rows, uint3
     const struct vw_specialization *s = &bench->model.specialization;
     static struct reference_weights sums, magnitudes;
     struct reference_matrix sum[REFERENCE_MATRICES], magnitude[REFERENCE_MATRICES];
-    sum_rows(bench, rows, slice * VW_SLICE_SAMPLES, false, &sums);
-    sum_rows(bench, rows, slice * VW_SLICE_SAMPLES, true, &magnitudes);
+    sum_rows(bench, rows, slice * s->slice_samples, false, &sums);
+    sum_rows(bench, rows, slice * s->slice_samples, true, &magnitudes);
     reference_matrices(s, &sums, sum);
     reference_matrices(s, &magnitudes, magnitude);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
         for (uint32_t i = 0; i < sum[m].out * sum[m].in; i++)
             check_value(bench->where, sum[m].name, i,
                         partials[reference_block_index(s, m, i / sum[m].in, i % sum[m].in)], sum[m].values[i],
-                        VW_SLICE_SAMPLES * (FLOAT_ROUNDING * magnitude[m].values[i] + 3.0 * FLOAT_LEAST));
+                        s->slice_samples * (FLOAT_ROUNDING * magnitude[m].values[i] + 3.0 * FLOAT_LEAST));
 }
 
 void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {

@@ -91,6 +91,21 @@ static void windows_of_the_grid_change_no_bit(void **state) {
     }
 }
 
+// On lavapipe all choices but the length of slices give equal bits: without texels, and with a branch around zeros.
+static void the_choices_for_gpus_change_no_bit(void **state) {
+    (void)state;
+    const struct step_case *setups[] = {&base_case, &momentum_case, &half_case};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
+        struct step_case on_gpus = *setups[i];
+        on_gpus.as_on_gpus = true;
+        on_gpus.slice_samples = 128;
+        struct step_bench *bench = step_bench_open(&on_gpus);
+        const struct vw_specialization *s = &bench->model.specialization;
+        assert_true(s->skip_zeros && !s->grid_texel && !s->rows_texel);
+        expect_same(setups[i], bench);
+    }
+}
+
 static void the_chunk_size_changes_no_bit(void **state) {
     (void)state;
     static const uint32_t chunks[] = {256, 512, 768, 1024}; // 768 leaves a shorter last chunk
@@ -141,6 +156,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(storage_buffers_instead_of_texels_change_no_bit),
         cmocka_unit_test(windows_of_the_grid_change_no_bit),
+        cmocka_unit_test(the_choices_for_gpus_change_no_bit),
         cmocka_unit_test(the_chunk_size_changes_no_bit),
         cmocka_unit_test(rendering_in_chunks_changes_no_bit),
         cmocka_unit_test(a_second_run_gives_the_same_bits),

@@ -68,9 +68,8 @@ static void only_short_chunks_are_walked(void **state) {
     for (config.samples = 1; config.samples <= 1024; config.samples++) {
         struct model model;
         if (vw_config_check(&config) != VW_OK) continue;
-        if (model_create(&config, &scene, NULL, 0, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU},
-                         vw_gpu_get_limits(test_gpu()), &model))
-            continue;
+        const struct device_choices choices = {.chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128};
+        if (model_create(&config, &scene, NULL, 0, none, &choices, vw_gpu_get_limits(test_gpu()), &model)) continue;
         assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535);
     }
 }
@@ -156,8 +155,8 @@ static void no_step_size_can_wrap(void **state) {
             struct model model;
             config.samples = sample_counts[i];
             if (vw_config_check(&config) != VW_OK) continue;
-            assert_int_equal(model_create(&config, &scene, NULL, 0, none, &(struct vw_gpu_info){.kind = VW_GPU_CPU},
-                                          &vw_gpu_floor_limits, &model),
+            const struct device_choices choices = {.chunk_samples = 1 << 14, .slice_samples = 128};
+            assert_int_equal(model_create(&config, &scene, NULL, 0, none, &choices, &vw_gpu_floor_limits, &model),
                              VW_OK);
             const struct vw_specialization *s = &model.specialization;
             double samples = (double)model_pad_rays(&model, config.rays) * config.samples,

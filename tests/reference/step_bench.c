@@ -66,8 +66,9 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
     bench->model.scatter = c->scatter;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
-    s->rows_texel = VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
-                    vw_gpu_get_limits(bench->gpu)->texel_elements;
+    if (c->slice_samples) s->slice_samples = c->slice_samples;
+    s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
+                                          vw_gpu_get_limits(bench->gpu)->texel_elements;
     if (!c->wide || s->wide_gradient) return;
     s->wide_gradient = 1;
     s->gradient_quantum = 0x1p-34f;
@@ -132,7 +133,11 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
     stop_unless(bench, vw_effects_decide(NULL, bench->scene, bench->config.effects, verdicts, &count));
-    stop_unless(bench, model_create(&bench->config, bench->scene, NULL, 0, verdicts, vw_gpu_get_info(bench->gpu),
+    struct vw_gpu_info device = *vw_gpu_get_info(bench->gpu);
+    if (c->as_on_gpus) device.kind = VW_GPU_DISCRETE;
+    struct device_choices choices;
+    device_choose(&device, &choices);
+    stop_unless(bench, model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
                                     vw_gpu_get_limits(bench->gpu), &bench->model));
     bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->config.samples;
     override_model(c, bench);

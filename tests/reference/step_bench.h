@@ -29,6 +29,8 @@ struct step_case {
     bool wide;                 // 64-bit gradient words
     bool half_grid;            // --table-precision float16
     enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
+    bool as_on_gpus;           // the other choices as on GPUs (src/train/device_choices.c)
+    uint32_t slice_samples;    // [by these choices]
     float grid_scale;          // the grid is uniform in +-this [0.5]
     float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
     uint32_t chunk_samples; // [the whole step in one chunk]

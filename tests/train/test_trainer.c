@@ -230,15 +230,19 @@ static void a_nonfinite_step_is_flagged(void **state) {
     vw_scene_close(&scene);
 }
 
-// A whole run on a device of its own with its limits clamped.
+// A whole run on a device of its own, with its limits clamped or choices forced, unless NULL.
 static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config,
-                                    const struct vw_gpu_limits *clamp, uint32_t wide) {
+                                    const struct vw_gpu_limits *clamp, const struct device_choices *choices,
+                                    uint32_t wide) {
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
     struct test_run *run = vw_allocate(1, sizeof *run);
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
     ASSERT_OK(test_trainer_open(
-        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true}, &trainer));
+        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true, .choices = choices},
+        &trainer));
+    if (choices) assert_int_equal(trainer->model.specialization.skip_zeros, choices->skip_zeros);
+    if (choices) assert_int_equal(trainer->model.specialization.rows_texel, choices->rows_texel);
     assert_int_equal(trainer->model.specialization.wide_gradient, wide);
     test_run_finish(trainer, run);
     vw_trainer_destroy(&trainer);
@@ -255,7 +259,7 @@ static void a_device_that_keeps_no_nan_trains_the_same(void **state) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     if (!clamp.keeps_nan) skip();
     clamp.keeps_nan = false;
-    struct test_run *ordinary = test_run(scene, &config, true, 0), *run = run_clamped(scene, &config, &clamp, 0);
+    struct test_run *ordinary = test_run(scene, &config, true, 0), *run = run_clamped(scene, &config, &clamp, NULL, 0);
     assert_int_equal(run->count, ordinary->count);
     for (uint32_t i = 0; i < run->count;
          i++) // roundings of 2^-24, which 15 steps have not driven apart to where a reader would see it
@@ -276,11 +280,33 @@ static void a_device_at_the_floor_trains_the_same(void **state) {
     for (int wide = 0; wide < 2; wide++) {
         struct vw_config config = test_config();
         config.rays = wide ? 2100 : 60; // beyond 2^15 samples a step, words are wide
-        struct test_run *run = run_clamped(scene, &config, &floor, wide), *ordinary = test_run(scene, &config, true, 0);
+        struct test_run *run = run_clamped(scene, &config, &floor, NULL, wide),
+                        *ordinary = test_run(scene, &config, true, 0);
         test_run_assert_same(run, ordinary);
         test_run_free(run);
         test_run_free(ordinary);
     }
+    vw_scene_close(&scene);
+}
+
+// With slices of one length; those of GPUs round otherwise.
+static void the_choices_for_gpus_train_the_same(void **state) {
+    (void)state;
+    struct device_choices choices;
+    device_choose(&(struct vw_gpu_info){.kind = VW_GPU_DISCRETE}, &choices);
+    assert_true(choices.skip_zeros && choices.scatter == SCATTER_ATOMICS);
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct test_run *ordinary = test_run(scene, &config, true, 0);
+    struct test_run *rounded = run_clamped(scene, &config, NULL, &choices, 0);
+    for (uint32_t i = 0; i < ordinary->count; i++)
+        assert_near(rounded->records[i].val_psnr, ordinary->records[i].val_psnr, 1e-3);
+    choices.slice_samples = 128;
+    struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
+    test_run_assert_same(same, ordinary);
+    test_run_free(rounded);
+    test_run_free(same);
+    test_run_free(ordinary);
     vw_scene_close(&scene);
 }
 
@@ -498,6 +524,7 @@ int main(void) {
         cmocka_unit_test(a_nonfinite_step_is_flagged),
         cmocka_unit_test(a_device_at_the_floor_trains_the_same),
         cmocka_unit_test(a_device_that_keeps_no_nan_trains_the_same),
+        cmocka_unit_test(the_choices_for_gpus_train_the_same),
         cmocka_unit_test(a_perfect_match_is_floored),
         cmocka_unit_test(params_stay_finite),
         cmocka_unit_test(a_field_file_round_trips),
