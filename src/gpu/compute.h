@@ -136,7 +136,7 @@ const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *cou
 
 // ---- Peak throughput ------------------------------------------------------------------------------------------------
 
-// What the device reaches when it does nothing else, measured in about half a second: what times can be compared with.
+// What the device reaches when it does nothing else, measured in about a second: what times can be compared with.
 struct vw_gpu_peaks {
     double multiply_adds_per_s; // of floats in registers
     double copy_bytes_per_s;    // read plus written, of buffers larger than caches

@@ -15,6 +15,7 @@
 #include "halve_double.h"
 #include "scale_values.h"
 #include "gpu/compute.h"
+#include "gpu/peak_throughput.h"
 #include "sum_windows.h"
 
 static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
@@ -452,6 +453,36 @@ static void broken_spirv_is_refused(void **state) {
     }
 }
 
+// ---- Peaks ----------------------------------------------------------------------------------------------------------
+
+static void a_copy_is_larger_than_caches(void **state) {
+    (void)state;
+    const uint64_t mib = 1 << 20, gib = 1 << 30;
+    const struct vw_gpu_limits any = {.buffer_bytes = UINT64_MAX}, small = {.buffer_bytes = 200 * mib};
+    const struct vw_gpu_info gpu = {.kind = VW_GPU_DISCRETE, .memory_bytes = 12 * gib},
+                             integrated = {.kind = VW_GPU_INTEGRATED, .memory_bytes = 2 * gib},
+                             cpu = {.kind = VW_GPU_CPU, .memory_bytes = 64 * gib},
+                             tiny = {.kind = VW_GPU_CPU, .memory_bytes = 100 * mib};
+    assert_int_equal(vw_peak_copy_bytes(&gpu, &any, 32 * mib), gib);
+    assert_int_equal(vw_peak_copy_bytes(&gpu, &small, 32 * mib), 192 * mib);
+    assert_int_equal(vw_peak_copy_bytes(&integrated, &any, 32 * mib), 512 * mib);
+    assert_int_equal(vw_peak_copy_bytes(&cpu, &any, 96 * mib), 768 * mib);
+    assert_int_equal(vw_peak_copy_bytes(&tiny, &any, 32 * mib), 64 * mib);
+}
+
+static void peaks_are_measured_in_windows_of_a_binding(void **state) {
+    (void)state;
+    struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
+    clamp.storage_binding_bytes = 40 << 20;
+    clamp.buffer_bytes = 64 << 20;
+    struct vw_gpu *gpu = open_clamped(&clamp);
+    struct vw_gpu_peaks peaks = {0};
+    ASSERT_OK(vw_gpu_measure_peaks(gpu, &peaks));
+    assert_true(peaks.copy_bytes_per_s > 1e8 && peaks.copy_bytes_per_s < 1e14);
+    assert_true(peaks.multiply_adds_per_s > 1e8 && peaks.multiply_adds_per_s < 1e16);
+    ASSERT_OK(vw_gpu_close(&gpu));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(devices_are_listed_in_order_of_preference),
@@ -474,6 +505,8 @@ int main(void) {
         cmocka_unit_test(specialised_sizes_are_held_to_the_limits),
         cmocka_unit_test(optional_features_are_refused_where_clamped),
         cmocka_unit_test(broken_spirv_is_refused),
+        cmocka_unit_test(a_copy_is_larger_than_caches),
+        cmocka_unit_test(peaks_are_measured_in_windows_of_a_binding),
     };
     return cmocka_run_group_tests_name("gpu", tests, NULL, test_gpu_close);
 }
