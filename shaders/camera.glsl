@@ -76,8 +76,8 @@ vw_ray box_ray(vec3 origin, vec3 direction, vec2 limits) {
     vec3 second = (vec3(1.0) - origin) / safe;
     vec3 entry = min(first, second);
     vec3 leave = max(first, second);
-    float near = max(max(entry.x, max(entry.y, entry.z)), limits.x);
-    float far = min(min(leave.x, min(leave.y, leave.z)), limits.y);
+    precise float near = max(max(entry.x, max(entry.y, entry.z)), limits.x);
+    precise float far = min(min(leave.x, min(leave.y, leave.z)), limits.y);
     vw_ray ray;
     ray.origin_near = vec4(origin, near);
     ray.direction_stride = vec4(direction, max(far - near, 0.0) / float(SAMPLES));
@@ -110,10 +110,10 @@ vw_ray camera_ray(vw_gpu_camera camera, vec2 position_px) {
     vec2 centre = vec2(camera.back.w, camera.more.x);
     vec2 p = undo_lens(camera, (position_px - centre) / focal);
     p.y = -p.y; // OpenCV's y runs down, the camera's up
-    vec3 offset = camera.right.xyz * p.x + camera.up.xyz * p.y;
-    float segment = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
+    precise vec3 offset = camera.right.xyz * p.x + camera.up.xyz * p.y; // training and validation make the same rays
+    precise float segment = sqrt(1.0 + dot(p, p)); // |(x, y, -1)|
     float depth = camera.reference.w;
-    vec3 origin = camera.reference.xyz + depth * offset, direction = (offset - camera.back.xyz) / segment;
+    precise vec3 origin = camera.reference.xyz + depth * offset, direction = (offset - camera.back.xyz) / segment;
     if (EFFECT_UNBOUNDED != 0u) return unbounded_ray(camera, origin, direction, segment);
     return box_ray(origin, direction, ray_limits(camera, segment));
 }

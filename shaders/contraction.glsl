@@ -8,14 +8,15 @@
 
 // From box coordinates, as far as floats reach, to the unit cube. Lengths are taken of q / size, since squares overflow beyond 1e19.
 vec3 contract(vec3 box) {
-    vec3 q = 2.0 * box - 1.0;
+    precise vec3 q = 2.0 * box - 1.0;
     float size = max(1.0, max(abs(q.x), max(abs(q.y), abs(q.z))));
     vec3 scaled = q / size;
     float scaled_length = length(scaled); // 0 at the centre alone, which is not divided by it
     float q_length = size * scaled_length;
     vec3 c = q;
     if (q_length > 1.0) c = (2.0 - 1.0 / q_length) * (scaled / scaled_length);
-    return 0.25 * c + 0.5;
+    precise vec3 contracted = 0.25 * c + 0.5;
+    return contracted;
 }
 
 #endif

@@ -27,14 +27,16 @@ struct grid_cell {
     vec3 fraction;             // position within the cell
 };
 
+// Precise, as grid_weight: two passes find the same cell and the same place in it, whatever a compiler fuses in either.
 grid_cell grid_locate(vec3 position, uint resolution, bool dense) {
-    vec3 scaled = position * float(resolution);
+    precise vec3 scaled = position * float(resolution);
     uvec3 low = min(uvec3(scaled), uvec3(resolution - 1u)); // position 1.0 belongs to the last cell
     uvec3 factor = dense ? uvec3(1u, resolution + 1u, (resolution + 1u) * (resolution + 1u)) : uvec3(1u, 2654435761u, 805459861u);
     grid_cell cell;
     cell.axis_low = low * factor;
     cell.axis_high = cell.axis_low + factor;
-    cell.fraction = scaled - vec3(low);
+    precise vec3 fraction = scaled - vec3(low);
+    cell.fraction = fraction;
     return cell;
 }
 
@@ -48,7 +50,8 @@ uint grid_corner(grid_cell cell, uint corner, bool dense) {
 
 float grid_weight(grid_cell cell, uint corner) {
     vec3 share = mix(1.0 - cell.fraction, cell.fraction, upper_axes(corner));
-    return share.x * share.y * share.z;
+    precise float weight = share.x * share.y * share.z;
+    return weight;
 }
 
 #ifdef GRID_READS // the including pass declares the bindings

@@ -153,6 +153,26 @@ static void too_many_storage_buffers_are_refused_by_name(void **state) {
     assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 
+static uint32_t count_precise(const struct vw_shader *shader) { // operations that SPIR-V decorates as NoContraction
+    enum { HEADER_WORDS = 5, OP_DECORATE = 71, NO_CONTRACTION = 42 };
+    uint32_t count = 0;
+    for (size_t at = HEADER_WORDS; at < shader->code_bytes / 4; at += shader->code[at] >> 16)
+        count += (shader->code[at] & 0xFFFF) == OP_DECORATE && shader->code[at + 2] == NO_CONTRACTION;
+    return count;
+}
+
+// Else a compiler might fuse a product and a sum in one pipeline and not in another. (Lavapipe never fuses.)
+static void what_several_passes_compute_is_precise(void **state) {
+    (void)state;
+    enum { CELL = 8, POSITION = 29, RAY = 15 }; // operations of grid_locate and grid_weight; sampling.glsl; camera_ray
+    assert_int_equal(count_precise(&vw_shader_scatter_grid), CELL);
+    assert_int_equal(count_precise(&vw_shader_scatter_grid_walk), CELL);
+    assert_int_equal(count_precise(&vw_shader_refresh_occupancy), CELL);
+    assert_int_equal(count_precise(&vw_shader_mark_samples), POSITION);
+    assert_int_equal(count_precise(&vw_shader_forward_field), CELL + POSITION);
+    assert_int_equal(count_precise(&vw_shader_generate_rays), RAY);
+}
+
 static void every_effect_has_a_case_with_and_one_without(void **state) {
     (void)state;
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
@@ -192,11 +212,12 @@ static void every_choice_has_a_case(void **state) {
 }
 
 int main(int argc, char **argv) {
-    enum { COVERAGE_TESTS = 5 };
+    enum { COVERAGE_TESTS = 6 };
     struct CMUnitTest tests[VW_ARRAY_COUNT(passes) + COVERAGE_TESTS] = {
         cmocka_unit_test(every_shader_is_listed),
         cmocka_unit_test(only_ray_effects_declare_more_storage_buffers_than_the_floor),
         cmocka_unit_test(too_many_storage_buffers_are_refused_by_name),
+        cmocka_unit_test(what_several_passes_compute_is_precise),
         cmocka_unit_test(every_effect_has_a_case_with_and_one_without),
         cmocka_unit_test(every_choice_has_a_case),
     };
