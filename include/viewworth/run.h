@@ -22,9 +22,9 @@ VW_PUBLIC_BEGIN
 struct vw_run;
 
 struct vw_run_state {
-    uint64_t step, total_steps; // the last step; steps that the run will have, as far as is known
+    uint64_t step, total_steps; // the last step on disk; steps that the run will have, as far as is known
     uint32_t epoch, epochs;     // epoch counts from 0
-    double val_psnr_db;         // of the last validated step; NaN: unknown
+    double val_psnr_db;         // of the last validated step on disk; NaN: unknown
     bool finished;              // all steps are taken
 };
 

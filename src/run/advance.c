@@ -17,18 +17,38 @@ static enum vw_status check_nonfinite(const struct vw_run *run) {
                    run->ledger_path);
 }
 
+static enum vw_status start_writer(struct vw_run *run) {
+    uint32_t validation_count = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
+    enum vw_status status = run->ledger ? VW_OK : vw_run_create_ledger(run);
+    if (status || run->writer) return status;
+    return vw_ledger_writer_create(run->ledger, validation_views, &run->statistics, &run->writer);
+}
+
+// Waits until all steps that were handed to the writer are on disk. Behind a failure the run has those that are. A
+// failure that is there already is the one to report.
+static enum vw_status drain(struct vw_run *run, enum vw_status status) {
+    if (!run->writer) return status;
+    struct vw_saved_error why = vw_error_save();
+    enum vw_status written = vw_ledger_writer_drain(run->writer);
+    if (status || written) run->statistics = vw_ledger_writer_recorded(run->writer);
+    if (status) vw_error_restore(&why);
+    return status ? status : written;
+}
+
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record) {
     vw_step_statistics_add(&run->statistics, record);
     return run->until_stable > 0 ? vw_stability_watch_add(&run->watch, record) : VW_OK;
 }
 
-// Compares the steps that the ledger has and appends the others, up to the one with which too many are not finite.
+// Compares the steps that the ledger has and hands the others to the writer, up to the one with which too many are not
+// finite. What is compared comes before anything is handed over.
 static enum vw_status record(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
     uint32_t validation_count = 0, known = 0, added = 0;
     const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
-    enum vw_status status = run->ledger ? VW_OK : vw_run_create_ledger(run);
+    enum vw_status status = start_writer(run);
     if (status) return status;
-    uint64_t next_step = vw_ledger_next_step(run->ledger);
+    uint64_t next_step = vw_ledger_writer_next_step(run->writer);
     while (known < count && records[known].step < next_step) known++;
     if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->statistics))
@@ -37,13 +57,22 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
         status = vw_run_remove_outdated(run->out);
         run->cleared = !status;
     }
-    if (!status && added) status = vw_ledger_append(run->ledger, records + known, added, validation_views);
+    if (!status && added) status = vw_ledger_writer_add(run->writer, records + known, added, &run->statistics);
+    if (!status && vw_step_statistics_should_abort(&run->statistics)) status = drain(run, VW_OK);
     return status ? status : check_nonfinite(run);
 }
 
 // ---- Progress ------------------------------------------------------------------------------------------------------
 
+// Of the steps that are on disk: progress shows no others.
+static struct vw_step_statistics recorded(const struct vw_run *run) {
+    return run->writer ? vw_ledger_writer_recorded(run->writer) : run->statistics;
+}
+
 static void report_progress(struct vw_run *run, uint64_t step) {
+    const struct vw_step_statistics on_disk = recorded(run);
+    if (step > on_disk.steps) step = on_disk.steps;
+    run->shown_step = step;
     if (!run->progress) return;
     uint64_t total = run->over ? run->statistics.steps : vw_stop_rules_expected_steps(run);
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1); // steps of an epoch
@@ -52,7 +81,7 @@ static void report_progress(struct vw_run *run, uint64_t step) {
         .total_steps = total,
         .epoch = step ? (uint32_t)((step - 1) / photos) : 0,
         .epochs = (uint32_t)(total / photos),
-        .val_psnr_db = run->statistics.last_val_psnr_db,
+        .val_psnr_db = on_disk.last_val_psnr_db,
         .finished = run->over,
     };
     if (!run->progress(run->context, &state)) run->stopping = true;
@@ -66,6 +95,13 @@ static enum vw_status take_records(struct vw_run *run, const struct vw_step_reco
     run->trainer_step = records[count - 1].step;
     report_progress(run, run->trainer_step);
     return VW_OK;
+}
+
+// For what reads the ledger, or must not be ahead of it. Shows the steps of the last batches.
+static enum vw_status settle_ledger(struct vw_run *run) {
+    enum vw_status status = drain(run, VW_OK);
+    if (!status && run->shown_step < run->trainer_step) report_progress(run, run->trainer_step);
+    return status;
 }
 
 // ---- Steps ---------------------------------------------------------------------------------------------------------
@@ -125,11 +161,13 @@ static enum vw_status take_batches(struct vw_run *run, uint64_t last_step) {
                         : vw_trainer_advance(run->trainer, &records, &count);
         if (status) break;
         if (count > 0) status = take_records(run, records, count);
-        else if (!settle) status = check_rules(run, last_step, &piece_ends);
-        else save_checkpoint(run);
-        if (settle && count == 0 && run->stopping) status = stop(run);
+        else status = settle_ledger(run);
+        if (status || count > 0) continue;
+        if (settle) save_checkpoint(run);
+        else if (!run->stopping) status = check_rules(run, last_step, &piece_ends);
+        if (settle && run->stopping) status = stop(run);
     }
-    return status;
+    return drain(run, status);
 }
 
 static enum vw_status begin(struct vw_run *run) {

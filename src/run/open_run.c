@@ -208,6 +208,7 @@ void vw_run_close(struct vw_run **run) {
     struct vw_saved_error why = vw_error_save(); // closing may follow a failure
     vw_run_leave(closed);
     free_results(closed);
+    vw_ledger_writer_destroy(&closed->writer);
     vw_ledger_close(&closed->ledger);
     vw_checkpoints_close(&closed->checkpoints);
     vw_trainer_destroy(&closed->trainer);

@@ -7,6 +7,7 @@
 
 #include "base/utc.h"
 #include "run/checkpoints.h"
+#include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/outputs/attribution.h"
 #include "run/outputs/validation_views.h"
@@ -44,7 +45,8 @@ struct vw_run {
     struct vw_out_lock *lock;                     // of OUT; the first thing taken and the last released
     char *ledger_path, *scores_path, *field_path; // owned; in OUT
     struct vw_checkpoints checkpoints;
-    struct vw_ledger *ledger; // NULL until the first steps are recorded, unless resumed
+    struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
+    struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 
     // Where it stands.
     bool complete;                        // resumed, and no step is left
@@ -56,13 +58,14 @@ struct vw_run {
     bool failed;                          // the ledger says how; nothing more is written
     uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
     uint64_t trainer_step;                // the last step handed out by the trainer, or started_after
+    uint64_t shown_step;                  // the last one that progress has shown
     uint64_t stop_step;                   // where the stop rules look next
-    struct vw_step_statistics statistics; // of the steps in the ledger
+    struct vw_step_statistics statistics; // of the steps in the ledger, and of those handed to the writer
     struct {
         uint64_t first_step;         // taken before the segment
         double started_s;            // vw_now_s() before it
     } segment;                       // steps between two looks of the stop rules
-    struct vw_stability_watch watch; // of the steps in the ledger; only with until_stable
+    struct vw_stability_watch watch; // of the same steps; only with until_stable
     struct vw_stability stability;   // at the last look; all 0 without until_stable
 
     // What it results in.

@@ -1,5 +1,6 @@
 #include "train/schedule.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,7 +8,8 @@
 #include "base/random.h"
 
 enum {
-    STEPS_PER_BATCH_MAX = 64,
+    STEPS_PER_BATCH_MAX = 1024,
+    STEPS_WITHOUT_ROOM_MAX = 64,
     PIXELS_PER_BATCH_MAX = 1 << 20,
 };
 static const double BATCH_SECONDS =
@@ -76,16 +78,25 @@ uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step) {
 
 // ---- Batches --------------------------------------------------------------------------------------------------------
 
-void schedule_set_batches(struct schedule *schedule, uint32_t pixels_per_step, uint32_t steps_per_batch) {
-    uint32_t most = PIXELS_PER_BATCH_MAX / pixels_per_step;
-    schedule->batch_steps_max = most < STEPS_PER_BATCH_MAX ? most : STEPS_PER_BATCH_MAX;
+static uint64_t at_most(uint64_t count, uint64_t most) { return count < most ? count : most; }
+
+void schedule_set_batches(struct schedule *schedule, const struct batch_room *room, uint32_t steps_per_batch) {
+    uint64_t most = room->batch_bytes / room->bytes_per_step;
+    if (most < STEPS_WITHOUT_ROOM_MAX) most = STEPS_WITHOUT_ROOM_MAX;
+    most = at_most(at_most(most, STEPS_PER_BATCH_MAX), PIXELS_PER_BATCH_MAX / room->pixels_per_step);
+    schedule->batch_steps_max = (uint32_t)most;
+    schedule->step_s = INFINITY;
     schedule->adapts = steps_per_batch == 0;
     schedule->batch_steps = steps_per_batch == 0 ? 1 : steps_per_batch;
     if (schedule->batch_steps > schedule->batch_steps_max) schedule->batch_steps = schedule->batch_steps_max;
 }
 
-// How steps are grouped changes no bit of them.
+// How steps are grouped changes no bit of them. The least time of a step counts: whoever takes the records may have
+// been busy, with a slow disk for example, before this batch was asked for.
 void schedule_adapt_batches(struct schedule *schedule, uint32_t step_count, double seconds) {
     if (!schedule->adapts || step_count < schedule->batch_steps) return;
-    if (seconds < BATCH_SECONDS && schedule->batch_steps * 2 <= schedule->batch_steps_max) schedule->batch_steps *= 2;
+    schedule->step_s = fmin(schedule->step_s, seconds / step_count);
+    uint32_t doubled = schedule->batch_steps * 2;
+    if (schedule->step_s * step_count < BATCH_SECONDS && doubled <= schedule->batch_steps_max)
+        schedule->batch_steps = doubled;
 }

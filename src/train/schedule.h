@@ -18,6 +18,7 @@ struct schedule {
     uint64_t ordered_epoch;
     uint32_t batch_steps_max, batch_steps; // the most steps a batch may hold, and how many the next one holds
     bool adapts;                           // batch_steps grows until a batch takes long enough
+    double step_s;                         // the least time that a step of a batch took; INFINITY: unknown
 };
 
 // On `views` (scene indices, ascending), or on the scene's split train when it is NULL. VW_ERROR_USAGE when the list is
@@ -33,8 +34,14 @@ uint64_t schedule_epoch_end(const struct schedule *schedule, uint64_t step);    
 uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step);
 uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step);
 
-// Sets the size of batches: `steps_per_batch`, or (0) one that adapts to the time that steps take.
-void schedule_set_batches(struct schedule *schedule, uint32_t pixels_per_step, uint32_t steps_per_batch);
+// What a step exchanges with the device, and how much of that a batch may hold.
+struct batch_room {
+    uint32_t pixels_per_step;
+    uint64_t bytes_per_step, batch_bytes;
+};
+// Sets the size of batches: `steps_per_batch`, or (0) one that adapts to the time that steps take. A batch has up to
+// 1,024 steps if there is room for them, else up to 64, and never more than 2^20 pixels.
+void schedule_set_batches(struct schedule *schedule, const struct batch_room *room, uint32_t steps_per_batch);
 // Takes into account that a batch of `step_count` steps took that long.
 void schedule_adapt_batches(struct schedule *schedule, uint32_t step_count, double seconds);
 

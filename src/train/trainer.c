@@ -36,8 +36,18 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     return trainer->records && trainer->view_errors && trainer->step_probes ? VW_OK : VW_ERROR_MEMORY;
 }
 
+// On a CPU a step takes milliseconds: what 64 default steps need is enough for a batch.
+static struct batch_room batch_room(const struct vw_trainer *trainer) {
+    bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
+    return (struct batch_room){.pixels_per_step = pixels_per_step(trainer),
+                               .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)pixels_per_step(trainer) +
+                                                 sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
+                               .batch_bytes = is_cpu ? 1000000 : 1 << 25};
+}
+
 static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
-    schedule_set_batches(&trainer->schedule, pixels_per_step(trainer), steps_per_batch);
+    const struct batch_room room = batch_room(trainer);
+    schedule_set_batches(&trainer->schedule, &room, steps_per_batch);
     uint64_t slot_pixels = (uint64_t)pixels_per_step(trainer) * trainer->schedule.batch_steps_max;
     const struct vw_buffer_params pixels = {.name = "pixels",
                                             .size_bytes = BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,

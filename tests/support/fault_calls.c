@@ -7,6 +7,7 @@
 //     FAULT_ERROR=NUMBER     by failing with this errno;
 //     FAULT_REPEAT=1         by failing, as do all later ones: a disk that is full (on which files can be removed);
 //     FAULT_SIGNAL=NUMBER    by sending this signal to the process when half of the bytes are written
+//     FAULT_SYNC_MS=NUMBER   every sync takes so much longer: a slow disk
 //     FAULT_SWAP=FILE        is moved to the path FAULT_SWAP_TO when that is opened for the FAULT_SWAP_ATth time
 //     FAULT_MEMORY=PLACE     the first allocation from this place returns NULL; FAULT_MEMORY=list logs all places. A
 //     place
@@ -41,7 +42,7 @@
 
 static struct {
     const char *folder, *memory, *swap, *swap_to;
-    long file, error, signal, swap_at, clock_s, clock_after;
+    long file, error, signal, sync_ms, swap_at, clock_s, clock_after;
     bool repeat, steady, sleep, ready;
     int log;
 } fault;
@@ -128,6 +129,7 @@ __attribute__((constructor)) static void read_settings(void) {
     fault.file = read_number("FAULT_FILE");
     fault.error = read_number("FAULT_ERROR");
     fault.signal = read_number("FAULT_SIGNAL");
+    fault.sync_ms = read_number("FAULT_SYNC_MS");
     fault.repeat = read_number("FAULT_REPEAT");
     fault.clock_s = read_number("FAULT_CLOCK");
     fault.clock_after = read_number("FAULT_CLOCK_AFTER");
@@ -172,10 +174,13 @@ static enum outcome next_file_call(const char *kind, int folder, const char *pat
     return FAILS;
 }
 
+// To the process, as who sends signals does: the thread that writes the ledger takes none.
+static void send_signal(void) { kill(getpid(), (int)fault.signal); }
+
 // For a call that does all or nothing: true when it must fail.
 static bool hits(const char *kind, int folder, const char *path) {
     enum outcome outcome = next_file_call(kind, folder, path);
-    if (outcome == SIGNALS) raise((int)fault.signal);
+    if (outcome == SIGNALS) send_signal();
     return outcome == FAILS;
 }
 
@@ -191,7 +196,7 @@ ssize_t pwrite(int file, const void *data, size_t size_bytes, off_t offset_bytes
         if (outcome == FAILS) return written;
     }
     if (outcome == FAILS) return -1;
-    if (outcome == SIGNALS) raise((int)fault.signal);
+    if (outcome == SIGNALS) send_signal();
     return syscall(SYS_pwrite64, file, data, size_bytes, offset_bytes);
 }
 
@@ -200,16 +205,22 @@ ssize_t write(int file, const void *data, size_t size_bytes) {
     if (is_part_written("write", file, &outcome) && size_bytes > 1) {
         ssize_t written = syscall(SYS_write, file, data, size_bytes / 2);
         if (outcome == FAILS || written < 0) return written;
-        raise((int)fault.signal); // after which the rest is written, when the process goes on
+        send_signal(); // after which the rest is written, when the process goes on
         ssize_t rest = syscall(SYS_write, file, (const char *)data + written, size_bytes - (size_t)written);
         return rest < 0 ? rest : written + rest;
     }
-    if (outcome == SIGNALS) raise((int)fault.signal);
+    if (outcome == SIGNALS) send_signal();
     return outcome == FAILS ? -1 : syscall(SYS_write, file, data, size_bytes);
 }
 
-int fsync(int file) { return hits("fsync", file, "") ? -1 : (int)syscall(SYS_fsync, file); }
-int fdatasync(int file) { return hits("fdatasync", file, "") ? -1 : (int)syscall(SYS_fdatasync, file); }
+static int sync_slowly(const char *kind, long number, int file) {
+    const struct timespec wait = {fault.sync_ms / 1000, fault.sync_ms % 1000 * 1000000};
+    if (fault.sync_ms) syscall(SYS_nanosleep, &wait, NULL);
+    return hits(kind, file, "") ? -1 : (int)syscall(number, file);
+}
+
+int fsync(int file) { return sync_slowly("fsync", SYS_fsync, file); }
+int fdatasync(int file) { return sync_slowly("fdatasync", SYS_fdatasync, file); }
 
 int ftruncate(int file, off_t size_bytes) {
     return hits("ftruncate", file, "") ? -1 : (int)syscall(SYS_ftruncate, file, size_bytes);

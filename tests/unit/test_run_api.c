@@ -1,15 +1,55 @@
 // The run of viewworth.h as a program uses it: in pieces, stopped, resumed and finished.
 #include "support/cmocka_test.h"
 
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "run/checkpoints.h"
+#include "run/ledger_writer.h"
 #include "support/temporary_folder.h"
 #include "viewworth/viewworth.h"
 
 enum { PHOTOS = 6, EPOCHS = 4, STEPS = PHOTOS * EPOCHS };
+
+// ---- A slow disk, and what is on it ---------------------------------------------------------------------------------
+
+enum { WRITE_US = 5000 };
+static atomic_uint_fast64_t step_on_disk, step_handed_over;
+
+enum vw_status __real_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                       const uint32_t *validation_views);
+enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                       const uint32_t *validation_views);
+enum vw_status __real_vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
+                                           uint32_t count, const struct vw_step_statistics *statistics);
+enum vw_status __wrap_vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
+                                           uint32_t count, const struct vw_step_statistics *statistics);
+void __real_vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
+void __wrap_vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer);
+
+enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
+                                       const uint32_t *validation_views) {
+    usleep(WRITE_US);
+    enum vw_status status = __real_vw_ledger_append(ledger, records, count, validation_views);
+    if (!status) step_on_disk = records[count - 1].step;
+    return status;
+}
+
+enum vw_status __wrap_vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
+                                           uint32_t count, const struct vw_step_statistics *statistics) {
+    step_handed_over = records[count - 1].step;
+    return __real_vw_ledger_writer_add(writer, records, count, statistics);
+}
+
+void __wrap_vw_checkpoints_save(struct vw_checkpoints *checkpoints, struct vw_trainer *trainer) {
+    assert_int_equal(step_on_disk, step_handed_over); // the ledger leads
+    __real_vw_checkpoints_save(checkpoints, trainer);
+}
+
+// ---- Fixture --------------------------------------------------------------------------------------------------------
 
 // Counts what progress reports, and asks to stop at a step.
 struct observer {
@@ -23,6 +63,7 @@ static bool observe(void *context, const struct vw_run_state *state) {
     assert_true(state->step >= observer->last.step && state->step <= state->total_steps);
     assert_int_equal(state->total_steps, STEPS);
     assert_int_equal(state->epochs, EPOCHS);
+    assert_true(state->step <= step_on_disk);
     observer->calls++;
     observer->finished_calls += state->finished;
     observer->last = *state;
@@ -98,6 +139,7 @@ static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
     struct vw_run *run = NULL;
     run_whole(whole, 1, expected);
 
+    step_on_disk = 0;
     ASSERT_OK(vw_run_open(&params, &run));
     ASSERT_OK(vw_run_advance(run, 5));
     assert_int_equal(observer.last.step, 5);
