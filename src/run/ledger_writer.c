@@ -8,14 +8,14 @@
 
 #include "base/memory.h"
 
-// The records of a batch with what they lend.
-struct batch {
-    uint32_t count; // 0: empty
+// The steps of a transaction. What records lend is copied in their order, and linked when no more are added.
+struct transaction {
     struct vw_step_record *records;
     struct vw_view_error *views;
     struct vw_probe *probes;
+    size_t count, view_count, probe_count; // count 0: empty
     size_t record_capacity, view_capacity, probe_capacity;
-    struct vw_step_statistics statistics;
+    struct vw_step_statistics statistics; // behind its last step
 };
 
 struct vw_ledger_writer {
@@ -24,10 +24,10 @@ struct vw_ledger_writer {
     uint64_t next_step; // for who adds
     bool threaded;
     pthread_t thread;
-    pthread_mutex_t lock; // of all that follows, but for what a batch holds:
+    pthread_mutex_t lock; // of all that follows
     pthread_cond_t changed;
-    struct batch waiting; // filled by who adds while it is empty,
-    struct batch writing; // read by the thread while it is not
+    struct transaction waiting;
+    struct transaction writing; // while it is not empty, the thread alone reads what it holds
     bool ends;
     enum vw_status status; // of the first batch that failed
     struct vw_saved_error error;
@@ -36,35 +36,53 @@ struct vw_ledger_writer {
 
 // ---- Copying -------------------------------------------------------------------------------------------------------
 
-static enum vw_status make_room(struct batch *batch, const struct vw_step_record *records, uint32_t count) {
-    size_t view_count = 0, probe_count = 0;
+static enum vw_status make_room(struct transaction *to, const struct vw_step_record *records, uint32_t count) {
+    size_t views = to->view_count, probes = to->probe_count;
     for (uint32_t i = 0; i < count; i++) {
-        view_count += records[i].view_count;
-        probe_count += records[i].probe_count;
+        if (records[i].views) views += records[i].view_count;
+        if (records[i].probes) probes += records[i].probe_count;
     }
-    enum vw_status status = vw_grow((void **)&batch->records, &batch->record_capacity, count, sizeof *batch->records);
-    if (!status) status = vw_grow((void **)&batch->views, &batch->view_capacity, view_count, sizeof *batch->views);
-    return status ? status
-                  : vw_grow((void **)&batch->probes, &batch->probe_capacity, probe_count, sizeof *batch->probes);
+    enum vw_status status =
+        vw_grow((void **)&to->records, &to->record_capacity, to->count + count, sizeof *to->records);
+    if (!status) status = vw_grow((void **)&to->views, &to->view_capacity, views, sizeof *to->views);
+    return status ? status : vw_grow((void **)&to->probes, &to->probe_capacity, probes, sizeof *to->probes);
 }
 
-static void copy(struct batch *batch, const struct vw_step_record *records, uint32_t count) {
-    struct vw_view_error *views = batch->views;
-    struct vw_probe *probes = batch->probes;
+static enum vw_status copy(struct transaction *to, const struct vw_step_record *records, uint32_t count) {
+    enum vw_status status = make_room(to, records, count);
+    if (status) return status;
     for (uint32_t i = 0; i < count; i++) {
-        struct vw_step_record *record = &batch->records[i];
-        *record = records[i];
-        if (record->views) record->views = memcpy(views, record->views, record->view_count * sizeof *views);
-        if (record->probes) record->probes = memcpy(probes, record->probes, record->probe_count * sizeof *probes);
-        views += record->view_count;
-        probes += record->probe_count;
+        const struct vw_step_record *record = &records[i];
+        to->records[to->count++] = *record;
+        if (record->views) memcpy(to->views + to->view_count, record->views, record->view_count * sizeof *to->views);
+        if (record->probes)
+            memcpy(to->probes + to->probe_count, record->probes, record->probe_count * sizeof *to->probes);
+        if (record->views) to->view_count += record->view_count;
+        if (record->probes) to->probe_count += record->probe_count;
+    }
+    return VW_OK;
+}
+
+static void link_records(struct transaction *transaction) {
+    const struct vw_view_error *views = transaction->views;
+    const struct vw_probe *probes = transaction->probes;
+    for (size_t i = 0; i < transaction->count; i++) {
+        struct vw_step_record *record = &transaction->records[i];
+        if (record->views) record->views = views;
+        if (record->probes) record->probes = probes;
+        if (record->views) views += record->view_count;
+        if (record->probes) probes += record->probe_count;
     }
 }
 
-static void free_batch(struct batch *batch) {
-    free(batch->records);
-    free(batch->views);
-    free(batch->probes);
+static void clear(struct transaction *transaction) {
+    transaction->count = transaction->view_count = transaction->probe_count = 0;
+}
+
+static void free_transaction(struct transaction *transaction) {
+    free(transaction->records);
+    free(transaction->views);
+    free(transaction->probes);
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
@@ -74,28 +92,41 @@ static void unlock(struct vw_ledger_writer *writer) { (void)pthread_mutex_unlock
 static void await_change(struct vw_ledger_writer *writer) { (void)pthread_cond_wait(&writer->changed, &writer->lock); }
 static void tell_change(struct vw_ledger_writer *writer) { (void)pthread_cond_broadcast(&writer->changed); }
 
-// Under the lock. Messages of errors belong to a thread, so that this one's is kept.
-static void end_batch(struct vw_ledger_writer *writer, enum vw_status status,
-                      const struct vw_step_statistics *statistics) {
+// Under the lock, as are all functions up to write_transactions(). Messages of errors belong to a thread: so this one's
+// is kept.
+static void end_transaction(struct vw_ledger_writer *writer, enum vw_status status,
+                            const struct vw_step_statistics *statistics) {
     if (status) {
         writer->status = status;
         writer->error = vw_error_save();
-        writer->waiting.count = 0;
+        clear(&writer->waiting);
     } else writer->recorded = *statistics;
-    writer->writing.count = 0;
+    clear(&writer->writing);
     tell_change(writer);
 }
 
 static void take_waiting(struct vw_ledger_writer *writer) {
-    struct batch empty = writer->writing;
+    struct transaction empty = writer->writing;
     writer->writing = writer->waiting;
     writer->waiting = empty;
+    link_records(&writer->writing);
     tell_change(writer);
 }
 
-static void *write_batches(void *context) {
+static enum vw_status failure(const struct vw_ledger_writer *writer) {
+    if (writer->status) vw_error_restore(&writer->error);
+    return writer->status;
+}
+
+static enum vw_status await_room(struct vw_ledger_writer *writer, uint32_t count) {
+    while (!writer->status && writer->waiting.count && writer->waiting.count + count > VW_LEDGER_WRITER_WAITING_MOST)
+        await_change(writer);
+    return failure(writer);
+}
+
+static void *write_transactions(void *context) {
     struct vw_ledger_writer *writer = context;
-    const struct batch *batch = &writer->writing;
+    const struct transaction *writing = &writer->writing;
     lock(writer);
     for (;;) {
         while (!writer->waiting.count && !writer->ends) await_change(writer);
@@ -103,48 +134,30 @@ static void *write_batches(void *context) {
         take_waiting(writer);
         unlock(writer);
         enum vw_status status =
-            vw_ledger_append(writer->ledger, batch->records, batch->count, writer->validation_views);
+            vw_ledger_append(writer->ledger, writing->records, (uint32_t)writing->count, writer->validation_views);
         lock(writer);
-        end_batch(writer, status, &batch->statistics);
+        end_transaction(writer, status, &writing->statistics);
     }
     unlock(writer);
     return NULL;
 }
 
-// Under the lock.
-static enum vw_status failure(const struct vw_ledger_writer *writer) {
-    if (writer->status) vw_error_restore(&writer->error);
-    return writer->status;
+static enum vw_status hand_over(struct vw_ledger_writer *writer, const struct vw_step_record *records, uint32_t count,
+                                const struct vw_step_statistics *statistics) {
+    lock(writer);
+    enum vw_status status = await_room(writer, count);
+    if (!status) status = copy(&writer->waiting, records, count);
+    if (!status) writer->waiting.statistics = *statistics;
+    tell_change(writer);
+    unlock(writer);
+    return status;
 }
 
 static enum vw_status write_here(struct vw_ledger_writer *writer, const struct vw_step_record *records, uint32_t count,
                                  const struct vw_step_statistics *statistics) {
     if (writer->status) return failure(writer);
-    end_batch(writer, vw_ledger_append(writer->ledger, records, count, writer->validation_views), statistics);
+    end_transaction(writer, vw_ledger_append(writer->ledger, records, count, writer->validation_views), statistics);
     return writer->status;
-}
-
-static enum vw_status await_room(struct vw_ledger_writer *writer) {
-    lock(writer);
-    while (writer->waiting.count && !writer->status) await_change(writer);
-    enum vw_status status = failure(writer);
-    unlock(writer);
-    return status;
-}
-
-static enum vw_status hand_over(struct vw_ledger_writer *writer, const struct vw_step_record *records, uint32_t count,
-                                const struct vw_step_statistics *statistics) {
-    enum vw_status status = await_room(writer);
-    if (!status) status = make_room(&writer->waiting, records, count);
-    if (status) return status;
-    copy(&writer->waiting, records, count);
-    writer->waiting.statistics = *statistics;
-    lock(writer);
-    status = failure(writer); // of the batch that was written meanwhile
-    if (!status) writer->waiting.count = count;
-    tell_change(writer);
-    unlock(writer);
-    return status;
 }
 
 enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
@@ -180,7 +193,7 @@ static bool start_thread(struct vw_ledger_writer *writer) {
     sigset_t all, before;
     sigfillset(&all);
     if (pthread_sigmask(SIG_SETMASK, &all, &before)) return false;
-    bool started = !pthread_create(&writer->thread, NULL, write_batches, writer);
+    bool started = !pthread_create(&writer->thread, NULL, write_transactions, writer);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
     return started;
 }
@@ -210,8 +223,8 @@ void vw_ledger_writer_destroy(struct vw_ledger_writer **writer) {
     if (dying->threaded) (void)pthread_join(dying->thread, NULL);
     (void)pthread_cond_destroy(&dying->changed);
     (void)pthread_mutex_destroy(&dying->lock);
-    free_batch(&dying->waiting);
-    free_batch(&dying->writing);
+    free_transaction(&dying->waiting);
+    free_transaction(&dying->writing);
     free(dying);
     *writer = NULL;
 }

@@ -1,7 +1,7 @@
 // Writes the steps of a run into its ledger on a thread of its own, so that the device works on while the disk syncs.
 //
-// One batch is written and at most one more waits; a third one is taken when the first is on disk. The thread alone
-// uses the ledger from vw_ledger_writer_add() until vw_ledger_writer_drain() returns.
+// While one transaction is written, the steps that are added wait, and become the next one: up to 1,024 steps, or one
+// batch. The thread alone uses the ledger from vw_ledger_writer_add() until vw_ledger_writer_drain() returns.
 #ifndef VIEWWORTH_RUN_LEDGER_WRITER_H
 #define VIEWWORTH_RUN_LEDGER_WRITER_H
 
@@ -10,15 +10,17 @@
 #include "value/step_statistics.h"
 #include "viewworth/ledger.h"
 
+enum { VW_LEDGER_WRITER_WAITING_MOST = 1024 }; // steps
+
 struct vw_ledger_writer;
 
 // `ledger` and `validation_views` (see vw_ledger_append) are borrowed and outlive the writer. `recorded` counts the
 // steps that the ledger holds. Where no thread can be made, vw_ledger_writer_add() writes.
 enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t *validation_views,
                                        const struct vw_step_statistics *recorded, struct vw_ledger_writer **writer);
-// Copies the next steps, which vw_ledger_append() then writes as one transaction; `statistics` count them, too. Waits
-// while another batch waits. The failure of an earlier batch is returned by every later call: what waited behind it is
-// dropped.
+// Copies a batch of the next steps, which vw_ledger_append() then writes in one transaction; `statistics` count them,
+// too. Waits while there is no room for them. The failure of an earlier batch is returned by every later call: what
+// waited behind it is dropped.
 enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
                                     uint32_t count, const struct vw_step_statistics *statistics);
 // Waits until all that was added is on disk, or writing has failed.

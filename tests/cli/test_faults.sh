@@ -13,7 +13,7 @@ shows() { # shows COUNT FAULT: the table has so many injections of it at least
 
 check "no rule is broken" faults "${VIEWWORTH_FAULTS:-1}"
 cat "$folder/table"
-for fault in disk-full write-error read-only locked damaged newer device-lost device-hangs device-memory clock; do
+for fault in disk-full write-error read-only slow-disk locked damaged newer device-lost device-hangs device-memory clock; do
     check "$fault is injected" shows 1 "$fault"
 done
 check "it is killed in all seven phases" shows 7 kill

@@ -46,6 +46,10 @@ fault_read-only() { # from the start, and when a run goes on
     done
 }
 
+fault_slow-disk() { # every sync takes 20 ms: the run waits for the disk alone, and comes to the same end
+    inject slow-disk slow-disk 0 "LD_PRELOAD=$preloaded" "FAULT_FOLDER=$folder/slow-disk" FAULT_SYNC_MS=20 "${checkpoint_early[@]}"
+}
+
 # On a disk of N KiB, which this user may be allowed to mount for himself.
 on_small_disk() { # on_small_disk OUT KIB
     local code=0 out=$folder/$1
@@ -214,7 +218,7 @@ fault_clock() { # by a year and by a day back; with a budget, whose end is not t
 }
 
 jump_while_training() { # jump_while_training SECONDS: a checkpoint is written after a second, and one at the end
-    local out=clock-checkpoint$1 training=("${training[@]/20/300}")
+    local out=clock-checkpoint$1 training=("${training[@]/20/600}")
     (value "$out" "LD_PRELOAD=$preloaded" "FAULT_CLOCK=$1" FAULT_CLOCK_AFTER=20) || problem "$out" "fails: $(<"$folder/$out.stderr")"
     [[ -e $folder/$out/checkpoint_1.vwc ]] || problem "$out" "has written one checkpoint or none"
     echo "clock|went on|0" >>"$folder/outcomes"

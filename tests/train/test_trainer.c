@@ -35,6 +35,20 @@ static void a_run_repeats_bit_for_bit(void **state) {
     vw_scene_close(&scene);
 }
 
+// On a CPU, where many steps in a batch gain nothing, cheap ones take no more memory than 64 default ones.
+static void batches_of_cheap_steps_stay_small(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    uint64_t pixel_bytes = vw_buffer_size_bytes(trainer->pixels);
+    assert_true(trainer->schedule.batch_steps_max > 64);
+    if (vw_gpu_get_info(test_gpu())->kind == VW_GPU_CPU)
+        assert_true(pixel_bytes <= BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * 64 * vw_config_default.rays);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
 static void the_seed_changes_the_run(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -514,6 +528,7 @@ static void configs_round_trip_and_ranges_are_checked(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_repeats_bit_for_bit),
+        cmocka_unit_test(batches_of_cheap_steps_stay_small),
         cmocka_unit_test(the_seed_changes_the_run),
         cmocka_unit_test(each_view_comes_once_per_epoch),
         cmocka_unit_test(validation_is_pure),

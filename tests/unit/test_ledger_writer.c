@@ -16,7 +16,8 @@ static struct {
     pthread_mutex_t lock;
     pthread_cond_t opened;
     bool closed, waited_in_vain;
-    uint64_t fails_at; // the step that a failing batch begins with; 0: none
+    uint32_t transactions; // begun since it was set
+    uint64_t fails_at;     // the step that a failing batch begins with; 0: none
 } disk = {.lock = PTHREAD_MUTEX_INITIALIZER, .opened = PTHREAD_COND_INITIALIZER};
 static bool no_threads;
 
@@ -34,6 +35,7 @@ enum vw_status __wrap_vw_ledger_append(struct vw_ledger *ledger, const struct vw
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec += PATIENCE_S;
     pthread_mutex_lock(&disk.lock);
+    disk.transactions++;
     while (disk.closed && !disk.waited_in_vain)
         disk.waited_in_vain = pthread_cond_timedwait(&disk.opened, &disk.lock, &until) != 0;
     bool fails = disk.fails_at && records[0].step == disk.fails_at;
@@ -50,9 +52,17 @@ static void set_disk(bool closed, uint64_t fails_at) {
     pthread_mutex_lock(&disk.lock);
     assert_false(disk.waited_in_vain); // somebody waited for the disk
     disk.closed = closed;
+    disk.transactions = 0;
     disk.fails_at = fails_at;
     pthread_cond_broadcast(&disk.opened);
     pthread_mutex_unlock(&disk.lock);
+}
+
+static uint32_t transactions_begun(void) {
+    pthread_mutex_lock(&disk.lock);
+    uint32_t count = disk.transactions;
+    pthread_mutex_unlock(&disk.lock);
+    return count;
 }
 
 // ---- What is written ------------------------------------------------------------------------------------------------
@@ -151,38 +161,65 @@ static void what_waits_is_written_when_it_ends(void **state) {
     end(&writing);
 }
 
-struct adding {
-    struct writing *writing;
-    atomic_bool done;
-    enum vw_status status;
-};
-
-static void *add_on_a_thread(void *context) {
-    struct adding *adding = context;
-    adding->status = add(adding->writing);
-    atomic_store(&adding->done, true);
-    return NULL;
-}
-
-static void takes_two_batches_while_the_disk_stands_still(void **state) {
+static void what_waits_becomes_one_transaction(void **state) {
     struct writing writing = begin(*state);
-    struct adding third = {.writing = &writing};
-    pthread_t thread;
     ASSERT_OK(add(&writing));
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
     set_disk(true, 0);
     ASSERT_OK(add(&writing));
-    ASSERT_OK(add(&writing));
-    assert_int_equal(pthread_create(&thread, NULL, add_on_a_thread, &third), 0);
-    usleep(50000);
-    assert_false(atomic_load(&third.done));
+    while (!transactions_begun()) usleep(100); // until the thread has taken it
+    while (writing.added < writing.recording->count) ASSERT_OK(add(&writing));
     assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, BATCH - 1); // what is on disk
     set_disk(false, 0);
-    pthread_join(thread, NULL);
-    ASSERT_OK(third.status);
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
-    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, 4 * BATCH - 1);
+    assert_int_equal(transactions_begun(), 1); // since the disk moves again
+    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, writing.recording->count - 1);
+    assert_has(&writing, *state, writing.recording->count);
     end(&writing);
+}
+
+// Adds many steps without validation.
+enum { MANY = VW_LEDGER_WRITER_WAITING_MOST, ADDED_MOST = MANY + 3 };
+struct adding {
+    struct vw_ledger_writer *writer;
+    struct vw_step_record records[ADDED_MOST];
+    atomic_bool done;
+    enum vw_status status;
+};
+
+static enum vw_status add_many(struct adding *adding, uint32_t first, uint32_t count) {
+    const struct vw_step_statistics statistics = {.steps = first + count - 1};
+    return vw_ledger_writer_add(adding->writer, &adding->records[first], count, &statistics);
+}
+
+static void *add_last(void *context) {
+    struct adding *adding = context;
+    adding->status = add_many(adding, 2 + MANY, 1);
+    atomic_store(&adding->done, true);
+    return NULL;
+}
+
+// Writes step 0. Then MANY steps wait behind step 1, whose transaction stands still and may fail, while another thread
+// adds one more. To be freed.
+static struct adding *overfill(struct writing *writing, bool fails) {
+    pthread_t thread;
+    struct adding *adding = vw_allocate(1, sizeof *adding);
+    adding->writer = writing->writer;
+    for (uint32_t i = 0; i < ADDED_MOST; i++)
+        adding->records[i] = (struct vw_step_record){
+            .step = i, .view = i ? 1 : (uint32_t)VW_RECORD_UNTRAINED, .train_loss = i ? 0.5 : NAN};
+    ASSERT_OK(add_many(adding, 0, 1));
+    ASSERT_OK(vw_ledger_writer_drain(adding->writer));
+    set_disk(true, fails ? 1 : 0);
+    ASSERT_OK(add_many(adding, 1, 1));
+    while (!transactions_begun()) usleep(100); // until the thread has taken it
+    ASSERT_OK(add_many(adding, 2, MANY));
+    assert_int_equal(pthread_create(&thread, NULL, add_last, adding), 0);
+    usleep(50000);
+    assert_false(atomic_load(&adding->done));
+    set_disk(false, fails ? 1 : 0);
+    pthread_join(thread, NULL);
+    return adding;
 }
 
 static void a_failure_reaches_every_later_call(void **state) {
@@ -205,20 +242,22 @@ static void a_failure_reaches_every_later_call(void **state) {
     end(&writing);
 }
 
+static void more_steps_wait_for_room(void **state) {
+    struct writing writing = begin(*state);
+    struct adding *adding = overfill(&writing, false);
+    ASSERT_OK(adding->status);
+    ASSERT_OK(vw_ledger_writer_drain(writing.writer));
+    assert_int_equal(vw_ledger_next_step(writing.ledger), ADDED_MOST);
+    free(adding);
+    end(&writing);
+}
+
 static void a_failure_ends_the_wait_for_room(void **state) {
     struct writing writing = begin(*state);
-    struct adding third = {.writing = &writing};
-    pthread_t thread;
-    ASSERT_OK(add(&writing));
-    ASSERT_OK(vw_ledger_writer_drain(writing.writer));
-    set_disk(true, BATCH);
-    ASSERT_OK(add(&writing));
-    ASSERT_OK(add(&writing));
-    assert_int_equal(pthread_create(&thread, NULL, add_on_a_thread, &third), 0);
-    set_disk(false, BATCH);
-    pthread_join(thread, NULL);
-    assert_int_equal(third.status, VW_ERROR_IO);
-    assert_has(&writing, *state, BATCH);
+    struct adding *adding = overfill(&writing, true);
+    assert_int_equal(adding->status, VW_ERROR_IO);
+    assert_int_equal(vw_ledger_next_step(writing.ledger), 1);
+    free(adding);
     end(&writing);
 }
 
@@ -227,7 +266,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(writes_the_rows_that_plain_appends_write, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(writes_without_threads, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(what_waits_is_written_when_it_ends, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(takes_two_batches_while_the_disk_stands_still, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(what_waits_becomes_one_transaction, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(more_steps_wait_for_room, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_failure_reaches_every_later_call, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_failure_ends_the_wait_for_room, test_set_up, test_tear_down),
     };
