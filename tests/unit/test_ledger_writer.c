@@ -8,7 +8,7 @@
 
 #include "run/ledger_writer.h"
 
-enum { BATCH = 3, PATIENCE_S = 5 };
+enum { BATCH = 3, RECORDS_MOST = 21, PATIENCE_S = 5 };
 
 // ---- A disk that stands still or fails when told to, and a machine without threads ----------------------------------
 
@@ -73,6 +73,8 @@ struct writing {
     struct vw_ledger_writer *writer;
     struct vw_step_statistics statistics;
     uint32_t added;
+    void *lent[RECORDS_MOST]; // by each call of add(), and void since
+    uint32_t lent_count;
 };
 
 static struct writing begin(const char *folder) {
@@ -104,7 +106,7 @@ static enum vw_status add(struct writing *writing) {
         vw_ledger_writer_add(writing->writer, &lent->records[writing->added], count, &writing->statistics);
     if (!status) writing->added += count;
     memset(lent, 0x55, sizeof *lent);
-    free(lent);
+    writing->lent[writing->lent_count++] = lent;
     return status;
 }
 
@@ -113,6 +115,7 @@ static void end(struct writing *writing) {
     assert_null(writing->writer);
     ASSERT_OK(vw_ledger_verify(writing->ledger));
     vw_ledger_close(&writing->ledger);
+    for (uint32_t i = 0; i < writing->lent_count; i++) free(writing->lent[i]);
     free(writing->recording);
 }
 
