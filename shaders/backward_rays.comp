@@ -50,7 +50,7 @@ void main() {
         march(forward, field[first + i], length_of(ray, first + i, i));
     }
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
+    vec3 backdrop = background_colour(ray_index, push.key);
 #ifdef VW_RAY_EFFECTS
     if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
 #endif

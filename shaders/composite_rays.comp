@@ -21,7 +21,7 @@ void main() {
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stratum_length(ray, i));
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray_index, push.step_low, push.step_high);
+    vec3 backdrop = background_colour(ray_index, push.key);
     if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
     colours[ray_index] = vec4(forward.colour + left * backdrop, left);
 }

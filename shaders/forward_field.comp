@@ -50,7 +50,7 @@ void main() {
     uint ray_index = push.first_ray + of_chunk / SAMPLES;
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
-    vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.step_low, push.step_high));
+    vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
     if (TRAINING != 0u) grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
 
     vec4 encoding[ENC4];

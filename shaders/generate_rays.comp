@@ -23,7 +23,7 @@ void main() {
     vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
     vw_ray ray = camera_ray(cameras[pixel.view], vec2(pixel.x_px, pixel.y_px));
     vec3 target = pixel.rgba.rgb;
-    if (EFFECT_BACKGROUND != 0u) target = mix(background_colour(index, push.step_low, push.step_high), target, pixel.rgba.a);
+    if (EFFECT_BACKGROUND != 0u) target = mix(background_colour(index, push.key), target, pixel.rgba.a);
     ray.target_weight = vec4(target, index < push.ray_count ? pixel.weight : 0.0);
     rays[index] = ray;
 }

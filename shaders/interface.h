@@ -37,8 +37,8 @@ typedef uint32_t vw_uint;
     X(11, WIDE_GRADIENT, wide_gradient, uint, 0) /* 1: one 64-bit word per feature, 0: one per feature pair (decision 3) */ \
     X(12, GRID_TEXEL, grid_texel, uint, 1)       /* 1: the grid is gathered through a texel buffer, 0: storage buffer */ \
     X(13, ROWS_TEXEL, rows_texel, uint, 1)       /* likewise both kinds of activation rows */ \
-    X(14, SEED_LOW, seed_low, uint, 0) \
-    X(15, SEED_HIGH, seed_high, uint, 0) \
+    X(14, EFFECT_APPEARANCE_CODE, effect_appearance_code, uint, 0) \
+    X(15, EFFECT_OCCUPANCY, effect_occupancy, uint, 0) \
     X(16, EFFECT_DISTORTION, effect_distortion, uint, 0) /* DISTORTION_* */ \
     X(17, EFFECT_BACKGROUND, effect_background, uint, 0) /* BACKGROUND_NONE, _FIXED or _RANDOM */ \
     X(18, BACKGROUND_RED, background_red, float, 0.0) \
@@ -54,10 +54,8 @@ typedef uint32_t vw_uint;
     X(59, EFFECT_SKY, effect_sky, uint, 0) \
     X(60, EFFECT_UNBOUNDED, effect_unbounded, uint, 0) \
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
-    X(62, EFFECT_APPEARANCE_CODE, effect_appearance_code, uint, 0) \
-    X(63, EFFECT_OCCUPANCY, effect_occupancy, uint, 0) \
-    X(64, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
-    X(65, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */
+    X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
+    X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -86,11 +84,11 @@ VW_SPECIALIZATION(VW_DECLARE_CONSTANT)
 #define uint uint32_t
 struct vw_specialization {
     uint samples, levels, feature_pairs, dense_levels, table_mask, width4, training, chunk_samples, loss, optimizer, momentum,
-        wide_gradient, grid_texel, rows_texel, seed_low, seed_high, effect_distortion, effect_background;
+        wide_gradient, grid_texel, rows_texel, effect_appearance_code, effect_occupancy, effect_distortion, effect_background;
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, effect_appearance_code, effect_occupancy, slice_samples, skip_zeros;
+    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -275,21 +273,24 @@ struct vw_push_recipe {
     vw_uint view, first_pixel, pixel_count; // a range of one view's pixels; the output starts at 0
     vw_uint width_px, samples_side;         // samples_side^2 samples per pixel
     vw_uint shape_count, background;
+    vw_uint seed;                // of the noise texture
     float ambient;
     vw_float4 sun;               // unit vector towards the sun; w: intensity
     vw_float4 background_colour; // of BACKGROUND_COLOUR
 };
 
 // ---- Push constants --------------------------------------------------------------------------------------------------
+// `key` is what random numbers are keyed by: seed and step, low word first. No constant, so that trainings with other seeds share
+// their pipelines.
 struct vw_push_rays {        // generate_rays
     vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
-    vw_uint step_low, step_high; // in training
+    vw_uint4 key;            // in training
 };
 struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
-    vw_uint step_low, step_high;
+    vw_uint4 key;            // in training
 };
 struct vw_push_scatter {     // scatter_grid
     vw_uint sample_count;    // of the chunk
@@ -297,7 +298,7 @@ struct vw_push_scatter {     // scatter_grid
     vw_uint first_pair;      // where that window begins
 };
 struct vw_push_refresh {     // refresh_occupancy
-    vw_uint step_low, step_high;
+    vw_uint4 key;
     float remains;           // share of a cell's old density that is still believed
 };
 struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky

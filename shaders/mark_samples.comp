@@ -16,14 +16,14 @@ PUSH uniform Push { vw_push_samples push; };
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
-    bool warming_up = push.step_high == 0u && push.step_low <= VW_OCCUPANCY_WARM_UP;
+    bool warming_up = push.key.w == 0u && push.key.z <= VW_OCCUPANCY_WARM_UP;
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
     uint count = 0u;
     for (uint first = 0u; first < SAMPLES; first += 32u) {
         uint bits = 0u;
         for (uint i = 0u; i < min(32u, SAMPLES - first); i++) {
-            vec3 position = sample_position(ray, first + i, stratum_offset(ray_index, first + i, push.step_low, push.step_high));
+            vec3 position = sample_position(ray, first + i, stratum_offset(ray_index, first + i, push.key));
             bool keep = warming_up || occupied(occupancy[occupancy_cell(position)]);
             bits |= (keep ? 1u : 0u) << i;
         }

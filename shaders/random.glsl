@@ -2,9 +2,10 @@
 #ifndef RANDOM_GLSL
 #define RANDOM_GLSL
 
-uvec4 random_words(uint purpose, uint step_low, uint step_high, uint a, uint b) {
-    uvec2 key = uvec2(SEED_LOW, SEED_HIGH);
-    uvec4 counter = uvec4(step_low, step_high | purpose << 24, a, b);
+// `seed_step`: the key of the push constants.
+uvec4 random_words(uint purpose, uvec4 seed_step, uint a, uint b) {
+    uvec2 key = seed_step.xy;
+    uvec4 counter = uvec4(seed_step.z, seed_step.w | purpose << 24, a, b);
     [[unroll]] for (int round = 0; round < 10; round++) {
         uint high0, low0, high1, low1;
         umulExtended(0xD2511F53u, counter.x, high0, low0);

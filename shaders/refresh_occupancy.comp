@@ -19,7 +19,7 @@ PUSH uniform Push { vw_push_refresh push; };
 
 vec3 point_in_cell(uint cell) {
     uvec3 corner = uvec3(cell, cell / VW_OCCUPANCY_SIDE, cell / (VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE)) % VW_OCCUPANCY_SIDE;
-    uvec4 words = random_words(RANDOM_OCCUPANCY, push.step_low, push.step_high, cell, 0u);
+    uvec4 words = random_words(RANDOM_OCCUPANCY, push.key, cell, 0u);
     vec3 offset = vec3(random_unit(words.x), random_unit(words.y), random_unit(words.z));
     return (vec3(corner) + offset) / float(VW_OCCUPANCY_SIDE);
 }

@@ -9,9 +9,9 @@
 #include "random.glsl"
 
 // Position within the stratum: drawn for training, the centre for validation (decision 1).
-float stratum_offset(uint ray, uint sample_in_ray, uint step_low, uint step_high) {
+float stratum_offset(uint ray, uint sample_in_ray, uvec4 key) {
     if (TRAINING == 0u) return 0.5;
-    uvec4 words = random_words(RANDOM_JITTER, step_low, step_high, ray, sample_in_ray >> 2);
+    uvec4 words = random_words(RANDOM_JITTER, key, ray, sample_in_ray >> 2);
     return random_unit(words[sample_in_ray & 3u]);
 }
 

@@ -46,7 +46,7 @@ vec4 trace(vw_ray ray) {
     vec3 position = origin + hit.surface.ray_parameter * direction;
     vec3 normal = hit.surface.normal;
     // A little inside the surface, so that a face on a texture's cell border falls into one cell.
-    vec3 colour = texture_colour(shape, position - shape.centre_radius.xyz - 0.01 * shape.colour_a.w * normal);
+    vec3 colour = texture_colour(shape, position - shape.centre_radius.xyz - 0.01 * shape.colour_a.w * normal, push.seed);
     float sun = max(dot(normal, push.sun.xyz), 0.0);
     if (nearest_hit(position + NEAREST * normal, push.sun.xyz).surface.ray_parameter != NO_HIT) sun = 0.0;
     return vec4(min(colour * (push.ambient + push.sun.w * sun), vec3(1.0)), 1.0);

@@ -32,6 +32,10 @@ static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + mu
 
 static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
 
+vw_uint4 model_key_of_step(const struct model *model, uint64_t step) {
+    return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
+}
+
 uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
 
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
@@ -108,9 +112,6 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->loss = config->loss;
     s->optimizer = config->optimizer;
     s->momentum = config->beta1 > 0.0 && config->optimizer != VW_OPTIMIZER_SGD;
-    uint64_t seed = vw_config_seed_of(config, VW_VARY_PIXELS); // no pass draws order or initialisation
-    s->seed_low = (uint32_t)seed;
-    s->seed_high = (uint32_t)(seed >> 32);
     s->learning_rate = (float)config->learning_rate;
     s->beta1 = (float)config->beta1;
     s->beta2 = (float)config->beta2;
@@ -171,9 +172,10 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
-                            struct model *model) {
-    *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16};
+                             const struct device_choices *choices, const struct vw_gpu_limits *limits,
+                             struct model *model) {
+    *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16,
+                            .seed = vw_config_seed_of(config, VW_VARY_PIXELS)};
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);

@@ -23,6 +23,7 @@ struct grid_window {
 
 struct model {
     struct vw_specialization specialization; // with training = 1
+    uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
     struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
     struct param_range grid, weights;        // grid: pair_bytes per feature pair; weights: vec4 columns, see mlp.glsl
     struct param_range
@@ -57,6 +58,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
 // Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights
 // uniform for unit gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
+
+// What passes of a step key their random numbers by.
+vw_uint4 model_key_of_step(const struct model *model, uint64_t step);
 
 // `rays` rounded up to whole groups.
 uint32_t model_pad_rays(const struct model *model, uint32_t rays);

@@ -221,19 +221,15 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
 
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel, uint32_t scalar_row) {
-    struct vw_push_rays rays = {.first_pixel = first_pixel,
-                                .ray_count = step->rays,
-                                .step_low = (uint32_t)number,
-                                .step_high = (uint32_t)(number >> 32)};
-    if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number);
+    struct vw_push_rays rays = {
+        .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
+    if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
     vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
     appearance_record_forward(&step->appearance, step->field->model, batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         uint32_t left = step->padded_rays - first;
-        struct vw_push_samples chunk = {.first_ray = first,
-                                        .ray_count = left < step->chunk_rays ? left : step->chunk_rays,
-                                        .step_low = (uint32_t)number,
-                                        .step_high = (uint32_t)(number >> 32)};
+        struct vw_push_samples chunk = {
+            .first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays, .key = rays.key};
         record_chunk(step, batch, &chunk);
     }
     struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};

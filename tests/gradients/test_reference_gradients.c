@@ -191,7 +191,8 @@ static void compare_weights(struct fixture *f, int *skipped) {
         assert_true(scale > 0.0);
         for (uint32_t k = 0; k < PER_RANGE; k++) {
             // The first PER_RANGE / 2 in output 0 (of the second matrix: the density), the others anywhere.
-            uint32_t index = index_in(k < PER_RANGE / 2 ? values[m].in : count, s->seed_low, 1000 + 100 * m + k);
+            uint32_t index =
+                index_in(k < PER_RANGE / 2 ? values[m].in : count, (uint32_t)f->model.seed, 1000 + 100 * m + k);
             compare(f, values[m].name, index, &values[m].values[index], gradients[m].values[index], scale, skipped);
         }
     }
@@ -231,7 +232,8 @@ static int compare_photos(struct fixture *f, int *skipped) {
         compare(f, "bias", c, &photo->bias[c], d_photo->bias[c], scale, skipped);
     }
     for (uint32_t k = 0; k < PER_RANGE && s->effect_appearance_code; k++) {
-        uint32_t weight = index_in(4 * s->width4 * REFERENCE_CODE, s->seed_low, 1800 + k), number = 4 * k + k % 4;
+        uint32_t weight = index_in(4 * s->width4 * REFERENCE_CODE, (uint32_t)f->model.seed, 1800 + k),
+                 number = 4 * k + k % 4;
         compare(f, "code_weights", weight, &f->params->code_weights[weight], f->step->d_code_weights[weight],
                 largest_of(f->step->d_code_weights, 4 * s->width4 * REFERENCE_CODE), skipped);
         compare(f, "codes", number, &photo->code[number], d_photo->code[number],

@@ -78,7 +78,9 @@ static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *ben
         struct reference_ray ray = reference_ray_of(&rays[i / s->samples]);
         double position[3];
         uint32_t line = i / s->samples, sample = i % s->samples;
-        reference_sample_position(s, &ray, sample, reference_stratum_offset(s, line, sample, STEP), position);
+        reference_sample_position(s, &ray, sample,
+                                  reference_stratum_offset(s, line, sample, model_key_of_step(&bench->model, STEP)),
+                                  position);
         visits[reference_cell(position)]++;
     }
     for (uint32_t cell = VW_OCCUPANCY_CELLS / 2; cell < VW_OCCUPANCY_CELLS && lonely == UINT32_MAX; cell++)

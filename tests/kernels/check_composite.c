@@ -99,7 +99,7 @@ static void stand_behind(const struct step_bench *bench, const struct inputs *in
     struct reference_ray line = reference_ray_of(&in->rays[ray]);
     s.training = training;
     reference_sky_read(&bench->model, bench->params, sky);
-    reference_backdrop(&s, sky, line.direction, ray, STEP, reference->backdrop);
+    reference_backdrop(&s, sky, line.direction, ray, model_key_of_step(&bench->model, STEP), reference->backdrop);
     for (int c = 0; c < 3; c++) {
         double terms = 0.0;
         for (int k = 0; k < VW_SKY_COLUMNS; k++) terms += fabs(sky[k][c]);

@@ -106,9 +106,10 @@ static void check_training_sample(const struct step_bench *bench, const struct r
     struct reference_ray ray = reference_ray_of(&out->rays[index / s->samples]);
     struct reference_sample sample;
     struct errors errors = {0};
-    reference_sample_position(s, &ray, index % s->samples,
-                              reference_stratum_offset(s, index / s->samples, index % s->samples, STEP),
-                              sample.position);
+    reference_sample_position(
+        s, &ray, index % s->samples,
+        reference_stratum_offset(s, index / s->samples, index % s->samples, model_key_of_step(&bench->model, STEP)),
+        sample.position);
     for (uint32_t axis = 0; axis < 3; axis++)
         check_value(bench->where, "position", slot, step_bench_row(bench, out->rows, rows.position, slot)[axis],
                     sample.position[axis], POSITION_TOLERANCE);
@@ -218,7 +219,7 @@ static void mix(const struct step_bench *bench, struct reference *reference, dou
 
 void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
-    assert_true(((uint64_t)s->seed_high << 32 | s->seed_low) == bench->config.seed); // of the jitter
+    assert_true(bench->model.seed == bench->config.seed); // of the jitter
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};
     reference_matrices(s, &reference.params->weights, reference.matrices);

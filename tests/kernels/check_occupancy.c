@@ -23,7 +23,7 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
     struct reference_matrix matrices[REFERENCE_MATRICES];
     double encoding[REFERENCE_ENCODING_MAX], encoding_error[REFERENCE_ENCODING_MAX], hidden[REFERENCE_WIDTH_MAX],
         hidden_error[REFERENCE_WIDTH_MAX], raw = 0.0, position[3];
-    double expected = reference_cell_density(s, params, cell, STEP, position);
+    double expected = reference_cell_density(s, params, cell, model_key_of_step(&bench->model, STEP), position);
     reference_matrices(s, &params->weights, matrices);
     reference_grid_encode(s, params->grid, position, encoding);
     for (uint32_t i = 0; i < REFERENCE_ENCODING_MAX; i++)
@@ -46,7 +46,7 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
 }
 
 void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
-    struct vw_push_refresh push = {.step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32), .remains = 0.75f};
+    struct vw_push_refresh push = {.key = model_key_of_step(&bench->model, STEP), .remains = 0.75f};
     struct test_random random = {.seed = bench->config.seed + 3};
     if (!bench->field.occupancy) return;
     float *before = step_bench_read(bench, bench->field.occupancy), *old = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
@@ -99,7 +99,7 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
         uint32_t count = 0;
         for (uint32_t i = 0; i < s->samples; i++) {
             double position[3];
-            reference_sample_position(s, &ray, i, reference_stratum_offset(s, r, i, number), position);
+            reference_sample_position(s, &ray, i, reference_stratum_offset(s, r, i, push.key), position);
             float density = densities[reference_cell(position)];
             bool keeps = bit_of(bits, r, s->samples, i),
                  expected = number <= 256 || isnan(density) || density > reference_empty_density(s);

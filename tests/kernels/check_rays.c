@@ -48,8 +48,7 @@ struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_gpu_camera cameras[3];
     struct vw_box box = rays_box(bench);
     for (uint32_t i = 0; i < 3; i++) cameras[i] = field_camera(&bench->model, &bench->scene->views[i], &box);
-    struct vw_push_rays push = {
-        .ray_count = bench->config.rays, .step_low = (uint32_t)STEP, .step_high = (uint32_t)(STEP >> 32)};
+    struct vw_push_rays push = {.ray_count = bench->config.rays, .key = model_key_of_step(&bench->model, STEP)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
     step_bench_dispatch(bench, bench->step.generate, &push, sizeof push, bench->step.padded_rays);
@@ -151,7 +150,7 @@ static void check_target(const struct step_bench *bench, uint32_t index, const s
     const struct vw_pixel *pixel = &bench->pixels[index < bench->config.rays ? index : bench->config.rays - 1];
     const double found[3] = {device->target_weight.x, device->target_weight.y, device->target_weight.z};
     double target[3];
-    reference_target(&bench->model.specialization, pixel, index, STEP, target);
+    reference_target(&bench->model.specialization, pixel, index, model_key_of_step(&bench->model, STEP), target);
     for (int c = 0; c < 3; c++) check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE);
     check_value(bench->where, "weight", index, device->target_weight.w,
                 index < bench->config.rays ? pixel->weight : 0.0, 0.0);

@@ -57,6 +57,7 @@ static struct vw_push_recipe make_push(enum input_kind kind, uint32_t case_numbe
         .samples_side = 1,
         .shape_count = kind == INPUT_ZERO ? 0 : SHAPES,
         .background = case_number % 3,
+        .seed = case_number,
         .ambient = 0.4f,
         .sun = {0.48f, 0.36f, 0.8f, 0.7f},
         .background_colour = {0.1f, 0.2f, 0.3f, 1.0f},
@@ -95,7 +96,7 @@ static void open_tracing(struct step_bench *bench, enum input_kind kind, const s
     struct vw_gpu_camera camera = make_camera(view, &bench->scene->box);
     struct test_random random = {.seed = bench->config.seed};
     for (uint32_t i = 0; i < SHAPES; i++) t->shape_data[i] = draw_shape(kind, i, &random);
-    t->recipe = (struct reference_recipe){t->shape_data, make_push(kind, (uint32_t)bench->config.seed), s->seed_low};
+    t->recipe = (struct reference_recipe){t->shape_data, make_push(kind, (uint32_t)bench->config.seed)};
     t->cameras = make_buffer(bench->gpu, "recipe cameras", &camera, sizeof camera);
     t->shapes = make_buffer(bench->gpu, "recipe shapes", t->shape_data, sizeof t->shape_data);
     t->pixels = make_buffer(bench->gpu, "recipe pixels", NULL, PIXELS * sizeof(struct vw_recipe_pixel));

@@ -15,10 +15,10 @@ uint32_t reference_cell(const double position[3]) {
 }
 
 double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
-                              uint64_t step, double position[3]) {
+                              vw_uint4 key, double position[3]) {
     struct reference_sample sample = {.direction = {0.0, 0.0, 1.0}};
     uint32_t words[4];
-    vw_random_words((uint64_t)s->seed_high << 32 | s->seed_low, VW_RANDOM_OCCUPANCY, step, cell, 0, words);
+    vw_random_words((uint64_t)key.y << 32 | key.x, VW_RANDOM_OCCUPANCY, (uint64_t)key.w << 32 | key.z, cell, 0, words);
     for (int axis = 0; axis < 3; axis++, cell /= 32)
         sample.position[axis] = (cell % 32 + (words[axis] >> 8) / 16777216.0) / 32.0;
     reference_grid_encode(s, params->grid, sample.position, sample.encoding);

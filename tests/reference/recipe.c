@@ -169,7 +169,7 @@ static void texture(const struct reference_recipe *recipe, const struct vw_recip
     } else if (shape->texture == TEXTURE_NOISE) {
         const double finer[3] = {2.7 * at[0], 2.7 * at[1], 2.7 * at[2]};
         share = smoothstep(0.2, 0.8,
-                           0.65 * value_noise(recipe->seed_low, at) + 0.35 * value_noise(recipe->seed_low, finer));
+                           0.65 * value_noise(recipe->push.seed, at) + 0.35 * value_noise(recipe->push.seed, finer));
     }
     const double a[3] = {shape->colour_a.x, shape->colour_a.y, shape->colour_a.z},
                  b[3] = {shape->colour_b.x, shape->colour_b.y, shape->colour_b.z};

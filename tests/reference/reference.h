@@ -43,7 +43,7 @@ struct reference_ray reference_ray_of(const struct vw_ray *ray);
 // ---- sampling.c -----------------------------------------------------------------------------------------------------
 
 // Position of a sample within its stratum: drawn in training, the centre otherwise.
-double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step);
+double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, vw_uint4 key);
 // In the field's unit cube.
 void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample,
                                double offset, double position[3]);
@@ -93,11 +93,11 @@ void reference_sky_d_logit(const double rgb[3], double left, const double d_colo
 void reference_sky_gradient(const double direction[3], const double d_logit[3],
                             double d_coefficients[VW_SKY_COLUMNS][3]);
 // The background of a ray of step `step`, black when the run has none; and that, or the sky.
-void reference_background(const struct vw_specialization *s, uint32_t ray, uint64_t step, double background[3]);
+void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]);
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
-                        const double direction[3], uint32_t ray, uint64_t step, double backdrop[3]);
+                        const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]);
 // The pixel's colour on the background, when the run has that effect.
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step,
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key,
                       double target[3]);
 
 // ---- mlp.c ----------------------------------------------------------------------------------------------------------
@@ -233,14 +233,13 @@ double reference_empty_density(const struct vw_specialization *s);
 struct reference_params;
 // At the point of a cell that step `step` asks for, which is `position`.
 double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
-                              uint64_t step, double position[3]);
+                              vw_uint4 key, double position[3]);
 
 // ---- recipe.c -------------------------------------------------------------------------------------------------------
 
 struct reference_recipe {
     const struct vw_recipe_shape *shapes;
     struct vw_push_recipe push;
-    uint32_t seed_low; // of the run: the noise texture's
 };
 // What is seen along a line from `origin` (box coordinates): colour and coverage. Returns how far off it is, 0 when
 // nothing is met.

@@ -107,6 +107,7 @@ static struct reference_weights *mix_weights(const struct reference_step *step, 
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
                             uint64_t number) {
     struct vw_specialization s = step->model->specialization;
+    vw_uint4 key = model_key_of_step(step->model, number);
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
     struct reference_weights *weights = mix_weights(step, params, training);
     const struct reference_photo *photo = training && params->photos ? &params->photos[step->view] : NULL;
@@ -115,13 +116,13 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
-            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, number),
+            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, key),
                                       sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, weights, sample);
         }
-        reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, number, step->backdrops[ray]);
+        reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, key, step->backdrops[ray]);
         forward_ray(step, ray, photo, points);
     }
     free(points);

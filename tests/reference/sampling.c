@@ -4,10 +4,11 @@
 
 #include "base/random.h"
 
-double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, uint64_t step) {
+double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, vw_uint4 key) {
     if (!s->training) return 0.5;
     uint32_t words[4];
-    vw_random_words((uint64_t)s->seed_high << 32 | s->seed_low, VW_RANDOM_JITTER, step, ray, sample / 4, words);
+    vw_random_words((uint64_t)key.y << 32 | key.x, VW_RANDOM_JITTER, (uint64_t)key.w << 32 | key.z, ray, sample / 4,
+                    words);
     return (words[sample % 4] >> 8) / 16777216.0;
 }
 

@@ -32,10 +32,10 @@ void reference_sky_gradient(const double direction[3], const double d_logit[3],
         for (int c = 0; c < 3; c++) d_coefficients[k][c] += basis[k] * d_logit[c];
 }
 
-void reference_background(const struct vw_specialization *s, uint32_t ray, uint64_t step, double background[3]) {
+void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]) {
     const float fixed[3] = {s->background_red, s->background_green, s->background_blue};
     uint32_t words[4];
-    vw_random_words((uint64_t)s->seed_high << 32 | s->seed_low, VW_RANDOM_BACKGROUND, step, ray, 0, words);
+    vw_random_words((uint64_t)key.y << 32 | key.x, VW_RANDOM_BACKGROUND, (uint64_t)key.w << 32 | key.z, ray, 0, words);
     for (int c = 0; c < 3; c++) {
         background[c] = s->effect_background ? fixed[c] : 0.0;
         if (s->training && s->effect_background == BACKGROUND_RANDOM) background[c] = (words[c] >> 8) / 16777216.0;
@@ -43,15 +43,15 @@ void reference_background(const struct vw_specialization *s, uint32_t ray, uint6
 }
 
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
-                        const double direction[3], uint32_t ray, uint64_t step, double backdrop[3]) {
+                        const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]) {
     if (s->effect_sky) reference_sky(sky, direction, backdrop);
-    else reference_background(s, ray, step, backdrop);
+    else reference_background(s, ray, key, backdrop);
 }
 
-void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, uint64_t step,
+void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key,
                       double target[3]) {
     const float rgb[3] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z};
     double background[3], alpha = s->effect_background ? pixel->rgba.w : 1.0;
-    reference_background(s, ray, step, background);
+    reference_background(s, ray, key, background);
     for (int i = 0; i < 3; i++) target[i] = alpha * rgb[i] + (1.0 - alpha) * background[i];
 }

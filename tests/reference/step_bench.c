@@ -250,8 +250,8 @@ void step_bench_submit(struct step_bench *bench) {
 }
 
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number) {
-    return (struct vw_push_samples){
-        .ray_count = bench->step.padded_rays, .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32)};
+    return (struct vw_push_samples){.ray_count = bench->step.padded_rays,
+                                    .key = model_key_of_step(&bench->model, number)};
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {

@@ -16,7 +16,7 @@ enum { BASE_SEED = 5, OTHER_SEED = 6 };
 struct drawn {
     struct test_run *run;
     struct vw_pixel pixels[64];  // of the first step
-    uint32_t jitter_seed[2];     // what shaders draw from
+    uint64_t jitter_seed;        // what shaders draw from
     uint32_t order[3 * 5];       // photo by step
     struct vw_view_error *views; // of the untrained field
 };
@@ -32,8 +32,7 @@ static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
 static void draw(const struct vw_scene *scene, const struct vw_config *config, struct drawn *drawn) {
     *drawn = (struct drawn){0};
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one batch
-    drawn->jitter_seed[0] = trainer->model.specialization.seed_low;
-    drawn->jitter_seed[1] = trainer->model.specialization.seed_high;
+    drawn->jitter_seed = trainer->model.seed;
     drawn->run = vw_allocate(1, sizeof *drawn->run);
     test_run_finish(trainer, drawn->run);
     memcpy(drawn->pixels, vw_buffer_map(trainer->pixels), config->rays * sizeof *drawn->pixels);
@@ -75,7 +74,7 @@ static void a_seed_varies_what_it_is_told_to(void **state) {
         print_message("vary %s\n", vw_vary_name(forms[i].vary));
         assert_int_equal(!memcmp(base.order, other.order, sizeof base.order), forms[i].order);
         assert_int_equal(same_places(&base, &other), forms[i].pixels);
-        assert_int_equal(!memcmp(base.jitter_seed, other.jitter_seed, sizeof base.jitter_seed), forms[i].pixels);
+        assert_int_equal(base.jitter_seed == other.jitter_seed, forms[i].pixels);
         assert_int_equal(same_start(&base, &other), forms[i].start);
         assert_memory_not_equal(base.run->params, other.run->params, 4 * base.run->param_words);
         test_run_free(base.run);

@@ -70,8 +70,6 @@ static bool any_distortion(const struct vw_scene *scene) {
 static enum vw_status make_pass(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_recipe_tracer *tracer) {
     const struct vw_specialization specialization = {
         .samples = 1,
-        .seed_low = (uint32_t)tracer->recipe->seed,
-        .seed_high = (uint32_t)(tracer->recipe->seed >> 32),
         .effect_distortion = any_distortion(scene) ? DISTORTION_BASIC : DISTORTION_NONE,
     };
     const struct vw_binding bindings[] = {
@@ -144,6 +142,7 @@ enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, s
         .samples_side = recipe->samples_side,
         .shape_count = recipe->shape_count,
         .background = recipe->background,
+        .seed = (uint32_t)recipe->seed,
         .ambient = (float)recipe->ambient,
         .sun = {(float)sun[0], (float)sun[1], (float)sun[2], (float)recipe->sun_intensity},
         .background_colour = {background[0], background[1], background[2], 1},

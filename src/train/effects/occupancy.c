@@ -77,10 +77,10 @@ void occupancy_destroy(struct occupancy *occupancy) {
     vw_buffer_destroy(&occupancy->kept);
 }
 
-void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number) {
+void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number,
+                              vw_uint4 key) {
     if (number % OCCUPANCY_STEPS) return;
-    struct vw_push_refresh push = {
-        .step_low = (uint32_t)number, .step_high = (uint32_t)(number >> 32), .remains = REMAINS};
+    struct vw_push_refresh push = {.key = key, .remains = REMAINS};
     vw_batch_dispatch(batch, occupancy->refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
 }
 

@@ -28,7 +28,7 @@ enum vw_status occupancy_create_passes(const struct field *field, const struct v
 void occupancy_destroy(struct occupancy *occupancy);
 
 // Records what step `number` does before its rays are sampled.
-void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number);
+void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number, vw_uint4 key);
 void occupancy_record_chunk(const struct occupancy *occupancy, struct vw_batch *batch,
                             const struct vw_push_samples *push);
 
