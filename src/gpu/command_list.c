@@ -99,11 +99,11 @@ static void write_dispatch(const struct vw_command *command, const uint8_t *push
     const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
     bool labelled = pass->gpu->instance.debug_utils;
     if (labelled) vkCmdBeginDebugUtilsLabelEXT(commands, &label);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline->handle);
     if (pass->slot_count)
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->layout, 0, 1, &pass->set, 0, NULL);
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline->layout, 0, 1, &pass->set, 0, NULL);
     if (pass->push_bytes)
-        vkCmdPushConstants(commands, pass->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes,
+        vkCmdPushConstants(commands, pass->pipeline->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes,
                            pushes + command->push_offset_bytes);
     bool timed = vw_batch_timer_start(timer, commands, pass);
     const struct vw_workgroups *groups = &command->groups;

@@ -5,9 +5,6 @@
 
 #include "base/memory.h"
 #include "gpu/buffer.h"
-#include "gpu/debug.h"
-#include "gpu/float_controls.h"
-#include "gpu/loop_controls.h"
 #include "gpu/spirv.h"
 
 enum { UNUSED_BYTES = 256 }; // more than any item of a buffer
@@ -103,38 +100,22 @@ static enum vw_status check_kind(const char *pass, const struct vw_spirv_slot *s
 
 // ---- Binding --------------------------------------------------------------------------------------------------------
 
-static VkDescriptorType descriptor_type(const struct vw_spirv_slot *slot) {
-    return slot->texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-}
-
 static enum vw_status create_set(struct vw_pass *pass, const struct vw_spirv *spirv) {
     VkDevice device = pass->gpu->device;
-    VkDescriptorSetLayoutBinding bindings[VW_SPIRV_MAX_SLOTS];
     VkDescriptorPoolSize sizes[VW_SPIRV_MAX_SLOTS];
-    for (uint32_t i = 0; i < spirv->slot_count; i++) {
-        VkDescriptorType type = descriptor_type(&spirv->slots[i]);
-        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = spirv->slots[i].slot,
-                                                     .descriptorType = type,
-                                                     .descriptorCount = 1,
-                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
-        sizes[i] = (VkDescriptorPoolSize){type, 1};
-    }
-    const VkDescriptorSetLayoutCreateInfo layout = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                                    .bindingCount = spirv->slot_count,
-                                                    .pBindings = bindings};
-    VkResult result = vkCreateDescriptorSetLayout(device, &layout, NULL, &pass->set_layout);
-    if (result) return vw_gpu_fail(result, "vkCreateDescriptorSetLayout", pass->name);
     if (!spirv->slot_count) return VW_OK;
+    for (uint32_t i = 0; i < spirv->slot_count; i++)
+        sizes[i] = (VkDescriptorPoolSize){vw_descriptor_type(&spirv->slots[i]), 1};
     const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = 1,
                                              .poolSizeCount = spirv->slot_count,
                                              .pPoolSizes = sizes};
-    result = vkCreateDescriptorPool(device, &pool, NULL, &pass->pool);
+    VkResult result = vkCreateDescriptorPool(device, &pool, NULL, &pass->pool);
     if (result) return vw_gpu_fail(result, "vkCreateDescriptorPool", pass->name);
     const VkDescriptorSetAllocateInfo set = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                              .descriptorPool = pass->pool,
                                              .descriptorSetCount = 1,
-                                             .pSetLayouts = &pass->set_layout};
+                                             .pSetLayouts = &pass->pipeline->set_layout};
     result = vkAllocateDescriptorSets(device, &set, &pass->set);
     return result ? vw_gpu_fail(result, "vkAllocateDescriptorSets", pass->name) : VW_OK;
 }
@@ -171,7 +152,7 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
                                         .dstSet = pass->set,
                                         .dstBinding = declared->slot,
                                         .descriptorCount = 1,
-                                        .descriptorType = descriptor_type(declared),
+                                        .descriptorType = vw_descriptor_type(declared),
                                         .pBufferInfo = &range,
                                         .pTexelBufferView = &slot->view};
     vkUpdateDescriptorSets(pass->gpu->device, 1, &write, 0, NULL);
@@ -217,73 +198,6 @@ static enum vw_status bind_slots(struct vw_pass *pass, const struct vw_spirv *sp
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
-static enum vw_status create_layout(struct vw_pass *pass) {
-    const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = pass->push_bytes};
-    const VkPipelineLayoutCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                             .setLayoutCount = 1,
-                                             .pSetLayouts = &pass->set_layout,
-                                             .pushConstantRangeCount = pass->push_bytes ? 1 : 0,
-                                             .pPushConstantRanges = &push};
-    VkResult result = vkCreatePipelineLayout(pass->gpu->device, &info, NULL, &pass->layout);
-    return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pass->name) : VW_OK;
-}
-
-static uint32_t *copy_code(const struct vw_shader *shader, size_t *code_bytes) {
-    uint32_t *code = vw_allocate(1, shader->code_bytes);
-    if (code) memcpy(code, shader->code, *code_bytes = shader->code_bytes);
-    return code;
-}
-
-// The shader's code, owned by the caller, with what this device's driver has to be told.
-static uint32_t *code_for_device(const struct vw_shader *shader, const struct vw_gpu_limits *limits,
-                                 size_t *code_bytes) {
-    uint32_t *code = limits->keeps_nan ? vw_spirv_keep_nan(shader, code_bytes) : copy_code(shader, code_bytes);
-    if (code && !limits->unrolls_loops) vw_spirv_keep_loops(code, *code_bytes);
-    return code;
-}
-
-static enum vw_status create_module(const struct vw_pass *pass, const struct vw_shader *shader,
-                                    VkShaderModule *module) {
-    size_t code_bytes = 0;
-    uint32_t *code = code_for_device(shader, &pass->gpu->chosen.limits, &code_bytes);
-    if (!code) return VW_ERROR_MEMORY;
-    const VkShaderModuleCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code_bytes, .pCode = code};
-    VkResult result = vkCreateShaderModule(pass->gpu->device, &info, NULL, module);
-    free(code);
-    return result ? vw_gpu_fail(result, "vkCreateShaderModule", pass->name) : VW_OK;
-}
-
-static enum vw_status create_pipeline(struct vw_pass *pass, const struct vw_pass_params *params) {
-    VkShaderModule module;
-    VkSpecializationMapEntry *entries = vw_allocate(params->specialization_count, sizeof *entries);
-    enum vw_status status = entries ? create_module(pass, params->shader, &module) : VW_ERROR_MEMORY;
-    if (status) {
-        free(entries);
-        return status;
-    }
-    for (uint32_t i = 0; i < params->specialization_count; i++)
-        entries[i] = (VkSpecializationMapEntry){.constantID = i, .offset = i * 4, .size = 4};
-    const VkSpecializationInfo specialization = {.mapEntryCount = params->specialization_count,
-                                                 .pMapEntries = entries,
-                                                 .dataSize = params->specialization_count * sizeof(uint32_t),
-                                                 .pData = params->specialization};
-    const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                              .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                                        .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                        .module = module,
-                                                        .pName = "main",
-                                                        .pSpecializationInfo = &specialization},
-                                              .layout = pass->layout};
-    VkResult result =
-        vkCreateComputePipelines(pass->gpu->device, pass->gpu->pipeline_cache, 1, &info, NULL, &pass->pipeline);
-    vkDestroyShaderModule(pass->gpu->device, module, NULL);
-    free(entries);
-    if (result) return vw_gpu_fail(result, "building the pipeline", pass->name);
-    vw_gpu_set_name(pass->gpu, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pass->pipeline, pass->name);
-    return VW_OK;
-}
-
 enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass) {
     struct vw_spirv spirv;
     enum vw_status status = vw_spirv_read(params->shader, params->specialization, params->specialization_count, &spirv);
@@ -296,10 +210,9 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
     made->role = params->role;
     made->push_bytes = spirv.push_bytes;
     made->workgroup_invocations = spirv.workgroup_size[0] * spirv.workgroup_size[1] * spirv.workgroup_size[2];
-    status = create_set(made, &spirv);
+    status = vw_pipeline_take(gpu, params, &spirv, &made->pipeline);
+    if (!status) status = create_set(made, &spirv);
     if (!status) status = bind_slots(made, &spirv, params);
-    if (!status) status = create_layout(made);
-    if (!status) status = create_pipeline(made, params);
     if (status) {
         vw_pass_destroy(&made);
         return status;
@@ -310,10 +223,7 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
 
 static void destroy_handles(struct vw_pass *pass) {
     VkDevice device = pass->gpu->device;
-    vkDestroyPipeline(device, pass->pipeline, NULL);
-    vkDestroyPipelineLayout(device, pass->layout, NULL);
     vkDestroyDescriptorPool(device, pass->pool, NULL);
-    vkDestroyDescriptorSetLayout(device, pass->set_layout, NULL);
     for (uint32_t i = 0; i < pass->slot_count; i++) vkDestroyBufferView(device, pass->slots[i].view, NULL);
 }
 
@@ -321,6 +231,7 @@ void vw_pass_destroy(struct vw_pass **pass) {
     struct vw_pass *dying = *pass;
     if (!dying) return;
     if (!dying->gpu->hung) destroy_handles(dying);
+    vw_pipeline_release(dying->gpu, &dying->pipeline);
     vw_buffer_destroy(&dying->unused);
     free(dying->slots);
     free(dying);

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_GPU_PASS_H
 #define VIEWWORTH_GPU_PASS_H
 
+#include "gpu/pipeline.h"
 #include "gpu/state.h"
 
 struct vw_pass_slot {
@@ -14,11 +15,9 @@ struct vw_pass_slot {
 struct vw_pass {
     struct vw_gpu *gpu;
     const char *name, *role;
-    VkDescriptorSetLayout set_layout;
     VkDescriptorPool pool;
     VkDescriptorSet set;
-    VkPipelineLayout layout;
-    VkPipeline pipeline;
+    struct vw_pipeline *pipeline; // maybe of other passes, too
     uint32_t push_bytes;
     uint32_t workgroup_invocations;
     struct vw_buffer *unused; // stands in for bindings without a buffer; owned

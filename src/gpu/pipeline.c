@@ -1,0 +1,166 @@
+#include "gpu/pipeline.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/debug.h"
+#include "gpu/float_controls.h"
+#include "gpu/loop_controls.h"
+
+// ---- Creation -------------------------------------------------------------------------------------------------------
+
+VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot) {
+    return slot->texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+static enum vw_status create_set_layout(const struct vw_gpu *gpu, const struct vw_spirv *spirv,
+                                        struct vw_pipeline *pipeline) {
+    VkDescriptorSetLayoutBinding bindings[VW_SPIRV_MAX_SLOTS];
+    for (uint32_t i = 0; i < spirv->slot_count; i++)
+        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = spirv->slots[i].slot,
+                                                     .descriptorType = vw_descriptor_type(&spirv->slots[i]),
+                                                     .descriptorCount = 1,
+                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+    const VkDescriptorSetLayoutCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                                  .bindingCount = spirv->slot_count,
+                                                  .pBindings = bindings};
+    VkResult result = vkCreateDescriptorSetLayout(gpu->device, &info, NULL, &pipeline->set_layout);
+    return result ? vw_gpu_fail(result, "vkCreateDescriptorSetLayout", pipeline->shader->name) : VW_OK;
+}
+
+static enum vw_status create_layout(const struct vw_gpu *gpu, const struct vw_spirv *spirv,
+                                    struct vw_pipeline *pipeline) {
+    const VkPushConstantRange push = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .size = spirv->push_bytes};
+    const VkPipelineLayoutCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                             .setLayoutCount = 1,
+                                             .pSetLayouts = &pipeline->set_layout,
+                                             .pushConstantRangeCount = spirv->push_bytes ? 1 : 0,
+                                             .pPushConstantRanges = &push};
+    VkResult result = vkCreatePipelineLayout(gpu->device, &info, NULL, &pipeline->layout);
+    return result ? vw_gpu_fail(result, "vkCreatePipelineLayout", pipeline->shader->name) : VW_OK;
+}
+
+static uint32_t *copy_code(const struct vw_shader *shader, size_t *code_bytes) {
+    uint32_t *code = vw_allocate(1, shader->code_bytes);
+    if (code) memcpy(code, shader->code, *code_bytes = shader->code_bytes);
+    return code;
+}
+
+// The shader's code, owned by the caller, with what this device's driver has to be told.
+static uint32_t *code_for_device(const struct vw_shader *shader, const struct vw_gpu_limits *limits,
+                                 size_t *code_bytes) {
+    uint32_t *code = limits->keeps_nan ? vw_spirv_keep_nan(shader, code_bytes) : copy_code(shader, code_bytes);
+    if (code && !limits->unrolls_loops) vw_spirv_keep_loops(code, *code_bytes);
+    return code;
+}
+
+static enum vw_status create_module(const struct vw_gpu *gpu, const struct vw_shader *shader, VkShaderModule *module) {
+    size_t code_bytes = 0;
+    uint32_t *code = code_for_device(shader, &gpu->chosen.limits, &code_bytes);
+    if (!code) return VW_ERROR_MEMORY;
+    const VkShaderModuleCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code_bytes, .pCode = code};
+    VkResult result = vkCreateShaderModule(gpu->device, &info, NULL, module);
+    free(code);
+    return result ? vw_gpu_fail(result, "vkCreateShaderModule", shader->name) : VW_OK;
+}
+
+static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
+    VkShaderModule module;
+    const char *name = pipeline->shader->name;
+    uint32_t count = pipeline->constant_count;
+    VkSpecializationMapEntry *entries = vw_allocate(count, sizeof *entries);
+    enum vw_status status = entries ? create_module(gpu, pipeline->shader, &module) : VW_ERROR_MEMORY;
+    if (status) {
+        free(entries);
+        return status;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        entries[i] = (VkSpecializationMapEntry){.constantID = i, .offset = i * 4, .size = 4};
+    const VkSpecializationInfo specialization = {.mapEntryCount = count,
+                                                 .pMapEntries = entries,
+                                                 .dataSize = count * sizeof(uint32_t),
+                                                 .pData = pipeline->constants};
+    const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                              .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                        .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                        .module = module,
+                                                        .pName = "main",
+                                                        .pSpecializationInfo = &specialization},
+                                              .layout = pipeline->layout};
+    VkResult result = vkCreateComputePipelines(gpu->device, gpu->pipeline_cache, 1, &info, NULL, &pipeline->handle);
+    vkDestroyShaderModule(gpu->device, module, NULL);
+    free(entries);
+    if (result) return vw_gpu_fail(result, "building the pipeline", name);
+    vw_gpu_set_name(gpu, VK_OBJECT_TYPE_PIPELINE, (uint64_t)pipeline->handle, name);
+    return VW_OK;
+}
+
+static void destroy_handles(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
+    vkDestroyPipeline(gpu->device, pipeline->handle, NULL);
+    vkDestroyPipelineLayout(gpu->device, pipeline->layout, NULL);
+    vkDestroyDescriptorSetLayout(gpu->device, pipeline->set_layout, NULL);
+}
+
+static void destroy(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
+    if (!gpu->hung) destroy_handles(gpu, pipeline);
+    free(pipeline->constants);
+    free(pipeline);
+}
+
+static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
+                             struct vw_pipeline **pipeline) {
+    struct vw_pipeline *made = vw_allocate(1, sizeof *made);
+    if (!made) return VW_ERROR_MEMORY;
+    made->shader = params->shader;
+    made->constant_count = params->specialization_count;
+    made->constants = vw_allocate(made->constant_count, sizeof *made->constants);
+    enum vw_status status = made->constants ? VW_OK : VW_ERROR_MEMORY;
+    if (!status && made->constant_count)
+        memcpy(made->constants, params->specialization, made->constant_count * sizeof *made->constants);
+    if (!status) status = create_set_layout(gpu, spirv, made);
+    if (!status) status = create_layout(gpu, spirv, made);
+    if (!status) status = compile(gpu, made);
+    if (status) destroy(gpu, made);
+    else *pipeline = made;
+    return status;
+}
+
+// ---- Sharing --------------------------------------------------------------------------------------------------------
+
+static bool fits(const struct vw_pipeline *pipeline, const struct vw_pass_params *params) {
+    size_t bytes = params->specialization_count * sizeof *pipeline->constants;
+    return pipeline->shader == params->shader && pipeline->constant_count == params->specialization_count &&
+           (bytes == 0 || !memcmp(pipeline->constants, params->specialization, bytes));
+}
+
+enum vw_status vw_pipeline_take(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
+                                struct vw_pipeline **pipeline) {
+    struct vw_pipeline *found = gpu->pipelines;
+    while (found && !fits(found, params)) found = found->next;
+    if (!found) {
+        enum vw_status status = create(gpu, params, spirv, &found);
+        if (status) return status;
+        found->next = gpu->pipelines;
+        gpu->pipelines = found;
+    }
+    found->pass_count++;
+    *pipeline = found;
+    return VW_OK;
+}
+
+void vw_pipeline_release(struct vw_gpu *gpu, struct vw_pipeline **pipeline) {
+    struct vw_pipeline *released = *pipeline, **link = &gpu->pipelines;
+    *pipeline = NULL;
+    if (!released || --released->pass_count) return;
+    while (*link != released) link = &(*link)->next;
+    *link = released->next;
+    destroy(gpu, released);
+}
+
+uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu) {
+    uint32_t count = 0;
+    for (const struct vw_pipeline *pipeline = gpu->pipelines; pipeline; pipeline = pipeline->next) count++;
+    return count;
+}
