@@ -101,7 +101,8 @@ static void write_dispatch(const struct vw_command *command, const uint8_t *push
     if (labelled) vkCmdBeginDebugUtilsLabelEXT(commands, &label);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline->handle);
     if (pass->slot_count)
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline->layout, 0, 1, &pass->set, 0, NULL);
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pass->pipeline->layout, 0, 1, &pass->set, 0,
+                                NULL);
     if (pass->push_bytes)
         vkCmdPushConstants(commands, pass->pipeline->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes,
                            pushes + command->push_offset_bytes);

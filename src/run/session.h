@@ -19,6 +19,7 @@ struct vw_session_params {
 // All zero before it is opened.
 struct vw_session {
     struct vw_gpu *gpu;
+    struct vw_submissions *submissions; // of all trainings of the session: those open at a time take steps together
     struct vw_scene *scene;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count; // 0 until they are decided

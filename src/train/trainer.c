@@ -9,7 +9,6 @@
 #include "train/effects/registry.h"
 #include "train/pixels.h"
 #include "train/trainer_private.h"
-#include "base/clock.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -58,8 +57,15 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     enum vw_status status = allocate_records(trainer);
     if (status == VW_OK) status = vw_buffer_create(trainer->gpu, &pixels, &trainer->pixels);
     if (status == VW_OK) status = vw_buffer_create(trainer->gpu, &scalars, &trainer->scalars);
-    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++)
-        status = vw_batch_create(trainer->gpu, &trainer->slots[i].batch);
+    return status;
+}
+
+// The last part: from then on a trainer that shares its submissions is recorded when others advance.
+static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
+    enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
+    struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
+    if (status == VW_OK) status = submissions_join(submissions, trainer);
+    if (status == VW_OK) trainer->submissions = submissions;
     return status;
 }
 
@@ -123,7 +129,8 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     if (status == VW_OK)
         status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
     if (status == VW_OK) status = create_validation(trainer);
-    return status == VW_OK ? create_probes(trainer) : status;
+    if (status == VW_OK) status = create_probes(trainer);
+    return status == VW_OK ? join_submissions(trainer, params->submissions) : status;
 }
 
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {
@@ -143,7 +150,8 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
 void vw_trainer_destroy(struct vw_trainer **pointer) {
     struct vw_trainer *trainer = *pointer;
     if (!trainer) return;
-    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&trainer->slots[i].batch); // waits
+    if (trainer->submissions) submissions_leave(trainer->submissions, trainer);
+    vw_submissions_destroy(&trainer->own_submissions);
     probes_destroy(&trainer->probes);
     validation_destroy(&trainer->validation);
     step_destroy(&trainer->step);
@@ -160,10 +168,9 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
 
 // ---- Submission -----------------------------------------------------------------------------------------------------
 
-static void record_training(struct vw_trainer *trainer, const struct batch_slot *slot, uint64_t step,
-                            uint32_t step_in_batch, uint32_t scalar_row) {
-    uint32_t slot_index = (uint32_t)(slot - trainer->slots), rays = trainer->config.rays;
-    uint32_t first_pixel = (slot_index * trainer->schedule.batch_steps_max + step_in_batch) * pixels_per_step(trainer);
+static void record_training(struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
+                            uint32_t scalar_row) {
+    uint32_t rays = trainer->config.rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_PIXELS);
     uint32_t view = schedule_view_of_step(&trainer->schedule, step),
@@ -171,10 +178,10 @@ static void record_training(struct vw_trainer *trainer, const struct batch_slot 
     for (uint32_t draw = 0; draw < draws; draw++)
         pixels_draw(trainer->scene, view, seed, step, draw, rays, pixels + draw * rays);
     if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * draws);
-    probes_record_before(&trainer->probes, slot->batch, step, first_pixel, scalar_row);
-    step_record(&trainer->step, slot->batch, step, first_pixel, scalar_row);
-    validation_record(&trainer->validation, slot->batch, scalar_row);
-    probes_record_after(&trainer->probes, slot->batch, step, scalar_row);
+    probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
+    step_record(&trainer->step, batch, step, first_pixel, scalar_row);
+    validation_record(&trainer->validation, batch, scalar_row);
+    probes_record_after(&trainer->probes, batch, step, scalar_row);
 }
 
 // Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
@@ -182,35 +189,35 @@ static bool state_is_due(const struct vw_trainer *trainer) {
     return trainer->next_step > 0 && probes_state_due(&trainer->probes, trainer->next_step - 1);
 }
 
-// Records the next steps, up to `last` or to one behind which the state is probed.
-static void record_batch(struct vw_trainer *trainer, struct batch_slot *slot, uint64_t last) {
-    uint32_t row = (uint32_t)(slot - trainer->slots) * rows_per_slot(trainer);
+static uint64_t last_step(const struct vw_trainer *trainer) {
+    uint64_t total = schedule_total_steps(&trainer->schedule);
+    return trainer->stop_step < total ? trainer->stop_step : total;
+}
+
+bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
+    return !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) && !state_is_due(trainer);
+}
+
+// Records the next steps, up to the last or to one behind which the state is probed.
+void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch) {
+    uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
+    uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
+    struct batch_slot *slot = &trainer->slots[index];
+    if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
+    *slot = (struct batch_slot){.first_step = trainer->next_step, .in_flight = true};
     if (trainer->next_step == 0) { // the untrained field
-        validation_record(&trainer->validation, slot->batch, row);
+        validation_record(&trainer->validation, batch, row);
         row += rows_per_step(trainer);
         slot->row_count++;
         trainer->next_step++;
     }
-    for (uint32_t i = 0; i < trainer->schedule.batch_steps && trainer->next_step <= last && !state_is_due(trainer);
-         i++, row += rows_per_step(trainer)) {
-        record_training(trainer, slot, trainer->next_step++, i, row);
+    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last && !state_is_due(trainer);
+         steps--) {
+        record_training(trainer, batch, trainer->next_step++, pixel, row);
+        pixel += pixels_per_step(trainer);
+        row += rows_per_step(trainer);
         slot->row_count++;
     }
-}
-
-// Leaves the slot idle when no step is left, or none can be taken before the state has been probed.
-static enum vw_status submit_batch(struct vw_trainer *trainer, struct batch_slot *slot) {
-    uint64_t total = schedule_total_steps(&trainer->schedule);
-    uint64_t last = trainer->stop_step < total ? trainer->stop_step : total;
-    if (trainer->next_step > last || state_is_due(trainer)) return VW_OK;
-    slot->first_step = trainer->next_step;
-    slot->row_count = 0;
-    vw_batch_begin(slot->batch);
-    record_batch(trainer, slot, last);
-    slot->submitted_s = vw_now_s();
-    enum vw_status status = vw_batch_submit(slot->batch);
-    slot->in_flight = status == VW_OK;
-    return status;
 }
 
 // ---- Handing out ----------------------------------------------------------------------------------------------------
@@ -262,31 +269,32 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
 
 // Waits for the oldest batch in flight, if any, and lends its records.
 static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
-    struct batch_slot *slot = &trainer->slots[trainer->next_slot];
+    uint32_t index = trainer->next_slot;
+    struct batch_slot *slot = &trainer->slots[index];
     *records = trainer->records;
     *count = 0;
-    if (!slot->in_flight) return VW_OK;
-    trainer->next_slot = (trainer->next_slot + 1) % BATCHES_IN_FLIGHT;
-    enum vw_status status = vw_batch_wait(slot->batch);
+    if (!slot->in_flight) return submissions_check(trainer->submissions);
+    trainer->next_slot = (index + 1) % BATCHES_IN_FLIGHT;
+    enum vw_status status = submissions_wait(trainer->submissions, index);
     slot->in_flight = false;
     if (status != VW_OK) return status;
-    schedule_adapt_batches(&trainer->schedule, slot->row_count, vw_now_s() - slot->submitted_s);
-    const vw_float4 *rows =
-        (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)(slot - trainer->slots) * rows_per_slot(trainer);
+    schedule_adapt_batches(&trainer->schedule, slot->row_count, trainer->submissions->took_s[index]);
+    const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)index * rows_per_slot(trainer);
     for (uint32_t i = 0; i < slot->row_count; i++)
         read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
     bool last_submitted = slot->first_step + slot->row_count == trainer->next_step;
     if (!last_submitted || !state_is_due(trainer)) return VW_OK;
-    return probes_take_state(&trainer->probes, slot->batch, &trainer->records[slot->row_count - 1]);
+    return probes_take_state(&trainer->probes, trainer->submissions->batches[index],
+                             &trainer->records[slot->row_count - 1]);
 }
 
 // Fills the slots from the oldest on, so that one batch runs while another's records are read.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) {
-        struct batch_slot *slot = &trainer->slots[(trainer->next_slot + i) % BATCHES_IN_FLIGHT];
-        if (!slot->in_flight) status = submit_batch(trainer, slot);
+        uint32_t index = (trainer->next_slot + i) % BATCHES_IN_FLIGHT;
+        if (trainer_has_steps(trainer, index)) status = submissions_submit(trainer->submissions, index);
     }
     return status == VW_OK ? hand_out(trainer, records, count) : status;
 }

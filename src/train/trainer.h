@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "train/device_choices.h"
+#include "train/submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
@@ -25,6 +26,7 @@ struct vw_trainer_params {
     uint32_t effect_count;
     bool validate;                        // render the validation rays after every step (`value`), or not (`train`)
     const struct device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
+    struct vw_submissions *submissions;   // of trainers that take their steps together; outlives them. NULL: alone
     uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 
@@ -36,7 +38,8 @@ void vw_trainer_destroy(struct vw_trainer **trainer);
 // ---- Steps ---------------------------------------------------------------------------------------------------------
 
 // Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until
-// the next call. count = 0 when the run is complete.
+// the next call. count = 0 when the run is complete. Where submissions are shared, this takes along the next steps of
+// all their trainers: set each of them up (checkpoint, stop) before any of them advances.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
 // The same without submitting more: hands out what is in flight. count = 0 when nothing is, and the state on the device
 // is that after the last step handed out.

@@ -111,12 +111,12 @@ static void validation_is_pure(void **state) {
         ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
         free(rgb);
         struct vw_push_reduce push = {.count = TEST_VALS};
-        vw_batch_begin(trainer->slots[0].batch);
-        evaluator_record(&trainer->validation.evaluator, trainer->slots[0].batch);
-        vw_batch_dispatch(trainer->slots[0].batch, trainer->validation.reduce_views, &push, sizeof push,
+        vw_batch_begin(trainer->submissions->batches[0]);
+        evaluator_record(&trainer->validation.evaluator, trainer->submissions->batches[0]);
+        vw_batch_dispatch(trainer->submissions->batches[0], trainer->validation.reduce_views, &push, sizeof push,
                           64 * TEST_VALS);
-        ASSERT_OK(vw_batch_submit(trainer->slots[0].batch));
-        ASSERT_OK(vw_batch_wait(trainer->slots[0].batch));
+        ASSERT_OK(vw_batch_submit(trainer->submissions->batches[0]));
+        ASSERT_OK(vw_batch_wait(trainer->submissions->batches[0]));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < TEST_VALS; i++)
             assert_true(

@@ -1,0 +1,217 @@
+// Trainings that share their submissions: each has the bits that it has alone, and they wait at the barriers of one.
+#include "support/cmocka_test.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/trainer_fixture.h"
+#include "gpu/hazard.h"
+#include "gpu/pipeline.h"
+#include "train/trainer.h"
+#include "base/memory.h"
+
+enum { TOGETHER = 3, STEPS_PER_BATCH = 4, COUNTED_MOST = 8 };
+
+// What differs between the trainings of a test: photos, seed and length.
+struct member {
+    uint32_t left_out; // the place of a photo that it is not trained on
+    uint64_t seed;
+    uint32_t epochs;
+};
+static const struct member members[TOGETHER] = {{0, 7, 3}, {2, 8, 3}, {4, 7, 1}}; // the last one ends earlier
+
+struct group {
+    struct vw_scene *scene;
+    struct vw_config config;
+    struct vw_submissions *submissions;
+    struct vw_trainer *trainers[TOGETHER];
+    struct test_run *runs[TOGETHER];
+};
+
+static struct vw_trainer *open_member(struct group *group, const struct member *member, uint32_t steps_per_batch,
+                                      struct vw_submissions *submissions) {
+    struct vw_config config = group->config;
+    struct vw_trainer *trainer = NULL;
+    uint32_t *views = NULL, all = 0, count = 0;
+    ASSERT_OK(vw_scene_list_views(group->scene, VW_SPLIT_TRAIN, &views, &all));
+    for (uint32_t v = 0; v < all; v++)
+        if (v != member->left_out) views[count++] = views[v];
+    config.seed = member->seed;
+    config.epochs = member->epochs;
+    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                           .scene = group->scene,
+                                                           .config = &config,
+                                                           .train_views = views,
+                                                           .train_view_count = count,
+                                                           .validate = true,
+                                                           .submissions = submissions,
+                                                           .steps_per_batch = steps_per_batch},
+                                &trainer));
+    free(views);
+    return trainer;
+}
+
+static void open_group(const char *effects, uint32_t steps_per_batch, struct group *group) {
+    *group = (struct group){.scene = test_scene(), .config = test_config()};
+    strcpy(group->config.effects, effects);
+    ASSERT_OK(vw_submissions_create(test_gpu(), &group->submissions));
+    for (uint32_t i = 0; i < TOGETHER; i++) {
+        group->trainers[i] = open_member(group, &members[i], steps_per_batch, group->submissions);
+        group->runs[i] = vw_allocate(1, sizeof *group->runs[i]);
+    }
+}
+
+static void close_group(struct group *group) {
+    for (uint32_t i = 0; i < TOGETHER; i++) {
+        vw_trainer_destroy(&group->trainers[i]);
+        test_run_free(group->runs[i]);
+    }
+    vw_submissions_destroy(&group->submissions);
+    vw_scene_close(&group->scene);
+}
+
+// One batch of a training; whether it had steps to hand out.
+static bool take_batch(struct group *group, uint32_t index, bool collect) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 0;
+    if (!group->trainers[index]) return false;
+    if (collect) ASSERT_OK(vw_trainer_collect(group->trainers[index], &records, &count));
+    else ASSERT_OK(vw_trainer_advance(group->trainers[index], &records, &count));
+    test_run_keep(group->runs[index], records, count);
+    return count > 0;
+}
+
+static bool take_round(struct group *group) {
+    bool any = false;
+    for (uint32_t i = 0; i < TOGETHER; i++) any |= take_batch(group, i, false);
+    return any;
+}
+
+static void assert_as_alone(struct group *group, uint32_t index) {
+    struct vw_trainer *alone = open_member(group, &members[index], STEPS_PER_BATCH, NULL);
+    struct test_run *expected = vw_allocate(1, sizeof *expected);
+    test_run_finish(alone, expected);
+    test_run_finish(group->trainers[index], group->runs[index]);
+    test_run_assert_same(expected, group->runs[index]);
+    vw_trainer_destroy(&alone);
+    test_run_free(expected);
+}
+
+static void bits_are_those_of_a_training_alone(void **state) {
+    (void)state;
+    static const char *const effects[] = {"none", "appearance,occupancy"};
+    static const uint32_t batches[] = {STEPS_PER_BATCH, 0};
+    for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {
+        struct group group;
+        open_group(effects[e], batches[e], &group);
+        while (take_round(&group))
+            ;
+        for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
+        close_group(&group);
+    }
+}
+
+// For a checkpoint one of them collects what it has in flight, while the others are ahead of it; one is given up with
+// steps in flight; one does not advance for a while.
+static void each_goes_its_own_way(void **state) {
+    (void)state;
+    struct group group;
+    open_group("none", 2, &group);
+    take_round(&group);
+    while (take_batch(&group, 1, true))
+        ;
+    assert_false(vw_trainer_in_flight(group.trainers[1]));
+    take_batch(&group, 0, false);
+    take_batch(&group, 0, false);
+    assert_true(vw_trainer_in_flight(group.trainers[2]));
+    vw_trainer_destroy(&group.trainers[2]);
+    while (take_round(&group))
+        ;
+    for (uint32_t i = 0; i < 2; i++) assert_as_alone(&group, i);
+    close_group(&group);
+}
+
+// Held, a training takes no step because others advance.
+static void a_held_training_stays(void **state) {
+    (void)state;
+    struct group group;
+    open_group("none", STEPS_PER_BATCH, &group);
+    vw_trainer_stop_after(group.trainers[1], 5);
+    while (take_round(&group))
+        ;
+    assert_int_equal(group.runs[1]->count, 1 + 5);
+    assert_int_equal(group.runs[0]->count, 1 + 3 * 4);
+    vw_trainer_stop_after(group.trainers[1], UINT64_MAX);
+    for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
+    close_group(&group);
+}
+
+// The second batch of as many trainings: what a step has of commands and of barriers.
+static void count_epochs(uint32_t together, double *commands, double *barriers) {
+    struct group group = {.scene = test_scene(), .config = test_config()};
+    struct vw_trainer *trainers[COUNTED_MOST];
+    const struct vw_step_record *records;
+    uint32_t count;
+    ASSERT_OK(vw_submissions_create(test_gpu(), &group.submissions));
+    for (uint32_t i = 0; i < together; i++) {
+        const struct member member = {.left_out = i % 5, .seed = i, .epochs = 10};
+        trainers[i] = open_member(&group, &member, STEPS_PER_BATCH, group.submissions);
+    }
+    ASSERT_OK(vw_trainer_advance(trainers[0], &records, &count));
+    *commands = vw_batch_commands(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
+    *barriers = vw_batch_barriers(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
+    for (uint32_t i = 0; i < together; i++) assert_true(vw_trainer_in_flight(trainers[i]));
+    for (uint32_t i = 0; i < together; i++) vw_trainer_destroy(&trainers[i]);
+    vw_submissions_destroy(&group.submissions);
+    vw_scene_close(&group.scene);
+}
+
+static void barriers_are_those_of_one(void **state) {
+    (void)state;
+    double commands_alone, barriers_alone;
+    count_epochs(1, &commands_alone, &barriers_alone);
+    for (uint32_t together = 1; together <= COUNTED_MOST; together *= 2) {
+        double commands, barriers;
+        count_epochs(together, &commands, &barriers);
+        print_message("%u together: %.2f commands, %.2f barriers per step of all\n", together, commands, barriers);
+        assert_float_equal(commands, together * commands_alone, 0);
+        assert_float_equal(barriers, barriers_alone, 0);
+    }
+}
+
+static void pipelines_are_those_of_one(void **state) {
+    (void)state;
+    struct group group;
+    open_group("appearance", STEPS_PER_BATCH, &group);
+    uint32_t of_three = vw_gpu_pipeline_count(test_gpu());
+    vw_trainer_destroy(&group.trainers[0]);
+    vw_trainer_destroy(&group.trainers[1]);
+    assert_int_equal(vw_gpu_pipeline_count(test_gpu()), of_three);
+    assert_true(of_three > 10);
+    vw_trainer_destroy(&group.trainers[2]);
+    assert_int_equal(vw_gpu_pipeline_count(test_gpu()), 0);
+    close_group(&group);
+}
+
+static void as_many_as_fit_are_taken_together(void **state) {
+    (void)state;
+    struct vw_gpu_info device = {.kind = VW_GPU_DISCRETE, .memory_bytes = 1000};
+    assert_int_equal(vw_trainers_together(&device, 100), 5);
+    assert_int_equal(vw_trainers_together(&device, 900), 1);
+    assert_int_equal(vw_trainers_together(&device, 1), VW_TRAINERS_TOGETHER_MAX);
+    device.kind = VW_GPU_CPU;
+    assert_int_equal(vw_trainers_together(&device, 1), 1);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bits_are_those_of_a_training_alone),
+        cmocka_unit_test(each_goes_its_own_way),
+        cmocka_unit_test(a_held_training_stays),
+        cmocka_unit_test(barriers_are_those_of_one),
+        cmocka_unit_test(pipelines_are_those_of_one),
+        cmocka_unit_test(as_many_as_fit_are_taken_together),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}
