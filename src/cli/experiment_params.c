@@ -11,6 +11,7 @@ struct vw_experiment_params vw_params_of_experiment(const struct vw_options *opt
         .device = options->device,
         .out = options->out,
         .seeds = options->seeds,
+        .together = options->together,
         .no_thumbnails = options->no_thumbnails,
         .interrupt = vw_interrupt_watch(),
         .progress = vw_progress_show,

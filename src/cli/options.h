@@ -31,7 +31,8 @@ struct vw_options {
     struct vw_config config;
     const char *out;
     bool resume, profile, measure;
-    uint32_t seeds; // number of runs
+    uint32_t seeds;    // number of runs
+    uint32_t together; // trainings in a submission; 0: by the device
     const char *payout;
     double until_stable; // 0: take all epochs
     const char *accuracy, *budget;

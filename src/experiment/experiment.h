@@ -17,6 +17,7 @@ struct vw_experiment_params {
     const char *device;             // index or part of the name; NULL: the preferred device
     const char *out;                // needed
     uint32_t seeds;                 // as many are compared: config->seed and those after it
+    uint32_t together;              // runs or trainings that take their steps together; 0: by the device
     bool no_thumbnails;             // leave the photos out of the report
     struct vw_interrupt interrupt;  // asked between batches of steps, and between retrainings
     vw_run_progress *progress;      // of single runs; NULL: none
@@ -28,5 +29,9 @@ struct vw_experiment_params {
 enum vw_status vw_experiment_check(const struct vw_experiment_params *params, uint32_t seed_count, bool scores);
 // Opens device and scene, and logs what was found. Does nothing when they are open.
 enum vw_status vw_experiment_open_session(const struct vw_experiment_params *params, struct vw_session *session);
+// How many trainings take their steps together: params->together, or what the session's device suggests where each of
+// them needs `bytes_each` of its memory.
+uint32_t vw_experiment_together(const struct vw_experiment_params *params, const struct vw_session *session,
+                                uint64_t bytes_each);
 
 #endif

@@ -1,9 +1,11 @@
 #include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 
 #include "run/run_private.h"
 #include "run/stop_rules.h"
 #include "base/clock.h"
+#include "base/memory.h"
 #include "viewworth/log.h"
 
 // ---- Recording -----------------------------------------------------------------------------------------------------
@@ -148,26 +150,34 @@ static enum vw_status check_rules(struct vw_run *run, uint64_t last_step, bool *
     return VW_OK;
 }
 
-// Batch after batch. For a checkpoint, and to stop, what is in flight is collected first.
-static enum vw_status take_batches(struct vw_run *run, uint64_t last_step) {
+// Collects what is in flight, for a checkpoint or to stop.
+static enum vw_status settle(struct vw_run *run) {
+    const struct vw_step_record *records = NULL;
+    uint32_t count = 1;
+    enum vw_status status = VW_OK;
+    while (!status && count > 0) {
+        status = vw_trainer_collect(run->trainer, &records, &count);
+        if (!status && count > 0) status = take_records(run, records, count);
+    }
+    if (!status) status = settle_ledger(run); // a checkpoint is never ahead of the ledger
+    if (!status) save_checkpoint(run);
+    return !status && run->stopping ? stop(run) : status;
+}
+
+// One batch on the way to `last_step`.
+static enum vw_status take_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
+    *ended = false;
+    if (run->ledger && (run->stopping || vw_checkpoints_due(&run->checkpoints))) return settle(run);
+    enum vw_status status = vw_trainer_advance(run->trainer, &records, &count);
+    if (status) return status;
+    if (count > 0) return take_records(run, records, count);
     bool piece_ends = false;
-    enum vw_status status = VW_OK;
-    release(run, last_step);
-    while (!status && !run->over && !piece_ends) {
-        bool settle = run->ledger && (run->stopping || vw_checkpoints_due(&run->checkpoints));
-        status = settle ? vw_trainer_collect(run->trainer, &records, &count)
-                        : vw_trainer_advance(run->trainer, &records, &count);
-        if (status) break;
-        if (count > 0) status = take_records(run, records, count);
-        else status = settle_ledger(run);
-        if (status || count > 0) continue;
-        if (settle) save_checkpoint(run);
-        else if (!run->stopping) status = check_rules(run, last_step, &piece_ends);
-        if (settle && run->stopping) status = stop(run);
-    }
-    return drain(run, status);
+    status = settle_ledger(run);
+    if (!status && !run->stopping) status = check_rules(run, last_step, &piece_ends);
+    *ended = run->over || piece_ends;
+    return status;
 }
 
 static enum vw_status begin(struct vw_run *run) {
@@ -183,11 +193,19 @@ static enum vw_status begin(struct vw_run *run) {
 
 enum vw_status vw_run_catch_up(struct vw_run *run) {
     if (run->complete || run->trainer_step >= run->statistics.steps) return VW_OK;
+    uint64_t last_step = run->statistics.steps;
+    bool ended = run->over;
     enum vw_status status = begin(run);
-    return status ? status : take_batches(run, run->statistics.steps);
+    if (!status) release(run, last_step);
+    while (!status && !ended) status = take_batch(run, last_step, &ended);
+    return drain(run, status);
 }
 
-enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
+// ---- Advancing ------------------------------------------------------------------------------------------------------
+
+// Lets the run take up to `steps` steps, up to `last_step`; `ended`: none is left.
+static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_step, bool *ended) {
+    *ended = true;
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: run is NULL; open one by vw_run_open");
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
     if (run->complete || run->over || steps == 0) return VW_OK;
@@ -198,10 +216,72 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
     run->failed = status != VW_OK;
     if (status) return status;
     uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;
-    status = take_batches(run, taken < total && steps < total - taken ? taken + steps : total);
-    if (status && run->ledger) vw_run_end_early(run, status);
-    run->failed = status && status != VW_ERROR_INTERRUPTED;
+    *last_step = taken < total && steps < total - taken ? taken + steps : total;
+    *ended = false;
+    release(run, *last_step);
+    return VW_OK;
+}
+
+// A run that stops is held: what it shares its submissions with goes on without it.
+static enum vw_status advance_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
+    enum vw_status status = take_batch(run, last_step, ended);
+    if (!status) return VW_OK;
+    status = drain(run, status);
+    *ended = true;
+    vw_trainer_stop_after(run->trainer, 0);
+    if (run->ledger) vw_run_end_early(run, status);
+    run->failed = status != VW_ERROR_INTERRUPTED;
     return status;
+}
+
+enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
+    uint64_t last_step = 0;
+    bool ended = false;
+    enum vw_status status = start(run, steps, &last_step, &ended);
+    while (!status && !ended) status = advance_batch(run, last_step, &ended);
+    return status;
+}
+
+// A run on its way.
+struct course {
+    uint64_t last_step;
+    bool ended;
+};
+
+// The first failure of several runs.
+struct failure {
+    enum vw_status status;
+    struct vw_saved_error why;
+};
+
+static void note(struct failure *failure, enum vw_status status) {
+    if (failure->status || !status) return;
+    *failure = (struct failure){status, vw_error_save()};
+}
+
+enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses) {
+    struct course *courses = vw_allocate(count, sizeof *courses);
+    struct failure failure = {VW_OK};
+    bool interrupted = false;
+    if (!courses) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) {
+        statuses[i] = start(runs[i], UINT64_MAX, &courses[i].last_step, &courses[i].ended);
+        note(&failure, statuses[i]);
+    }
+    for (uint32_t left = count; left > 0;) {
+        left = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            if (courses[i].ended) continue;
+            runs[i]->stopping |= interrupted;
+            statuses[i] = advance_batch(runs[i], courses[i].last_step, &courses[i].ended);
+            interrupted |= statuses[i] == VW_ERROR_INTERRUPTED;
+            note(&failure, statuses[i]);
+            left += !courses[i].ended;
+        }
+    }
+    free(courses);
+    if (failure.status) vw_error_restore(&failure.why);
+    return failure.status;
 }
 
 void vw_run_leave(struct vw_run *run) {

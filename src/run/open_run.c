@@ -125,7 +125,8 @@ static enum vw_status create_trainer(struct vw_run *run) {
                                              .config = &config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
-                                             .validate = run->validate};
+                                             .validate = run->validate,
+                                             .submissions = run->session->submissions};
     return vw_trainer_create(&params, &run->trainer);
 }
 

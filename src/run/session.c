@@ -1,6 +1,7 @@
 #include "run/session.h"
 
 #include "run/open.h"
+#include "train/submissions.h"
 #include "detect/decide.h"
 #include "viewworth/log.h"
 
@@ -17,6 +18,7 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
     if (!status && params->timers && !vw_gpu_get_limits(session->gpu)->timestamps)
         status = vw_fail(VW_ERROR_USAGE,
                          "--profile: this device has no timestamps; leave it out, or choose another --device");
+    if (!status && !session->submissions) status = vw_submissions_create(session->gpu, &session->submissions);
     struct vw_scene_params scene = params->scene;
     scene.gpu = session->gpu;
     if (!status) status = vw_scene_open(&scene, &session->scene);
@@ -31,5 +33,6 @@ enum vw_status vw_session_decide_effects(const char *effects, struct vw_session 
 
 void vw_session_close(struct vw_session *session) {
     vw_scene_close(&session->scene);
+    vw_submissions_destroy(&session->submissions);
     (void)vw_gpu_close(&session->gpu); // reports only what validation layers said, which are off here
 }
