@@ -95,7 +95,7 @@ static enum vw_status train_on_all(struct work *work, double *seconds) {
     const struct vw_retrain_params retraining = {
         .views = retrainer->train_views, .view_count = retrainer->train_count, .seed = evaluation_seed(work)};
     struct vw_retrain_result result;
-    enum vw_status status = vw_retrain(retrainer, &retraining, &result);
+    enum vw_status status = vw_retrain(retrainer, &retraining, 1, &result);
     if (!status) *seconds = result.seconds;
     return status;
 }
@@ -200,8 +200,11 @@ static enum vw_status make_runs(struct work *work) {
 
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_experiment_params *common = &work->params->common;
-    const struct vw_retrainer_params params = {
-        .session = &work->session, .config = common->config, .out = common->out, .interrupt = common->interrupt};
+    const struct vw_retrainer_params params = {.session = &work->session,
+                                               .config = common->config,
+                                               .out = common->out,
+                                               .together = common->together,
+                                               .interrupt = common->interrupt};
     return vw_retrainer_open(&params, &work->retrainer);
 }
 

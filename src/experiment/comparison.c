@@ -93,6 +93,7 @@ static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = session,
                                                .config = common->config,
                                                .out = common->out,
+                                               .together = common->together,
                                                .whole_views = true,
                                                .interrupt = common->interrupt};
     enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
@@ -100,6 +101,21 @@ static enum vw_status open_retrainer(struct work *work) {
     work->comparison->half_views = vw_effects_fit_views(session->effects, session->effect_count);
     memcpy(work->comparison->scene_hash, work->retrainer.scene_hash, sizeof work->comparison->scene_hash);
     return VW_OK;
+}
+
+// The lists with one seed, at the same time.
+static enum vw_status train_lists(struct work *work, uint32_t place_of_seed) {
+    const struct vw_experiment_params *common = &work->params->common;
+    struct vw_comparison *comparison = work->comparison;
+    struct vw_retrain_params retrainings[VW_PHOTO_SETS_MAX];
+    struct vw_retrain_result results[VW_PHOTO_SETS_MAX];
+    uint32_t count = comparison->sets.count;
+    for (uint32_t l = 0; l < count; l++)
+        retrainings[l] = retraining_of(&comparison->sets, l, common->config->seed + place_of_seed);
+    enum vw_status status = vw_retrain(&work->retrainer, retrainings, count, results);
+    for (uint32_t l = 0; !status && l < count; l++)
+        comparison->results[(size_t)l * common->seeds + place_of_seed] = results[l];
+    return status;
 }
 
 // Seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the pictures
@@ -112,12 +128,10 @@ static enum vw_status train(struct work *work) {
     retrainer->planned = (uint64_t)comparison->sets.count * common->seeds;
     retrainer->saved_views =
         (struct vw_saved_views){.views = comparison->rendered_views, .folder = work->pictures_folder};
-    for (uint32_t s = 0; s < common->seeds; s++)
-        for (uint32_t l = 0; !status && l < comparison->sets.count; l++) {
-            const struct vw_retrain_params retraining = retraining_of(&comparison->sets, l, common->config->seed + s);
-            retrainer->saved_views.count = s ? 0 : comparison->rendered_count;
-            status = vw_retrain(retrainer, &retraining, &comparison->results[(size_t)l * common->seeds + s]);
-        }
+    for (uint32_t s = 0; !status && s < common->seeds; s++) {
+        retrainer->saved_views.count = s ? 0 : comparison->rendered_count;
+        status = train_lists(work, s);
+    }
     return status;
 }
 

@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +10,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/psnr.h"
+#include "gpu/compute.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
@@ -35,18 +37,24 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
                                              .effects = session->effects,
                                              .effect_count = session->effect_count,
                                              .train_views = retraining->views,
-                                             .train_view_count = retraining->view_count};
+                                             .train_view_count = retraining->view_count,
+                                             .submissions = session->submissions};
     return vw_trainer_create(&params, trainer);
 }
 
-// The run_id of one of them covers what all retrainings share.
-static enum vw_status name_base(struct vw_retrainer *retrainer) {
+// The run_id of one of them covers what all retrainings share. It also shows how much memory one takes.
+static enum vw_status try_base(struct vw_retrainer *retrainer) {
+    const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
+    uint64_t before = vw_gpu_buffer_bytes(params->session->gpu);
     enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
+    uint64_t bytes = vw_gpu_buffer_bytes(params->session->gpu) - before;
     vw_trainer_destroy(&trainer);
     if (status) return status;
+    retrainer->together =
+        params->together ? params->together : vw_trainers_together(vw_gpu_get_info(params->session->gpu), bytes);
     vw_hash_to_hex(run_id, retrainer->base_id);
     vw_hash_to_hex(retrainer->params.session->scene->hash, retrainer->scene_hash);
     return VW_OK;
@@ -65,7 +73,7 @@ enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struc
     if (!status)
         status = vw_scene_list_views(params->session->scene, VW_SPLIT_TRAIN, &retrainer->train_views,
                                      &retrainer->train_count);
-    if (!status) status = name_base(retrainer);
+    if (!status) status = try_base(retrainer);
     if (!status) status = open_retrainings(retrainer);
     return status;
 }
@@ -101,14 +109,6 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
         vw_hasher_add_text(&hasher, retrainer->params.session->scene->views[retraining->views[i]].name);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, id);
-}
-
-static enum vw_status train(struct vw_trainer *trainer) {
-    const struct vw_step_record *records = NULL;
-    uint32_t count = 1;
-    enum vw_status status = VW_OK;
-    while (!status && count > 0) status = vw_trainer_advance(trainer, &records, &count);
-    return status;
 }
 
 // The measurements of single views.
@@ -177,32 +177,6 @@ static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_tr
     return status;
 }
 
-static enum vw_status train_and_measure(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                        const char *id, struct vw_retrain_result *result) {
-    struct vw_trainer *trainer = NULL;
-    double started_s = vw_cpu_s();
-    enum vw_status status = create_trainer(retrainer, retraining, &trainer);
-    if (!status) status = train(trainer);
-    if (!status) status = measure(retrainer, trainer, id, result);
-    vw_trainer_destroy(&trainer);
-    result->seconds = vw_cpu_s() - started_s;
-    return status;
-}
-
-static enum vw_status make(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining, const char *id,
-                           struct vw_retrain_result *result) {
-    if (vw_interrupt_requested(&retrainer->params.interrupt))
-        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the finished retrainings; the same command resumes",
-                       retrainer->params.out);
-    enum vw_status status = train_and_measure(retrainer, retraining, id, result);
-    struct vw_retrain_params made = *retraining;
-    made.epochs = epochs_of(retrainer, retraining);
-    if (!status) status = vw_retrainings_add(retrainer->retrainings, id, retrainer->scene_hash, &made, result);
-    if (status) return status;
-    retrainer->made++;
-    return VW_OK;
-}
-
 // Logs now and then, and at the end, what is done and what is left.
 static void report_progress(struct vw_retrainer *retrainer) {
     double now_s = vw_now_s();
@@ -216,16 +190,119 @@ static void report_progress(struct vw_retrainer *retrainer) {
                 each_s, ceil(each_s * (double)left / 60));
 }
 
-enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
-    struct vw_retrainer *retrainer = context;
+// ---- Several at a time ----
+
+// Where a retraining is made.
+struct seat {
+    struct vw_trainer *trainer; // NULL: the seat is free
+    const struct vw_retrain_params *retraining;
+    struct vw_retrain_result *result;
+    char id[VW_HASH_HEX_BYTES];
+    double cpu_s;
+};
+
+// Retrainings on their way. The first failure is the one to report: no other retraining begins then, but those that
+// have begun are finished and kept.
+struct work {
+    struct vw_retrainer *retrainer;
+    struct seat seats[VW_TRAINERS_TOGETHER_MAX];
+    uint32_t busy;
+    double counted_cpu_s; // shared out among the seats
+    enum vw_status status;
+    struct vw_saved_error why;
+};
+
+static void note(struct work *work, enum vw_status status) {
+    if (work->status || !status) return;
+    work->status = status;
+    work->why = vw_error_save();
+}
+
+static void share_cpu_time(struct work *work) {
+    double now_s = vw_cpu_s();
+    for (uint32_t i = 0; i < work->retrainer->together; i++)
+        if (work->seats[i].trainer) work->seats[i].cpu_s += (now_s - work->counted_cpu_s) / work->busy;
+    work->counted_cpu_s = now_s;
+}
+
+static bool is_being_made(const struct work *work, const char *id) {
+    for (uint32_t i = 0; i < work->retrainer->together; i++)
+        if (work->seats[i].trainer && !strcmp(work->seats[i].id, id)) return true;
+    return false;
+}
+
+static enum vw_status sit_down(struct work *work, const struct vw_retrain_params *retraining, const char *id,
+                               struct vw_retrain_result *result) {
+    struct vw_retrainer *retrainer = work->retrainer;
+    struct seat *seat = work->seats;
+    if (vw_interrupt_requested(&retrainer->params.interrupt))
+        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; %s keeps the finished retrainings; the same command resumes",
+                       retrainer->params.out);
+    while (seat->trainer) seat++;
+    share_cpu_time(work);
+    *seat = (struct seat){.retraining = retraining, .result = result};
+    snprintf(seat->id, sizeof seat->id, "%s", id);
+    enum vw_status status = create_trainer(retrainer, retraining, &seat->trainer);
+    work->busy += !status;
+    return status;
+}
+
+// Begins a retraining, or recalls it. False: an equal one is being made.
+static bool begin(struct work *work, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
+    struct vw_retrainer *retrainer = work->retrainer;
     char id[VW_HASH_HEX_BYTES];
     bool found = false;
     vw_retrainer_name(retrainer, retraining, id);
+    if (is_being_made(work, id)) return false;
     enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, result);
-    if (status) return status;
     found = found && vw_saved_views_exist(&retrainer->saved_views, id);
-    if (!found) status = make(retrainer, retraining, id, result);
-    else retrainer->recalled++;
-    if (!status && !found) report_progress(retrainer);
-    return status;
+    if (!status && !found) status = sit_down(work, retraining, id, result);
+    retrainer->recalled += !status && found;
+    note(work, status);
+    return true;
+}
+
+static enum vw_status finish(struct work *work, struct seat *seat) {
+    struct vw_retrainer *retrainer = work->retrainer;
+    struct vw_retrain_params made = *seat->retraining;
+    made.epochs = epochs_of(retrainer, seat->retraining);
+    enum vw_status status = measure(retrainer, seat->trainer, seat->id, seat->result);
+    share_cpu_time(work);
+    seat->result->seconds = seat->cpu_s;
+    if (!status)
+        status = vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result);
+    if (status) return status;
+    retrainer->made++;
+    report_progress(retrainer);
+    return VW_OK;
+}
+
+// One batch of every retraining that is being made.
+static void advance(struct work *work) {
+    for (uint32_t i = 0; i < work->retrainer->together; i++) {
+        struct seat *seat = &work->seats[i];
+        const struct vw_step_record *records = NULL;
+        uint32_t count = 0;
+        if (!seat->trainer) continue;
+        enum vw_status status = vw_trainer_advance(seat->trainer, &records, &count);
+        if (!status && count > 0) continue;
+        if (!status) status = finish(work, seat);
+        note(work, status);
+        share_cpu_time(work);
+        vw_trainer_destroy(&seat->trainer);
+        work->busy--;
+    }
+}
+
+enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
+                          struct vw_retrain_result *results) {
+    struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
+    for (uint32_t next = 0; work.busy > 0 || (!work.status && next < count);) {
+        while (!work.status && next < count && work.busy < work.retrainer->together &&
+               begin(&work, &retrainings[next], &results[next]))
+            next++;
+        advance(&work);
+    }
+    if (work.status) vw_error_restore(&work.why);
+    return work.status;
 }

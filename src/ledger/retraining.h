@@ -24,8 +24,8 @@ struct vw_retrain_result {
     double seconds;             // CPU time; for display only
 };
 
-// Trains, or returns the recorded result of an equal retraining.
-typedef enum vw_status vw_retrain_function(void *context, const struct vw_retrain_params *retraining,
-                                           struct vw_retrain_result *result);
+// Makes retrainings, in any order, or returns the recorded results of equal ones.
+typedef enum vw_status vw_retrain_function(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
+                                           struct vw_retrain_result *results);
 
 #endif

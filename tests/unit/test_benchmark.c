@@ -45,9 +45,8 @@ static double noise_of(const struct vw_retrain_params *retraining) {
     return sum * sqrt(3);
 }
 
-static enum vw_status play(void *context, const struct vw_retrain_params *retraining,
-                           struct vw_retrain_result *outcome) {
-    struct game *game = context;
+static enum vw_status play_one(struct game *game, const struct vw_retrain_params *retraining,
+                               struct vw_retrain_result *outcome) {
     double psnr_db = 20;
     game->retrainings++;
     if (game->fails) return vw_fail(VW_ERROR_DEVICE, "the game is over");
@@ -62,6 +61,13 @@ static enum vw_status play(void *context, const struct vw_retrain_params *retrai
                                           .test_l1 = NAN,
                                           .seconds = 1};
     return VW_OK;
+}
+
+static enum vw_status play(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
+                           struct vw_retrain_result *outcomes) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count && !status; i++) status = play_one(context, &retrainings[i], &outcomes[i]);
+    return status;
 }
 
 static int set_up(void **state) {

@@ -43,8 +43,11 @@ static enum vw_status name_configuration(struct vw_sweep_state *state, uint32_t 
 
 static enum vw_status open_files(struct vw_sweep_state *state) {
     const struct vw_experiment_params *common = &state->params->common;
-    const struct vw_retrainer_params params = {
-        .session = &state->session, .config = common->config, .out = common->out, .interrupt = common->interrupt};
+    const struct vw_retrainer_params params = {.session = &state->session,
+                                               .config = common->config,
+                                               .out = common->out,
+                                               .together = common->together,
+                                               .interrupt = common->interrupt};
     char *path = vw_path_join(common->out, "tradeoff.db");
     enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;
     if (!status) status = vw_retrainer_open(&params, &state->retrainer);

@@ -38,16 +38,19 @@ enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_s
 
 enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
                                   vw_retrain_function *retrain, void *context) {
-    uint32_t *views = vw_allocate(subsets->size, sizeof *views);
-    enum vw_status status = views ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < subsets->count * VW_SUBSET_SEEDS; i++) {
-        const uint32_t *places = subsets->places + (size_t)(i / VW_SUBSET_SEEDS) * subsets->size;
-        const struct vw_retrain_params retraining = {
-            .views = views, .view_count = subsets->size, .seed = first_seed + i % VW_SUBSET_SEEDS};
-        for (uint32_t member = 0; member < subsets->size; member++) views[member] = photos[places[member]];
-        status = retrain(context, &retraining, &subsets->results[i]);
-    }
+    uint32_t count = subsets->count * VW_SUBSET_SEEDS;
+    size_t members = (size_t)subsets->count * subsets->size;
+    uint32_t *views = vw_allocate(members, sizeof *views);
+    struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
+    enum vw_status status = views && retrainings ? VW_OK : VW_ERROR_MEMORY;
+    for (size_t member = 0; !status && member < members; member++) views[member] = photos[subsets->places[member]];
+    for (uint32_t i = 0; !status && i < count; i++)
+        retrainings[i] = (struct vw_retrain_params){.views = views + (size_t)(i / VW_SUBSET_SEEDS) * subsets->size,
+                                                    .view_count = subsets->size,
+                                                    .seed = first_seed + i % VW_SUBSET_SEEDS};
+    if (!status) status = retrain(context, retrainings, count, subsets->results);
     free(views);
+    free(retrainings);
     return status;
 }
 
