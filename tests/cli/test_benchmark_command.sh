@@ -37,6 +37,9 @@ check "no retraining has a seed whose scores are evaluated" test "$(ask whole 'S
 check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed) || max(seed) FROM retraining WHERE view_count = 5
     AND seed > 3')" = 45
 
+check "a benchmark of five trainings at a time" benchmark together --subsets 8 --leave-one-out --together 5
+check "has the same bytes" cmp "$folder/whole/benchmark.csv" "$folder/together/benchmark.csv"
+
 # ---- Resuming and reusing ----
 
 cp "$folder/whole/benchmark.csv" "$folder/first.csv"

@@ -93,11 +93,13 @@ stops() {
     check "$1: keeps what it timed" test -z "$(timings "$1" | sort | comm -13 - <(sort "$folder/timings"))"
 }
 
-# resumes NAME WORD...: the words are a command line.
+# resumes NAME WORD...: the words are a command line. With $together, what is stopped takes as many trainings at a time; what it is
+# compared with takes one.
 resumes() {
     local name=$1 words=("${@:2}")
     is_chosen "$name" || return 0
     check "$name: without interruption" finish "whole_$name"
+    [[ -z ${together:-} ]] || words+=(--together "$together")
     stops "$name" "$(progress "whole_$name")"
     check "$name: leaves the same" same_contents "whole_$name" "$name"
 }
@@ -106,10 +108,10 @@ resumes value value "$scene" --resume --epochs 60 "${small[@]}" --effects occupa
 signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
 resumes until-stable value "$scene" --resume --epochs 60 "${small[@]}" --until-stable 0.9
 resumes same-state value "$scene" --resume --epochs 24 "${small[@]}" --same-state 3 --first-order
-resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
-signal=TERM resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
-resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 6 --views 1 "${tiny_field[@]}"
-resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 8 --parameters epochs --halves 0 "${tiny_field[@]}"
+together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
+signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
+together=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 6 --views 1 "${tiny_field[@]}"
+together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 8 --parameters epochs --halves 0 "${tiny_field[@]}"
 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
 if is_chosen budget; then

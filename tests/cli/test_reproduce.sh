@@ -70,11 +70,11 @@ check "the JSON says the same" test "$(printf '%.9f' "$(json '$.by_epochs[#-1].m
         WHERE method = 'dv_psnr' AND measure = 'pearson' AND epochs = '6'")")"
 check "and what varied" test "$(json '$.vary'),$(json '$.seeds[2]'),$(json '$.photos')" = all,2,12
 
-check "two of the seeds" reproduce pair --seeds 2
-check "and one more" reproduce pair --seeds 3
+check "two of the seeds, taken together" reproduce pair --seeds 2 --together 2
+check "and one more" reproduce pair --seeds 3 --together 3
 check "are the three" same_reproduction whole pair
-check "fewer epochs" reproduce short --seeds 3 --epochs 5
-check "that are taken further" reproduce short --seeds 3
+check "fewer epochs" reproduce short --seeds 3 --epochs 5 --together 3
+check "that are taken further, two together" reproduce short --seeds 3 --together 2
 check "are those" same_reproduction whole short
 check "longer runs are read as far as asked" eval 'reproduce longer --seeds 3 --epochs 9 && reproduce longer --seeds 3 &&
     same_tables whole longer'
@@ -118,6 +118,10 @@ check "a file in a run's place is refused" refused other 'seed_1: is another kin
 check "and one in the folder's" refused file 'is a file; name a folder' --seeds 2
 mkdir -p "$folder/broken/seed_0" && echo x >"$folder/broken/seed_0/ledger.db"
 check "and what is no ledger" refused broken 'seed_0/ledger.db' --seeds 2
+mkdir -p "$folder/beside/seed_1/ledger.db"
+check "one of three together that cannot be opened is refused" refused beside 'seed_1/ledger.db' --seeds 3 --together 3
+check "and the others are made" eval 'same_run whole/seed_0 beside/seed_0 && same_run whole/seed_2 beside/seed_2'
+check "more than 16 together are refused" refused one '--together takes a whole number, 1 to 16' --together 17
 for option in '--payout 10' '--until-stable 0.9' --profile; do
     # shellcheck disable=SC2086
     check "$option is for single runs" refused one "unknown option \"${option% *}\"" $option
