@@ -16,13 +16,13 @@ BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
 BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
 BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
+BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
 
 #ifdef VW_RAY_EFFECTS
 #include "appearance.glsl"
 #include "sky.glsl"
 BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
-BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
 #endif
@@ -63,7 +63,9 @@ void main() {
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
-    ray_loss[ray_index] = share * (value.x + value.y + value.z);
+    float loss = share * (value.x + value.y + value.z);
+    ray_loss[ray_index] = loss;
+    if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 
     vec3 d_colour = share * slope;
 #ifdef VW_RAY_EFFECTS

@@ -10,6 +10,7 @@ BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };
 BUFFER(VW_SLOT_PIXELS) readonly buffer Pixels { vw_pixel pixels[]; };
 BUFFER(VW_SLOT_RAYS) writeonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_STEP_STATE) writeonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow[]; };
 PUSH uniform Push { vw_push_rays push; };
 
 void main() {
@@ -19,6 +20,7 @@ void main() {
         state.clamped = 0u;
         if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u) state.view = pixels[push.first_pixel].view;
     }
+    if (index < overflow.length() / VW_OVERFLOW_STRIDE) overflow[index * VW_OVERFLOW_STRIDE] = 0u;
     if (index >= rays.length()) return;
     vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
     vw_ray ray = camera_ray(cameras[pixel.view], vec2(pixel.x_px, pixel.y_px));

@@ -172,7 +172,9 @@ VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)  // vec4: a window of the params as they were
 VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)   // vec4: the same behind it
 VW_ENUM(VW_SLOT_PARAMS, 45)         // vec4: the same as they are
 VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 46) // VW_SLOT_GRID_ROWS as RGBA32F texels
-VW_ENUM(VW_SLOT_COUNT, 47)
+VW_ENUM(VW_SLOT_OVERFLOW, 47)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
+                                  // those of all such passes, VW_OVERFLOW_STRIDE apart, so that none waits for another
+VW_ENUM(VW_SLOT_COUNT, 48)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -308,7 +310,6 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
 struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
-    vw_uint scalar_row;      // first vec4 of this step in the scalars
 };
 
 struct vw_push_mix {         // mix_params
@@ -329,6 +330,7 @@ VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands
 VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
+VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 

@@ -1,12 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The step's training loss, summed over rays by one workgroup in a fixed order; a loss that is not finite marks the step.
+// What a step tells: its training loss, summed over rays by one workgroup in a fixed order, and the flags of all its passes.
 #include "common.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAY_LOSS) readonly buffer RayLoss { float ray_loss[]; };
-BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_OVERFLOW) readonly buffer Overflow { uint overflow[]; };
 BUFFER(VW_SLOT_SCALARS) writeonly buffer Scalars { vec4 scalars[]; };
 PUSH uniform Push { vw_push_reduce push; };
 
@@ -20,7 +21,8 @@ void main() {
     barrier();
     if (lane != 0u) return;
     for (uint i = 1u; i < 64u; i++) sum = two_add(sum, sums[i]);
-    if (!finite(sum.x)) state.nonfinite = 1u;
-    // By now every pass of the gradient has run. As floats, since small integers' bits would be denormal ones.
-    scalars[push.scalar_row] = vec4(sum, state.nonfinite != 0u ? 1.0 : 0.0, float(state.clamped));
+    bool sound = finite(sum.x) && state.nonfinite == 0u;
+    for (uint i = 0u; i < overflow.length(); i += VW_OVERFLOW_STRIDE) sound = sound && overflow[i] == 0u;
+    // As floats, since small integers' bits would be denormal ones.
+    scalars[push.scalar_row] = vec4(sum, sound ? 0.0 : 1.0, float(state.clamped));
 }

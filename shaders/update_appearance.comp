@@ -12,7 +12,7 @@ BUFFER(VW_SLOT_APPEARANCE) buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_D_APPEARANCE) readonly buffer DAppearance { vw_appearance d_appearance[]; };
 BUFFER(VW_SLOT_APPEARANCE_MOMENTS) buffer Moments { vw_appearance_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SCALARS) buffer Scalars { vec4 scalars[]; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
 shared vec4 gain_sums[64], bias_sums[64];
@@ -34,7 +34,6 @@ void main() {
     }
     if (!finite(d_gain) || !finite(d_bias)) { // before any other param moves
         state.nonfinite = 1u;
-        scalars[push.scalar_row].z = 1.0;
         return;
     }
     vw_appearance photo = appearance[state.view];
@@ -45,7 +44,7 @@ void main() {
     photo.gain -= photo_rate(moment.visits) * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
     photo.bias -= photo_rate(moment.visits) * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
     if (!finite(photo.gain) || !finite(photo.bias)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
-        scalars[push.scalar_row].z = 1.0;
+        overflow = 1u;
         return;
     }
     appearance[state.view] = photo;

@@ -15,7 +15,7 @@ BUFFER(VW_SLOT_D_WEIGHTS) readonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_CODE_WEIGHT_MOMENTS) buffer WeightMoments { vec4 weight_moments[]; };
 BUFFER(VW_SLOT_CODE_MOMENTS) buffer Moments { vw_code_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SCALARS) buffer Scalars { vec4 scalars[]; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
 const uint UNITS = 4u * WIDTH4, COUNT = UNITS * CODE4;
@@ -33,7 +33,7 @@ void move_weights(uint at) {
     vec4 gradient = d_shift[at / CODE4] * code[at % CODE4], moment1 = weight_moments[at], moment2 = weight_moments[COUNT + at];
     vec4 moved = code_weights[at] - adam_step(gradient, push.step_low, moment1, moment2);
     if (!finite(moved)) { // as in update_weights
-        scalars[push.scalar_row].z = 1.0;
+        overflow = 1u;
         return;
     }
     code_weights[at] = moved;
@@ -46,7 +46,7 @@ void move_code(uint k, vec4 gradient) {
     vec4 moment1 = moments[state.view].moment1[k], moment2 = moments[state.view].moment2[k];
     vec4 moved = code[k] - photo_rate(visits) * adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
     if (!finite(moved)) {
-        scalars[push.scalar_row].z = 1.0;
+        overflow = 1u;
         return;
     }
     codes[CODE4 * state.view + k] = moved;

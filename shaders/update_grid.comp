@@ -14,7 +14,7 @@ BUFFER(VW_SLOT_GRID_MOMENT1) buffer Moment1 { vec2 grid_moment1[]; };
 BUFFER(VW_SLOT_GRID_MOMENT2) buffer Moment2 { vec2 grid_moment2[]; };
 BUFFER(VW_SLOT_GRID_VISITS) buffer Visits { uint grid_visits[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SCALARS) buffer Scalars { vec4 scalars[]; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
 void main() {
@@ -36,7 +36,7 @@ void main() {
     GRID_PAIR moved = STORE_PAIR(LOAD_PAIR(grid[pair]) - adam_step(gradient, visits, moment1, moment2).xy);
     // Params stay finite as they are stored, whatever the learning rate, and the row says so (decision 8).
     if (!(finite(LOAD_PAIR(moved).x) && finite(LOAD_PAIR(moved).y))) {
-        scalars[push.scalar_row].z = 1.0;
+        overflow = 1u;
         return;
     }
     grid[pair] = moved;

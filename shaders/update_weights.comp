@@ -10,7 +10,7 @@ BUFFER(VW_SLOT_WEIGHTS) buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_D_WEIGHTS) readonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_WEIGHT_MOMENTS) buffer Moments { vec4 moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SCALARS) buffer Scalars { vec4 scalars[]; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
 void main() {
@@ -20,7 +20,7 @@ void main() {
     vec4 moment2 = moments[push.count + column];
     vec4 moved = weights[column] - adam_step(d_weights[column] * INVERSE_RAYS, push.step_low, moment1, moment2);
     if (!finite(moved)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
-        scalars[push.scalar_row].z = 1.0;
+        overflow = 1u;
         return;
     }
     weights[column] = moved;

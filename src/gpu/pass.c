@@ -162,7 +162,7 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
 // A buffer of the pass's own, so that passes which leave it alone need not wait for each other.
 static enum vw_status bind_unused(struct vw_pass *pass, const struct vw_binding *binding, struct vw_binding *stand_in) {
     const struct vw_buffer_params params = {.name = "unused", .size_bytes = UNUSED_BYTES};
-    *stand_in = (struct vw_binding){.slot = binding->slot, .texel = binding->texel};
+    *stand_in = (struct vw_binding){.slot = binding->slot, .size_bytes = UNUSED_BYTES, .texel = binding->texel};
     enum vw_status status = pass->unused ? VW_OK : vw_buffer_create(pass->gpu, &params, &pass->unused);
     stand_in->buffer = pass->unused;
     return status;

@@ -36,9 +36,9 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels}, {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
         {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples}, {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .unused = true},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .unused = true},        {.slot = VW_SLOT_OVERFLOW, .unused = true},
     };
-    uint32_t count = 5;
+    uint32_t count = 6;
     field_bind(evaluator->field, false, bindings, &count);
     appearance_bind(evaluator->field, NULL, bindings, &count);
     const struct {

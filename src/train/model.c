@@ -172,8 +172,8 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                             const struct device_choices *choices, const struct vw_gpu_limits *limits,
-                             struct model *model) {
+                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
+                            struct model *model) {
     *model = (struct model){.half_grid = config->table_precision == VW_TABLE_FLOAT16,
                             .seed = vw_config_seed_of(config, VW_VARY_PIXELS)};
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;

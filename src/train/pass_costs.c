@@ -46,7 +46,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     double forward_rows = n.encoding4 + n.width4 + COLOUR4 + n.width4 + 2,
            backward_rows = 1 + n.width4 + GEO4 + n.width4 + 2;
     double partials = n.samples / model->specialization.slice_samples * columns,
-            moments = model->specialization.momentum ? 2 : 1;
+           moments = model->specialization.momentum ? 2 : 1;
     if (step->occupancy.kept) add_occupancy(&n, chunks, costs, count);
     add(costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});

@@ -9,6 +9,17 @@
 
 static uint32_t word_bytes(const struct model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
+// Which flag of `overflow` a pass sets: the grid's windows follow one another.
+enum { OVERFLOW_WEIGHTS, OVERFLOW_PHOTOS, OVERFLOW_GRID };
+static const uint64_t OVERFLOW_BYTES = 4 * VW_OVERFLOW_STRIDE;
+
+static struct vw_binding overflow_binding(const struct step_passes *step, uint32_t flag) {
+    return (struct vw_binding){.slot = VW_SLOT_OVERFLOW,
+                               .buffer = step->overflow,
+                               .offset_bytes = flag * OVERFLOW_BYTES,
+                               .size_bytes = OVERFLOW_BYTES};
+}
+
 static enum vw_status create_buffers(struct step_passes *step) {
     const struct model *model = step->field->model;
     uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->weight_columns,
@@ -20,6 +31,7 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->ray_buffer, {.name = "rays", .size_bytes = sizeof(struct vw_ray) * step->padded_rays}},
         {&step->samples, {.name = "samples", .size_bytes = 16 * chunk}},
         {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
+        {&step->overflow, {.name = "overflow", .size_bytes = OVERFLOW_BYTES * (OVERFLOW_GRID + model->window_count)}},
         {&step->ray_loss, {.name = "ray_loss", .size_bytes = 4 * (uint64_t)step->padded_rays}},
         {&step->weight_partials,
          {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / model->specialization.slice_samples)}},
@@ -57,6 +69,7 @@ static bool has_ray_effects(const struct vw_specialization *s) { return s->effec
 static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels,
                                            struct vw_buffer *scalars) {
     struct vw_binding bindings[VW_SLOT_COUNT] = {
+        {.slot = VW_SLOT_OVERFLOW, .buffer = step->overflow},
         {.slot = VW_SLOT_PIXELS, .buffer = pixels},
         {.slot = VW_SLOT_SCALARS, .buffer = scalars},
         {.slot = VW_SLOT_RAYS, .buffer = step->ray_buffer},
@@ -68,7 +81,7 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
         {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky, .unused = !step->d_sky},
     };
-    uint32_t count = 10;
+    uint32_t count = 11;
     field_bind(step->field, true, bindings, &count);
     appearance_bind(step->field, &step->appearance, bindings, &count);
     occupancy_bind(step->field, &step->occupancy, bindings, &count);
@@ -85,7 +98,6 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {&vw_shader_gradient_weights, &step->gradient_weights},
         {&vw_shader_reduce_weights, &step->reduce_weights},
         {&vw_shader_reduce_loss, &step->reduce_loss},
-        {&vw_shader_update_weights, &step->update_weights},
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
@@ -94,11 +106,14 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
     if (status == VW_OK && step->occupancy.kept)
         status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
+    bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
+    if (status == VW_OK) status = create_pass(step, &vw_shader_update_weights, bindings, count, &step->update_weights);
+    bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
     return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
-static enum vw_status create_window_passes(struct step_passes *step, struct vw_buffer *scalars, uint32_t index) {
+static enum vw_status create_window_passes(struct step_passes *step, uint32_t index) {
     const struct field *field = step->field;
     const struct grid_window *window = &field->model->windows[index];
     const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
@@ -111,7 +126,7 @@ static enum vw_status create_window_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows},
         {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
-        {.slot = VW_SLOT_SCALARS, .buffer = scalars},
+        overflow_binding(step, OVERFLOW_GRID + index),
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
          .offset_bytes = field->model->grid.offset_bytes + pair * first,
@@ -144,8 +159,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
-    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++)
-        status = create_window_passes(step, scalars, i);
+    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, i);
     if (status != VW_OK) step_destroy(step);
     return status;
 }
@@ -160,9 +174,10 @@ void step_destroy(struct step_passes *step) {
         vw_pass_destroy(&step->update_grid[i]);
     }
     occupancy_destroy(&step->occupancy);
-    struct vw_buffer **buffers[] = {&step->ray_buffer,      &step->samples,      &step->d_samples,      &step->ray_loss,
-                                    &step->weight_partials, &step->d_weights,    &step->weight_moments, &step->d_grid,
-                                    &step->grid_moment1,    &step->grid_moment2, &step->grid_visits,    &step->d_sky};
+    struct vw_buffer **buffers[] = {
+        &step->ray_buffer,      &step->samples,     &step->d_samples,      &step->ray_loss, &step->overflow,
+        &step->weight_partials, &step->d_weights,   &step->weight_moments, &step->d_grid,   &step->grid_moment1,
+        &step->grid_moment2,    &step->grid_visits, &step->d_sky};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
     appearance_destroy(&step->appearance);
 }
@@ -220,7 +235,7 @@ static void record_chunk(const struct step_passes *step, struct vw_batch *batch,
 }
 
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel, uint32_t scalar_row) {
+                           uint32_t first_pixel) {
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
@@ -232,22 +247,26 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
             .first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays, .key = rays.key};
         record_chunk(step, batch, &chunk);
     }
-    struct vw_push_reduce loss = {.count = step->padded_rays, .scalar_row = scalar_row};
-    if (step->gradient_sky) vw_batch_dispatch(batch, step->gradient_sky, &loss, sizeof loss, 64ull * VW_SKY_COLUMNS);
-    vw_batch_dispatch(batch, step->reduce_loss, &loss, sizeof loss, 1);
+    struct vw_push_reduce sky = {.count = step->padded_rays};
+    if (step->gradient_sky) vw_batch_dispatch(batch, step->gradient_sky, &sky, sizeof sky, 64ull * VW_SKY_COLUMNS);
+}
+
+void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row) {
+    struct vw_push_reduce push = {.count = step->padded_rays, .scalar_row = scalar_row};
+    vw_batch_dispatch(batch, step->reduce_loss, &push, sizeof push, 1);
 }
 
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
                  uint32_t scalar_row) {
     const struct model *model = step->field->model;
-    step_record_gradients(step, batch, number, first_pixel, scalar_row);
+    step_record_gradients(step, batch, number, first_pixel);
     struct vw_push_update update = {.count = model->moved_columns,
-                                    .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
-                                    .scalar_row = scalar_row};
+                                    .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;
         vw_batch_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
     }
+    step_record_loss(step, batch, scalar_row); // reads what all passes before it have found
 }

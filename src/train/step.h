@@ -11,7 +11,7 @@
 struct step_passes {
     struct field *field; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
-    struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss;
+    struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_sky; // NULL without the effect, as its pass
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
@@ -36,9 +36,11 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
 // Records the passes that add the encoding gradients of the chunk's samples to d_grid.
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
 
-// Records the first part of a step, up to its loss and gradients, without the optimiser.
+// Records the first part of a step, up to the loss of each ray and the gradients, without the optimiser.
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel, uint32_t scalar_row);
+                           uint32_t first_pixel);
+// Records the last part: the step's loss and flags, to scalars[scalar_row].
+void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,

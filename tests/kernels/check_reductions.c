@@ -140,6 +140,7 @@ void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
         sum += losses[ray];
     }
     step_bench_write(bench, bench->step.ray_loss, losses);
+    step_bench_take_overflows(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.clamped = 77});
     step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);

@@ -280,21 +280,43 @@ static void a_sky_gradient_that_is_not_finite_marks_the_step(void **state) {
 
 static void a_loss_that_is_not_finite_marks_the_step(void **state) {
     (void)state;
-    for (int poisoned = 0; poisoned < 2; poisoned++) { // a loss, or an earlier pass's finding
-        struct step_bench *bench = step_bench_open(&setup);
-        struct vw_push_reduce push = {.count = bench->step.padded_rays, .scalar_row = 1};
-        float *losses = vw_allocate(bench->step.padded_rays, sizeof *losses);
-        if (poisoned) losses[bench->step.padded_rays - 1] = NAN;
+    struct step_bench *bench = step_bench_open(&setup);
+    struct vw_push_samples push = step_bench_push(bench, 1);
+    step_bench_gradients(bench, 1);
+    float *samples = step_bench_read(bench, bench->step.samples);
+    samples[0] = NAN; // a colour of the first ray
+    for (int poisoned = 0; poisoned < 2; poisoned++) {
+        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
+        step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
+        assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
+        step_bench_write(bench, bench->step.samples, samples);
+    }
+    free(samples);
+    step_bench_close(bench);
+}
+
+// A loss, a mark of the passes before the optimiser, or a param that would not be finite.
+static void the_row_of_a_step_tells_what_is_not_finite(void **state) {
+    (void)state;
+    struct step_bench *bench = step_bench_open(&setup);
+    struct vw_push_reduce push = {.count = bench->step.padded_rays, .scalar_row = 1};
+    size_t words = vw_buffer_size_bytes(bench->step.overflow) / 4;
+    for (int poisoned = 0; poisoned < 4; poisoned++) {
+        float *losses = vw_allocate(push.count, sizeof *losses);
+        uint32_t *flags = vw_allocate(words, sizeof *flags);
+        if (poisoned == 1) losses[push.count - 1] = NAN;
+        if (poisoned == 3) flags[words - VW_OVERFLOW_STRIDE] = 1;
         step_bench_write(bench, bench->step.ray_loss, losses);
-        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = !poisoned});
+        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = poisoned == 2});
+        step_bench_write(bench, bench->step.overflow, flags);
         step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
         vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        assert_true(scalars[1].z == 1.0f);
-        assert_true(is_marked(bench)); // seen by the passes that follow
+        assert_true(scalars[1].z == (poisoned ? 1.0f : 0.0f));
         free(scalars);
         free(losses);
-        step_bench_close(bench);
+        free(flags);
     }
+    step_bench_close(bench);
 }
 
 static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
@@ -334,6 +356,7 @@ int main(void) {
         cmocka_unit_test(rounding_to_a_bfloat_keeps_what_is_not_finite),
         cmocka_unit_test(a_grid_gradient_that_is_not_finite_marks_the_step),
         cmocka_unit_test(a_loss_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(the_row_of_a_step_tells_what_is_not_finite),
         cmocka_unit_test(an_error_that_is_not_finite_reaches_its_view_alone),
     };
     return cmocka_run_group_tests_name("nonfinite", tests, NULL, step_bench_teardown);

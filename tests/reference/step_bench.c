@@ -258,7 +258,8 @@ void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     assert_int_equal(bench->model.specialization.chunk_samples,
                      bench->padded_samples); // so that activations of all samples are left
     vw_batch_begin(bench->batch);
-    step_record_gradients(&bench->step, bench->batch, number, 0, 0);
+    step_record_gradients(&bench->step, bench->batch, number, 0);
+    step_record_loss(&bench->step, bench->batch, 0);
     step_bench_submit(bench);
 }
 
@@ -314,6 +315,16 @@ void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {
 
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data) {
     stop_unless(bench, vw_buffer_write(buffer, 0, data, vw_buffer_size_bytes(buffer)));
+}
+
+uint32_t step_bench_take_overflows(struct step_bench *bench) {
+    uint64_t words = vw_buffer_size_bytes(bench->step.overflow) / 4;
+    uint32_t *flags = step_bench_read(bench, bench->step.overflow), count = 0;
+    for (uint64_t i = 0; i < words; i += VW_OVERFLOW_STRIDE) count += flags[i] != 0;
+    memset(flags, 0, 4 * words);
+    step_bench_write(bench, bench->step.overflow, flags);
+    free(flags);
+    return count;
 }
 
 struct step_rows step_bench_rows(const struct step_bench *bench) {

@@ -85,6 +85,8 @@ void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, c
                          uint64_t invocations);
 // Runs what a test recorded in bench->batch.
 void step_bench_submit(struct step_bench *bench);
+// How many passes have met a param that would not be finite, since the flags were cleared last; clears them.
+uint32_t step_bench_take_overflows(struct step_bench *bench);
 // The push constants of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 

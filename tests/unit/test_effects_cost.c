@@ -28,14 +28,30 @@ static uint64_t shared_bytes(const struct vw_trainer *trainer) {
     const struct field *f = &trainer->field;
     const struct step_passes *s = &trainer->step;
     const struct evaluator *v = &trainer->validation.evaluator;
-    struct vw_buffer *const buffers[] = {f->params,          f->cameras,      f->rows,
-                                         f->grid_rows,       f->step_state,   s->ray_buffer,
-                                         s->samples,         s->d_samples,    s->ray_loss,
-                                         s->weight_partials, s->d_weights,    s->weight_moments,
-                                         s->d_grid,          s->grid_moment1, s->grid_moment2,
-                                         s->grid_visits,     v->pixels,       v->rays,
-                                         v->samples,         v->colours,      trainer->validation.ranges,
-                                         trainer->pixels,    trainer->scalars};
+    struct vw_buffer *const buffers[] = {f->params,
+                                         f->cameras,
+                                         f->rows,
+                                         f->grid_rows,
+                                         f->step_state,
+                                         s->ray_buffer,
+                                         s->samples,
+                                         s->d_samples,
+                                         s->ray_loss,
+                                         s->overflow,
+                                         s->weight_partials,
+                                         s->d_weights,
+                                         s->weight_moments,
+                                         s->d_grid,
+                                         s->grid_moment1,
+                                         s->grid_moment2,
+                                         s->grid_visits,
+                                         v->pixels,
+                                         v->rays,
+                                         v->samples,
+                                         v->colours,
+                                         trainer->validation.ranges,
+                                         trainer->pixels,
+                                         trainer->scalars};
     uint64_t sum = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) sum += vw_buffer_size_bytes(buffers[i]);
     return sum;
