@@ -218,7 +218,7 @@ fault_clock() { # by a year and by a day back; with a budget, whose end is not t
 }
 
 jump_while_training() { # jump_while_training SECONDS: a checkpoint is written after a second, and one at the end
-    local out=clock-checkpoint$1 training=("${training[@]/20/600}")
+    local out=clock-checkpoint$1 training=("${training[@]/20/900}")
     (value "$out" "LD_PRELOAD=$preloaded" "FAULT_CLOCK=$1" FAULT_CLOCK_AFTER=20) || problem "$out" "fails: $(<"$folder/$out.stderr")"
     [[ -e $folder/$out/checkpoint_1.vwc ]] || problem "$out" "has written one checkpoint or none"
     echo "clock|went on|0" >>"$folder/outcomes"
