@@ -55,7 +55,7 @@ float grid_weight(grid_cell cell, uint corner) {
 }
 
 #ifdef GRID_READS // the including pass declares the bindings
-// The encoding of one level, feature pair `pair`. One branch for all corners.
+// The encoding of one level, feature pair `pair`. One branch for all corners, not one for each: see README.md, "Weak compilers".
 vec2 grid_encode(vec3 position, uint level, uint pair) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(position, level_resolution(level), dense);
@@ -65,8 +65,10 @@ vec2 grid_encode(vec3 position, uint level, uint pair) {
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++)
             values[corner] = texelFetch(grid_texel, int(first + grid_corner(cell, corner, dense) * FEATURE_PAIRS)).xy;
     } else {
-        [[unroll]] for (uint corner = 0u; corner < 8u; corner++)
-            values[corner] = LOAD_PAIR(grid[first + grid_corner(cell, corner, dense) * FEATURE_PAIRS]);
+        [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
+            uint index = first + grid_corner(cell, corner, dense) * FEATURE_PAIRS;
+            values[corner] = LOAD_PAIR(grid[index]);
+        }
     }
     vec2 sum = vec2(0.0);
     [[unroll]] for (uint corner = 0u; corner < 8u; corner++) sum += grid_weight(cell, corner) * values[corner];

@@ -32,7 +32,7 @@ struct vw_gpu_limits {
     bool int64_atomics; // 64-bit integer atomics on storage buffers (implies int64)
     bool timestamps;    // the compute queue can write timestamps
     bool keeps_nan;     // shaders can demand that NaN, infinity and the sign of zero are kept
-    bool unrolls_loops; // the driver compiles unrolled loops quickly; where it does not, shaders keep their loops
+    bool unrolls_loops; // drivers are asked to unroll loops; not so with VIEWWORTH_LOOPS=kept, for slow compilers
 };
 
 // The floor viewworth runs on: Vulkan 1.2 with the limits of the Roadmap 2022 profile and no optional feature; of

@@ -22,6 +22,7 @@ const struct vw_gpu_limits vw_gpu_floor_limits = {
     .texel_buffers = 16,
     .storage_offset_alignment_bytes = 256,
     .texel_offset_alignment_bytes = 256,
+    .unrolls_loops = true, // a choice, which no device lacks
 };
 
 // Limits where more is better, alignments where less is better, and optional features.
@@ -162,8 +163,8 @@ static void query_core(struct vw_candidate *candidate) {
     uint32_t version = properties.properties.driverVersion;
     snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u%s", core12.driverName, core12.driverInfo,
              VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version),
-             vw_loops_unroll(core12.driverID) ? "" : ", loops kept"); // another form of the shaders, another run
-    vw_text_make_line(info->driver);                                  // ledgers hold only names that can be shown
+             vw_loops_unroll() ? "" : ", loops kept"); // another form of the shaders, another run
+    vw_text_make_line(info->driver);                   // ledgers hold only names that can be shown
     candidate->timestamp_ns = (double)device->timestampPeriod;
     struct vw_gpu_limits *limits = &candidate->limits;
     *limits = limits_of(device, core11.maxMemoryAllocationSize);
@@ -171,7 +172,7 @@ static void query_core(struct vw_candidate *candidate) {
     limits->int64_atomics = limits->int64 && features12.shaderBufferInt64Atomics;
     limits->timestamps = candidate->timestamp_bits > 0;
     limits->keeps_nan = core12.shaderSignedZeroInfNanPreserveFloat32;
-    limits->unrolls_loops = vw_loops_unroll(core12.driverID);
+    limits->unrolls_loops = vw_loops_unroll();
     info->arithmetic = arithmetic_of(&core11, &core12);
     info->arithmetic.int64_atomics = limits->int64_atomics;
     info->arithmetic.driver_version = version;

@@ -3,8 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/memory.h"
-
 enum { // SPIR-V 1.5, sections 2.3, 3.23, 3.52.17
     HEADER_WORDS = 5,
     OP_LOOP_MERGE = 246,
@@ -13,25 +11,16 @@ enum { // SPIR-V 1.5, sections 2.3, 3.23, 3.52.17
     CONTROL_DONT_UNROLL = 2,
 };
 
-static const VkDriverId weak_compilers[] = {
-    VK_DRIVER_ID_GOOGLE_SWIFTSHADER, // follows every path through branches that were unrolled
-};
-
-static const char *wish(void) {
+static const char *choice(void) {
     const char *set = getenv("VIEWWORTH_LOOPS");
-    return set ? set : "";
+    return set && *set ? set : "unrolled";
 }
 
-bool vw_loops_unroll(VkDriverId driver) {
-    if (*wish()) return !strcmp(wish(), "unrolled");
-    for (size_t i = 0; i < VW_ARRAY_COUNT(weak_compilers); i++)
-        if (weak_compilers[i] == driver) return false;
-    return true;
-}
+bool vw_loops_unroll(void) { return strcmp(choice(), "kept") != 0; }
 
 enum vw_status vw_loops_check_choice(void) {
-    if (!*wish() || !strcmp(wish(), "unrolled") || !strcmp(wish(), "kept")) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "VIEWWORTH_LOOPS is \"%s\"; set it to unrolled or kept, or unset it", wish());
+    if (!strcmp(choice(), "unrolled") || !strcmp(choice(), "kept")) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "VIEWWORTH_LOOPS is \"%s\"; set it to unrolled or kept, or unset it", choice());
 }
 
 void vw_spirv_keep_loops(uint32_t *code, size_t code_bytes) {

@@ -1,4 +1,4 @@
-// Whether a device's driver may unroll the loops of the shaders, and how to tell it not to.
+// Whether the driver may unroll the loops of the shaders, and how to tell it not to: for compilers that take too long.
 #ifndef VIEWWORTH_GPU_LOOP_CONTROLS_H
 #define VIEWWORTH_GPU_LOOP_CONTROLS_H
 
@@ -6,13 +6,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include <volk.h>
-
 #include "viewworth/status.h"
 
-// What VIEWWORTH_LOOPS says, "unrolled" or "kept", else what suits the driver: the compilers of a few take minutes for
-// what is unrolled.
-bool vw_loops_unroll(VkDriverId driver);
+// What the environment variable VIEWWORTH_LOOPS says: "unrolled", which it is by default, or "kept". Never measured,
+// since the two forms may differ in bits.
+bool vw_loops_unroll(void);
 
 // An error where VIEWWORTH_LOOPS says something else.
 enum vw_status vw_loops_check_choice(void);
