@@ -164,7 +164,7 @@ static uint32_t count_precise(const struct vw_shader *shader) { // operations th
 // Else a compiler might fuse a product and a sum in one pipeline and not in another. (Lavapipe never fuses.)
 static void what_several_passes_compute_is_precise(void **state) {
     (void)state;
-    enum { CELL = 8, POSITION = 29, RAY = 15 }; // operations of grid_locate and grid_weight; sampling.glsl; camera_ray
+    enum { CELL = 6, POSITION = 29, RAY = 15 }; // operations of grid_locate and grid_weight; sampling.glsl; camera_ray
     assert_int_equal(count_precise(&vw_shader_scatter_grid), CELL);
     assert_int_equal(count_precise(&vw_shader_scatter_grid_walk), CELL);
     assert_int_equal(count_precise(&vw_shader_refresh_occupancy), CELL);

@@ -64,7 +64,9 @@ static struct vw_config make_config(const struct step_case *c) {
 static void override_model(const struct step_case *c, struct step_bench *bench) {
     struct vw_specialization *s = &bench->model.specialization;
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
-    bench->model.scatter = c->scatter;
+    const struct vw_gpu_limits *limits = vw_gpu_get_limits(bench->gpu);
+    bool can = c->scatter == SCATTER_WALK ? limits->int64 : limits->int64_atomics;
+    bench->model.scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
     s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
