@@ -9,6 +9,7 @@
 #include "gpu/debug.h"
 #include "gpu/extensions.h"
 #include "gpu/loop_controls.h"
+#include "gpu/pipeline.h"
 #include "gpu/shader_cache.h"
 #include "gpu/transfer.h"
 #include "gpu/wait.h"
@@ -220,6 +221,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     if (closing->device) {
         vw_buffer_destroy(&closing->staging);
         vw_shader_cache_close(closing);
+        vw_pipelines_destroy(closing);
         vw_transfer_close(closing);
         vkDestroyDevice(closing->device, NULL);
     }

@@ -210,7 +210,7 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
     made->role = params->role;
     made->push_bytes = spirv.push_bytes;
     made->workgroup_invocations = spirv.workgroup_size[0] * spirv.workgroup_size[1] * spirv.workgroup_size[2];
-    status = vw_pipeline_take(gpu, params, &spirv, &made->pipeline);
+    status = vw_pipeline_find(gpu, params, &spirv, &made->pipeline);
     if (!status) status = create_set(made, &spirv);
     if (!status) status = bind_slots(made, &spirv, params);
     if (status) {
@@ -231,7 +231,6 @@ void vw_pass_destroy(struct vw_pass **pass) {
     struct vw_pass *dying = *pass;
     if (!dying) return;
     if (!dying->gpu->hung) destroy_handles(dying);
-    vw_pipeline_release(dying->gpu, &dying->pipeline);
     vw_buffer_destroy(&dying->unused);
     free(dying->slots);
     free(dying);

@@ -17,7 +17,7 @@ struct vw_pass {
     const char *name, *role;
     VkDescriptorPool pool;
     VkDescriptorSet set;
-    struct vw_pipeline *pipeline; // maybe of other passes, too
+    const struct vw_pipeline *pipeline; // borrowed; maybe of other passes, too
     uint32_t push_bytes;
     uint32_t workgroup_invocations;
     struct vw_buffer *unused; // stands in for bindings without a buffer; owned

@@ -97,14 +97,10 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
     return VW_OK;
 }
 
-static void destroy_handles(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
+static void destroy(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
     vkDestroyPipeline(gpu->device, pipeline->handle, NULL);
     vkDestroyPipelineLayout(gpu->device, pipeline->layout, NULL);
     vkDestroyDescriptorSetLayout(gpu->device, pipeline->set_layout, NULL);
-}
-
-static void destroy(struct vw_gpu *gpu, struct vw_pipeline *pipeline) {
-    if (!gpu->hung) destroy_handles(gpu, pipeline);
     free(pipeline->constants);
     free(pipeline);
 }
@@ -135,8 +131,8 @@ static bool fits(const struct vw_pipeline *pipeline, const struct vw_pass_params
            (bytes == 0 || !memcmp(pipeline->constants, params->specialization, bytes));
 }
 
-enum vw_status vw_pipeline_take(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
-                                struct vw_pipeline **pipeline) {
+enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
+                                const struct vw_pipeline **pipeline) {
     struct vw_pipeline *found = gpu->pipelines;
     while (found && !fits(found, params)) found = found->next;
     if (!found) {
@@ -145,18 +141,16 @@ enum vw_status vw_pipeline_take(struct vw_gpu *gpu, const struct vw_pass_params 
         found->next = gpu->pipelines;
         gpu->pipelines = found;
     }
-    found->pass_count++;
     *pipeline = found;
     return VW_OK;
 }
 
-void vw_pipeline_release(struct vw_gpu *gpu, struct vw_pipeline **pipeline) {
-    struct vw_pipeline *released = *pipeline, **link = &gpu->pipelines;
-    *pipeline = NULL;
-    if (!released || --released->pass_count) return;
-    while (*link != released) link = &(*link)->next;
-    *link = released->next;
-    destroy(gpu, released);
+void vw_pipelines_destroy(struct vw_gpu *gpu) {
+    while (gpu->pipelines) {
+        struct vw_pipeline *dying = gpu->pipelines;
+        gpu->pipelines = dying->next;
+        destroy(gpu, dying);
+    }
 }
 
 uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu) {

@@ -1,5 +1,5 @@
-// Compiled pipelines. Passes of equal shader and constants share one, so that several trainings of equal config compile
-// their shaders once.
+// Compiled pipelines. Passes of equal shader and constants share one, so that trainings of equal config, at the same
+// time or one after another, compile their shaders once. They live as long as the device.
 #ifndef VIEWWORTH_GPU_PIPELINE_H
 #define VIEWWORTH_GPU_PIPELINE_H
 
@@ -13,17 +13,15 @@ struct vw_pipeline {
     // private
     const struct vw_shader *shader;
     uint32_t *constants, constant_count; // owned
-    uint32_t pass_count;                 // that use it
     struct vw_pipeline *next;            // of the device's
 };
 
-// The pipeline of a shader with these constants: one that another pass uses, or a new one. `spirv` is what the shader
-// declares. Release it after use, before the device is closed.
-enum vw_status vw_pipeline_take(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
-                                struct vw_pipeline **pipeline);
-void vw_pipeline_release(struct vw_gpu *gpu, struct vw_pipeline **pipeline);
-// Pipelines in use.
+// The pipeline of a shader with these constants, borrowed: one that is there, or a new one. `spirv` is what the shader
+// declares.
+enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
+                                const struct vw_pipeline **pipeline);
 uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu);
+void vw_pipelines_destroy(struct vw_gpu *gpu); // when no pass is left
 
 VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot);
 

@@ -27,7 +27,7 @@ struct vw_gpu {
     struct vw_buffer *staging;     // made at the first such copy
     uint64_t buffer_bytes;         // of all live buffers
     uint64_t epoch;                // the newest one given out
-    struct vw_pipeline *pipelines; // in use; a list (pipeline.h)
+    struct vw_pipeline *pipelines; // owned; a list (pipeline.h)
     struct vw_batch *recording;    // one batch records at a time, so that recording order is submission order
     struct vw_gpu_timer *timers;
     size_t timer_count;

@@ -183,14 +183,17 @@ static void barriers_are_those_of_one(void **state) {
 static void pipelines_are_those_of_one(void **state) {
     (void)state;
     struct group group;
-    open_group("appearance", STEPS_PER_BATCH, &group);
+    const uint32_t all = 100; // nothing is left out
+    open_group("appearance_code", STEPS_PER_BATCH, &group);
     uint32_t of_three = vw_gpu_pipeline_count(test_gpu());
-    vw_trainer_destroy(&group.trainers[0]);
-    vw_trainer_destroy(&group.trainers[1]);
+    const struct member another = {.left_out = all, .seed = 99, .epochs = 5};
+    struct vw_trainer *trainer = open_member(&group, &another, 1, NULL);
     assert_int_equal(vw_gpu_pipeline_count(test_gpu()), of_three);
-    assert_true(of_three > 10);
-    vw_trainer_destroy(&group.trainers[2]);
-    assert_int_equal(vw_gpu_pipeline_count(test_gpu()), 0);
+    group.config.rays++; // is a constant
+    struct vw_trainer *other = open_member(&group, &another, 1, NULL);
+    assert_true(vw_gpu_pipeline_count(test_gpu()) > of_three);
+    vw_trainer_destroy(&other);
+    vw_trainer_destroy(&trainer);
     close_group(&group);
 }
 
