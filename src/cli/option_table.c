@@ -75,8 +75,8 @@ const struct vw_option vw_option_table[] = {
     {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"together", "K",
-     "Number of trainings that take their steps at the same time, which changes no result; without this option one on a "
-     "CPU, else as many as fit into half of the device's memory, at most 16",
+     "Number of trainings that take their steps at the same time, which changes no result; without this option one on "
+     "a CPU, else as many as fit into half of the device's memory, at most 16",
      VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"vary", NULL, "What the seed changes between the runs; everything else uses --seed in all of them",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_INIT), COMMON},

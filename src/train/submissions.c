@@ -4,7 +4,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "train/trainer_private.h"
+#include "gpu/compute.h"
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 

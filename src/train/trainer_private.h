@@ -1,4 +1,4 @@
-// The inside of a trainer, for trainer.c, submissions.c and trainer_outputs.c.
+// The inside of a trainer, for trainer.c and trainer_outputs.c.
 #ifndef VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 #define VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 
@@ -8,18 +8,6 @@
 #include "train/step.h"
 #include "train/submissions.h"
 #include "train/validation.h"
-
-enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
-
-struct vw_submissions {
-    struct vw_batch *batches[BATCHES_IN_FLIGHT];
-    bool in_flight[BATCHES_IN_FLIGHT]; // submitted, and not waited for
-    double submitted_s[BATCHES_IN_FLIGHT], took_s[BATCHES_IN_FLIGHT];
-    struct vw_trainer *trainers[VW_TRAINERS_TOGETHER_MAX];
-    uint32_t trainer_count;
-    enum vw_status failure; // of any batch: it ends all of them
-    struct vw_saved_error why;
-};
 
 // A trainer's part of the batch of the same index.
 struct batch_slot {
@@ -57,23 +45,5 @@ struct vw_trainer {
     struct vw_probe *step_probes;
     uint64_t clamped_count, nonfinite_steps, floored_steps; // of the records handed out
 };
-
-// ---- submissions.c ----
-
-enum vw_status submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer);
-// Waits for what is in flight, which the trainer may be part of.
-void submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer);
-// The failure that ended all submissions, with its message, or VW_OK.
-enum vw_status submissions_check(const struct vw_submissions *submissions);
-// Submits the batch `index` with the next steps of every trainer that has some and no steps in that batch already.
-enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t index);
-enum vw_status submissions_wait(struct vw_submissions *submissions, uint32_t index);
-
-// ---- trainer.c ----
-
-// Whether the trainer can record steps into the batch `index` now: its steps of that batch are handed out, and one is
-// left that needs no look at the state before.
-bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index);
-void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch);
 
 #endif
