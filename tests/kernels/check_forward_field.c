@@ -219,7 +219,8 @@ static void mix(const struct step_bench *bench, struct reference *reference, dou
 
 void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
-    assert_true(bench->model.seed == bench->config.seed); // of the jitter
+    const vw_uint4 key = model_key_of_step(&bench->model, STEP); // of the jitter
+    assert_true(((uint64_t)key.y << 32 | key.x) == bench->config.seed && ((uint64_t)key.w << 32 | key.z) == STEP);
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};
     reference_matrices(s, &reference.params->weights, reference.matrices);
