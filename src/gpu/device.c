@@ -110,24 +110,30 @@ static enum vw_status choose(struct vw_gpu *gpu, const char *device) {
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-static enum vw_status choose_extensions(VkPhysicalDevice physical, struct vw_extension_choice *choice) {
+static enum vw_status choose_extensions(VkPhysicalDevice physical, bool statistics,
+                                        struct vw_extension_choice *choice) {
     uint32_t count = 0;
     VkResult result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, NULL);
     VkExtensionProperties *offered = vw_allocate(count, sizeof *offered);
     if (!offered) return VW_ERROR_MEMORY;
     if (!result) result = vkEnumerateDeviceExtensionProperties(physical, NULL, &count, offered);
-    if (!result) *choice = vw_extensions_of_device(offered, count);
+    if (!result) *choice = vw_extensions_of_device(offered, count, statistics);
     free(offered);
     return result ? vw_gpu_fail(result, "vkEnumerateDeviceExtensionProperties", "Vulkan") : VW_OK;
 }
 
-static enum vw_status create_device(struct vw_gpu *gpu) {
+static enum vw_status create_device(struct vw_gpu *gpu, bool statistics) {
     struct vw_extension_choice extensions;
-    enum vw_status status = choose_extensions(gpu->chosen.physical, &extensions);
+    enum vw_status status = choose_extensions(gpu->chosen.physical, statistics, &extensions);
     if (status) return status;
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;
+    VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR told = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR,
+        .pipelineExecutableInfo = VK_TRUE, // who has the extension has this
+    };
     VkPhysicalDeviceVulkan12Features features12 = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
+        .pNext = extensions.statistics ? &told : NULL,
         .shaderBufferInt64Atomics = limits->int64_atomics,
         .scalarBlockLayout = VK_TRUE,
         .hostQueryReset = VK_TRUE, // every Vulkan 1.2 device has it
@@ -149,6 +155,7 @@ static enum vw_status create_device(struct vw_gpu *gpu) {
                                      .ppEnabledExtensionNames = extensions.names};
     VkResult result = vkCreateDevice(gpu->chosen.physical, &info, NULL, &gpu->device);
     if (result) return vw_gpu_fail(result, "vkCreateDevice", gpu->chosen.info.name);
+    gpu->has_statistics = extensions.statistics;
     vkGetDeviceQueue(gpu->device, gpu->chosen.queue_family, 0, &gpu->queue);
     vkGetPhysicalDeviceMemoryProperties(gpu->chosen.physical, &gpu->memory);
     return VW_OK;
@@ -180,7 +187,7 @@ enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **g
     if (!status) status = choose(made, params->device);
     if (!status && params->clamp) vw_limits_clamp(&made->chosen.limits, params->clamp);
     if (!status) status = vw_wait_choose_limit(made);
-    if (!status) status = create_device(made);
+    if (!status) status = create_device(made, params->statistics);
     if (!status) status = vw_transfer_open(made);
     if (!status) status = vw_shader_cache_open(made);
     if (status) {
@@ -228,6 +235,7 @@ enum vw_status vw_gpu_close(struct vw_gpu **gpu) {
     enum vw_status status = vw_gpu_check_validation(closing);
     vw_instance_close(&closing->instance);
     free(closing->timers);
+    free(closing->statistics_text);
     free(closing);
     return status;
 }

@@ -30,8 +30,12 @@ struct vw_extension_choice vw_extensions_of_instance(const VkExtensionProperties
     return choice;
 }
 
-struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count) {
+struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count,
+                                                   bool statistics) {
     struct vw_extension_choice choice = {0};
     if (vw_extension_is_offered(offered, offered_count, portability_subset)) add(&choice, portability_subset);
+    choice.statistics = statistics && vw_extension_is_offered(offered, offered_count,
+                                                              VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    if (choice.statistics) add(&choice, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
     return choice;
 }

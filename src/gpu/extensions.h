@@ -25,6 +25,7 @@ struct vw_extension_choice vw_extensions_of_instance(const VkExtensionProperties
                                                      bool validation);
 
 // Of a device. Where portability subset is offered, the specification demands that it is enabled.
-struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count);
+struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count,
+                                                   bool statistics);
 
 #endif

@@ -7,6 +7,7 @@
 #include "gpu/debug.h"
 #include "gpu/float_controls.h"
 #include "gpu/loop_controls.h"
+#include "gpu/pipeline_statistics.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -82,7 +83,9 @@ static enum vw_status compile(struct vw_gpu *gpu, struct vw_pipeline *pipeline) 
                                                  .pMapEntries = entries,
                                                  .dataSize = count * sizeof(uint32_t),
                                                  .pData = pipeline->constants};
+    const VkPipelineCreateFlags statistics = gpu->has_statistics ? VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR : 0;
     const VkComputePipelineCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                              .flags = statistics,
                                               .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                                                         .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                                                         .module = module,
@@ -118,6 +121,7 @@ static enum vw_status create(struct vw_gpu *gpu, const struct vw_pass_params *pa
     if (!status) status = create_set_layout(gpu, spirv, made);
     if (!status) status = create_layout(gpu, spirv, made);
     if (!status) status = compile(gpu, made);
+    if (!status) status = vw_statistics_collect(gpu, made->handle, made->shader->name, params->role);
     if (status) destroy(gpu, made);
     else *pipeline = made;
     return status;

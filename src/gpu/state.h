@@ -15,6 +15,8 @@ struct vw_gpu {
     struct vw_candidate chosen; // with the limits clamped
     VkPhysicalDeviceMemoryProperties memory;
     bool timers_wanted;
+    bool has_statistics;   // pipelines are made with them
+    char *statistics_text; // owned; NULL: none so far
     double wait_limit_s;
     bool hung;                  // see wait.h
     struct vw_gpu *hung_before; // of hung devices, which are never freed

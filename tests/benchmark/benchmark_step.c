@@ -2,7 +2,11 @@
 // machine does meets both alike. Without settings this is the yardstick's workload (tests/benchmark/native_step.c): 500
 // rays x 32 samples, 8 levels x 2 features x 2^14 (base 8, growth 1.45), MLPs 16-32-16 and 24-32-3, squared loss, dense
 // Adam with beta1 0.9, spherical harmonics up to band 2, and a validation of 2048 rays. Prints one line of names and
-// figures; times are medians per step, memory is the most there was.
+// figures; times are medians per step, memory is the most there was; host_ms is the CPU time of the thread that
+// records.
+//
+// For scripts/benchmark_gpu it also describes the device (--describe), hashes the records of some steps (--bits), takes
+// the steps of one size batch by batch (batch=1) and forces what a run chooses by the kind of device (grid_texel=0).
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -14,23 +18,34 @@
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "base/clock.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
+#include "interface.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
 
 static const char USAGE[] =
-    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [NAME=NUMBER]...\n"
-    "names: steps rounds photos width_px height_px rays samples val_rays levels log2_table width\n";
+    "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
+    "       --describe] [NAME=NUMBER]...\n"
+    "names: steps rounds batch photos width_px height_px rays samples val_rays levels log2_table width\n"
+    "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n";
+
+enum { UNSET = UINT32_MAX }; // of what is forced: by the kind of device
 
 struct setup {
     struct vw_config config;
     struct synthetic_scene_params scene;
     uint32_t steps, rounds; // steps are spread over the rounds, each with trainers of its own
-    bool profile;           // also prints the time of every pass
+    uint32_t batch;         // steps of one
+    uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter;
+    bool profile;   // also prints the time of every pass
+    bool pipelines; // also prints what the driver tells of every pass
+    bool bits;      // only hashes the records
+    bool describe;  // only the device
 };
 
-enum { STEPS_PER_BATCH = 8, ROUNDS_MAX = 64 };
+enum { ROUNDS_MAX = 64 };
 
 // ---- Settings -------------------------------------------------------------------------------------------------------
 
@@ -49,6 +64,9 @@ static void choose_yardstick(struct setup *setup) {
         (struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120};
     setup->steps = 160;
     setup->rounds = 5;
+    setup->batch = 8;
+    setup->chunk_samples = setup->slice_samples = UNSET;
+    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
 }
 
 // What a run does unless told otherwise.
@@ -57,28 +75,49 @@ static void choose_run_defaults(struct setup *setup) {
     setup->config.epochs = 1000000;
 }
 
+static bool set_flag(struct setup *setup, const char *word) {
+    if (!strcmp(word, "--profile")) setup->profile = true;
+    else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
+    else if (!strcmp(word, "--bits")) setup->bits = true;
+    else if (!strcmp(word, "--describe")) setup->describe = true;
+    else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
+    else if (!strcmp(word, "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
+    else return false;
+    return true;
+}
+
+enum { MOST = 100000000 };
+
 static bool set_number(struct setup *setup, const char *name, size_t name_length, const char *text) {
     const struct {
         const char *name;
         uint32_t *value;
+        uint32_t least, most;
     } settings[] = {
-        {"steps", &setup->steps},
-        {"rounds", &setup->rounds},
-        {"photos", &setup->scene.train_views},
-        {"width_px", &setup->scene.width_px},
-        {"height_px", &setup->scene.height_px},
-        {"rays", &setup->config.rays},
-        {"samples", &setup->config.samples},
-        {"val_rays", &setup->config.val_rays},
-        {"levels", &setup->config.levels},
-        {"log2_table", &setup->config.log2_table},
-        {"width", &setup->config.width},
+        {"steps", &setup->steps, 1, MOST},
+        {"rounds", &setup->rounds, 1, ROUNDS_MAX},
+        {"batch", &setup->batch, 1, MOST},
+        {"photos", &setup->scene.train_views, 1, MOST},
+        {"width_px", &setup->scene.width_px, 1, MOST},
+        {"height_px", &setup->scene.height_px, 1, MOST},
+        {"rays", &setup->config.rays, 1, MOST},
+        {"samples", &setup->config.samples, 1, MOST},
+        {"val_rays", &setup->config.val_rays, 1, MOST},
+        {"levels", &setup->config.levels, 1, MOST},
+        {"log2_table", &setup->config.log2_table, 1, MOST},
+        {"width", &setup->config.width, 1, MOST},
+        {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
+        {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
+        {"grid_texel", &setup->grid_texel, 0, 1},
+        {"rows_texel", &setup->rows_texel, 0, 1},
+        {"skip_zeros", &setup->skip_zeros, 0, 1},
+        {"scatter", &setup->scatter, SCATTER_ATOMICS, SCATTER_WALK},
     };
     char *end;
     unsigned long number = strtoul(text, &end, 10);
-    if (end == text || *end || number < 1 || number > 100000000) return false;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(settings); i++) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(settings) && end != text && !*end; i++) {
         if (strlen(settings[i].name) != name_length || strncmp(settings[i].name, name, name_length)) continue;
+        if (number < settings[i].least || number > settings[i].most) return false;
         *settings[i].value = (uint32_t)number;
         return true;
     }
@@ -91,22 +130,34 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
     bool good = true;
     for (int i = 1; i < argc && good; i++) {
         const char *equals = strchr(argv[i], '=');
-        if (!strcmp(argv[i], "--profile")) setup->profile = true;
-        else if (!strcmp(argv[i], "--run-defaults")) choose_run_defaults(setup);
-        else if (!strcmp(argv[i], "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
-        else if (equals) good = set_number(setup, argv[i], (size_t)(equals - argv[i]), equals + 1);
+        if (set_flag(setup, argv[i])) continue;
+        if (equals) good = set_number(setup, argv[i], (size_t)(equals - argv[i]), equals + 1);
         else if (bare_count < VW_ARRAY_COUNT(bare)) {
             good = set_number(setup, bare[bare_count], strlen(bare[bare_count]), argv[i]);
             bare_count++;
         } else good = false;
     }
-    return good && setup->rounds <= ROUNDS_MAX;
+    return good;
+}
+
+// By the kind of device, unless forced.
+static struct device_choices choose(const struct setup *setup, const struct vw_gpu *gpu) {
+    struct device_choices choices;
+    device_choose(vw_gpu_get_info(gpu), &choices);
+    if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
+    if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
+    if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
+    if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
+    if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
+    if (setup->scatter != UNSET) choices.scatter = (enum scatter_form)setup->scatter;
+    return choices;
 }
 
 // ---- Measuring ------------------------------------------------------------------------------------------------------
 
 struct timing {
     double wall_ms, cpu_ms; // per step
+    double host_ms;         // of these, of the thread that records and reads
 };
 
 static int ascending(const void *a, const void *b) {
@@ -119,9 +170,9 @@ static double median(double *values, uint32_t count) {
     return values[count / 2];
 }
 
-static double process_cpu_s(void) {
+static double cpu_s(clockid_t clock) {
     struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -135,28 +186,43 @@ static double peak_resident_mib(void) {
 static enum vw_status time_batches(struct vw_trainer *trainer, uint32_t batches, struct timing *timing) {
     const struct vw_step_record *records;
     uint32_t count;
-    double *wall_ms = vw_allocate(batches, sizeof *wall_ms), *cpu_ms = vw_allocate(batches, sizeof *cpu_ms);
-    enum vw_status status = wall_ms && cpu_ms ? vw_trainer_advance(trainer, &records, &count) : VW_ERROR_MEMORY;
+    double *wall_ms = vw_allocate(batches, sizeof *wall_ms), *cpu_ms = vw_allocate(batches, sizeof *cpu_ms),
+           *host_ms = vw_allocate(batches, sizeof *host_ms);
+    bool made = wall_ms && cpu_ms && host_ms;
+    enum vw_status status = made ? vw_trainer_advance(trainer, &records, &count) : VW_ERROR_MEMORY;
     if (status == VW_OK) status = vw_trainer_advance(trainer, &records, &count);
     for (uint32_t i = 0; i < batches && status == VW_OK; i++) {
-        double wall_s = vw_now_s(), cpu_s = process_cpu_s();
+        double wall_s = vw_now_s(), all_s = cpu_s(CLOCK_PROCESS_CPUTIME_ID), host_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
         status = vw_trainer_advance(trainer, &records, &count);
         wall_ms[i] = 1e3 * (vw_now_s() - wall_s) / count;
-        cpu_ms[i] = 1e3 * (process_cpu_s() - cpu_s) / count;
+        cpu_ms[i] = 1e3 * (cpu_s(CLOCK_PROCESS_CPUTIME_ID) - all_s) / count;
+        host_ms[i] = 1e3 * (cpu_s(CLOCK_THREAD_CPUTIME_ID) - host_s) / count;
     }
-    if (status == VW_OK) *timing = (struct timing){median(wall_ms, batches), median(cpu_ms, batches)};
+    if (status == VW_OK)
+        *timing = (struct timing){median(wall_ms, batches), median(cpu_ms, batches), median(host_ms, batches)};
+    free(host_ms);
     free(wall_ms);
     free(cpu_ms);
     return status;
 }
 
+static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
+                                   bool validate, struct vw_trainer **trainer) {
+    const struct device_choices choices = choose(setup, gpu);
+    return test_trainer_open((struct vw_trainer_params){.gpu = gpu,
+                                                        .scene = scene,
+                                                        .config = &setup->config,
+                                                        .validate = validate,
+                                                        .choices = &choices,
+                                                        .steps_per_batch = setup->batch},
+                             trainer);
+}
+
 static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
                                  bool validate, struct timing *timing, struct vw_trainer_stats *stats) {
-    uint32_t batches = setup->steps / STEPS_PER_BATCH / setup->rounds;
+    uint32_t batches = setup->steps / setup->batch / setup->rounds;
     struct vw_trainer *trainer = NULL;
-    struct vw_trainer_params params = {
-        .gpu = gpu, .scene = scene, .config = &setup->config, .validate = validate, .steps_per_batch = STEPS_PER_BATCH};
-    enum vw_status status = test_trainer_open(params, &trainer);
+    enum vw_status status = open_trainer(gpu, scene, setup, validate, &trainer);
     if (status == VW_OK) status = time_batches(trainer, batches ? batches : 1, timing);
     if (status == VW_OK) vw_trainer_get_stats(trainer, stats);
     vw_trainer_destroy(&trainer);
@@ -167,7 +233,7 @@ static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scen
 
 static void print_figures(const struct timing *with, const struct timing *without, uint32_t rounds,
                           const struct vw_trainer_stats *stats, const char *device) {
-    enum { TRAIN, VALIDATE, TRAIN_CPU, VALIDATE_CPU, SCORING, SCORING_CPU, FIGURES };
+    enum { TRAIN, VALIDATE, TRAIN_CPU, VALIDATE_CPU, SCORING, SCORING_CPU, HOST, SCORING_HOST, FIGURES };
     double figures[FIGURES][ROUNDS_MAX];
     for (uint32_t i = 0; i < rounds; i++) {
         figures[TRAIN][i] = without[i].wall_ms;
@@ -176,9 +242,12 @@ static void print_figures(const struct timing *with, const struct timing *withou
         figures[VALIDATE_CPU][i] = with[i].cpu_ms - without[i].cpu_ms;
         figures[SCORING][i] = with[i].wall_ms / without[i].wall_ms;
         figures[SCORING_CPU][i] = with[i].cpu_ms / without[i].cpu_ms;
+        figures[HOST][i] = without[i].host_ms;
+        figures[SCORING_HOST][i] = with[i].host_ms;
     }
-    static const char *const names[FIGURES] = {"train_ms",   "val_ms",        "train_cpu_ms",
-                                               "val_cpu_ms", "scoring_ratio", "scoring_cpu_ratio"};
+    static const char *const names[FIGURES] = {"train_ms",   "val_ms",         "train_cpu_ms",
+                                               "val_cpu_ms", "scoring_ratio",  "scoring_cpu_ratio",
+                                               "host_ms",    "scoring_host_ms"};
     for (int f = 0; f < FIGURES; f++) printf("%s %.3f ", names[f], median(figures[f], rounds));
     printf("val_rays %" PRIu32 " device_mib %.2f resident_mib %.1f device %s\n", stats->val_rays,
            (double)stats->device_bytes / 1048576.0, peak_resident_mib(), device);
@@ -188,23 +257,108 @@ static void print_timers(const struct vw_gpu *gpu) {
     uint32_t count;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
     for (uint32_t i = 0; i < count; i++)
-        printf("  %-18s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name,
-               (unsigned long long)timers[i].dispatches, timers[i].total_ms,
+        printf("  %-18s %-10s %8llu dispatches %10.1f ms %8.3f ms each\n", timers[i].name,
+               timers[i].role ? timers[i].role : "", (unsigned long long)timers[i].dispatches, timers[i].total_ms,
                timers[i].total_ms / (double)timers[i].dispatches);
 }
 
-static enum vw_status run(const struct setup *setup) {
-    struct vw_scene *scene = synthetic_scene(&setup->scene);
-    struct vw_gpu *gpu = NULL;
+// ---- Bits -----------------------------------------------------------------------------------------------------------
+
+static void hash_record(struct vw_hasher *hasher, const struct vw_step_record *record) {
+    vw_hasher_add_integer(hasher, (int64_t)record->step);
+    vw_hasher_add_integer(hasher, record->nonfinite);
+    vw_hasher_add_integer(hasher, (int64_t)record->clamped_count);
+    vw_hasher_add_real(hasher, record->train_loss);
+    vw_hasher_add_real(hasher, record->val_psnr);
+    for (uint32_t i = 0; i < record->view_count; i++) {
+        vw_hasher_add_real(hasher, record->views[i].mse);
+        vw_hasher_add_real(hasher, record->views[i].l1);
+    }
+}
+
+static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
+    struct vw_trainer *trainer = NULL;
+    const struct vw_step_record *records;
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    uint32_t count = 1;
+    double psnr = 0.0;
+    vw_hasher_begin(&hasher);
+    enum vw_status status = open_trainer(gpu, scene, setup, true, &trainer);
+    if (status == VW_OK) vw_trainer_stop_after(trainer, setup->steps);
+    while (status == VW_OK && count) {
+        status = vw_trainer_advance(trainer, &records, &count);
+        for (uint32_t i = 0; i < count && status == VW_OK; i++) hash_record(&hasher, &records[i]);
+        if (status == VW_OK && count) psnr = records[count - 1].val_psnr;
+    }
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, hex);
+    if (status == VW_OK) printf("bits %.16s steps %" PRIu32 " val_psnr %.4f\n", hex, setup->steps, psnr);
+    vw_trainer_destroy(&trainer);
+    return status;
+}
+
+// ---- The device -----------------------------------------------------------------------------------------------------
+
+static void print_limits(const struct vw_gpu_limits *l) {
+    printf("| limit | value |\n|---|---|\n");
+    printf("| storage binding, bytes | %" PRIu64 " |\n| buffer, bytes | %" PRIu64 " |\n", l->storage_binding_bytes,
+           l->buffer_bytes);
+    printf("| texel elements | %" PRIu32 " |\n| shared memory, bytes | %" PRIu32 " |\n", l->texel_elements,
+           l->shared_memory_bytes);
+    printf("| push constants, bytes | %" PRIu32 " |\n| workgroup invocations | %" PRIu32 " |\n", l->push_constant_bytes,
+           l->workgroup_invocations);
+    printf("| workgroups in x, y | %" PRIu32 ", %" PRIu32 " |\n", l->workgroup_count_x, l->workgroup_count_y);
+    printf("| storage buffers, texel buffers of a stage | %" PRIu32 ", %" PRIu32 " |\n", l->storage_buffers,
+           l->texel_buffers);
+    printf("| 64-bit integers, their atomics | %s, %s |\n", l->int64 ? "yes" : "no", l->int64_atomics ? "yes" : "no");
+    printf("| keeps NaN, timestamps | %s, %s |\n", l->keeps_nan ? "yes" : "no", l->timestamps ? "yes" : "no");
+}
+
+static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
+    static const char *const scatter_names[] = {"64-bit atomics", "split atomics", "walk"};
+    const struct device_choices choices = choose(setup, gpu);
+    struct vw_gpu_peaks peaks = {0};
+    enum vw_status status = vw_gpu_measure_peaks(gpu, &peaks);
+    if (status != VW_OK) return status;
+    print_limits(vw_gpu_get_limits(gpu));
+    printf("| chosen: chunk, slice | %" PRIu32 ", %" PRIu32 " samples |\n", choices.chunk_samples,
+           choices.slice_samples);
+    printf("| chosen: scatter | %s%s |\n", scatter_names[choices.scatter],
+           choices.skip_zeros ? ", zeros left out" : "");
+    printf("| chosen: texel buffers for grid, rows | %s, %s |\n", choices.grid_texel ? "yes" : "no",
+           choices.rows_texel ? "yes" : "no");
+    printf("| peak: copy, multiply-adds | %.1f GB/s, %.1f G/s |\n", 1e-9 * peaks.copy_bytes_per_s,
+           1e-9 * peaks.multiply_adds_per_s);
+    return VW_OK;
+}
+
+// ---- The program ----------------------------------------------------------------------------------------------------
+
+static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup) {
     struct timing with[ROUNDS_MAX], without[ROUNDS_MAX];
     struct vw_trainer_stats stats;
-    enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.timers = setup->profile}, &gpu);
+    enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < setup->rounds && status == VW_OK; i++) {
         status = time_steps(gpu, scene, setup, false, &without[i], &stats);
         if (status == VW_OK) status = time_steps(gpu, scene, setup, true, &with[i], &stats);
     }
     if (status == VW_OK) print_figures(with, without, setup->rounds, &stats, vw_gpu_get_info(gpu)->name);
     if (status == VW_OK && setup->profile) print_timers(gpu);
+    return status;
+}
+
+static enum vw_status run(const struct setup *setup) {
+    struct vw_scene *scene = synthetic_scene(&setup->scene);
+    struct vw_gpu *gpu = NULL;
+    const struct vw_gpu_params params = {.timers = setup->profile || setup->describe, .statistics = setup->pipelines};
+    enum vw_status status = vw_gpu_open(&params, &gpu);
+    if (status == VW_OK)
+        status = setup->describe ? describe(gpu, setup)
+                 : setup->bits   ? print_bits(gpu, scene, setup)
+                                 : measure(gpu, scene, setup);
+    if (status == VW_OK && setup->pipelines) fputs(vw_gpu_pipeline_statistics(gpu), stdout);
     vw_scene_close(&scene);
     enum vw_status closed = vw_gpu_close(&gpu);
     return status != VW_OK ? status : closed;
