@@ -27,7 +27,7 @@ PUSH uniform Push { vw_push_samples push; };
 #include "mlp.glsl"
 
 void store_packed(uint row, uint slot, uvec2 value) {
-    if (TRAINING != 0u) rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value;
+    if (TRAINING != 0u) rows[row_place_to_store(row, slot)] = value;
 }
 
 void store(uint row, uint slot, vec4 value) { store_packed(row, slot, pack_bfloats(value)); }
@@ -51,7 +51,7 @@ void main() {
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
-    if (TRAINING != 0u) grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
+    if (TRAINING != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {

@@ -55,7 +55,8 @@ typedef uint32_t vw_uint;
     X(60, EFFECT_UNBOUNDED, effect_unbounded, uint, 0) \
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
-    X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */
+    X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
+    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: all samples store their activations in the places of 32: wrong, to time the stores */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -88,7 +89,7 @@ struct vw_specialization {
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros;
+    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \

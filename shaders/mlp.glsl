@@ -44,6 +44,9 @@ vec4 rectify(vec4 v) { return vec4(rectify(v.x), rectify(v.y), rectify(v.z), rec
 float sigmoid(float x) { return 1.0 / (1.0 + exp(at_most(-x, 80.0))); }
 
 #ifdef WEIGHTS_SHARED // by the passes that evaluate the networks
+uint row_place_to_store(uint row, uint slot) { return VW_ROW_PLACE(ROW_COUNT, row, FOLD_ROWS != 0u ? slot % 32u : slot); }
+uint grid_row_place_to_store(uint row, uint slot) { return VW_ROW_PLACE(GRID_ROW_COUNT, row, FOLD_ROWS != 0u ? slot % 32u : slot); }
+
 shared vec4 weight[WEIGHT_COLUMNS];
 
 mat4 weight_block(uint first, uint row, uint columns, uint column) {

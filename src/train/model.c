@@ -206,6 +206,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     s->chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
     model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
     s->skip_zeros = choices->skip_zeros;
+    s->fold_rows = choices->fold_rows;
     s->slice_samples = choices->slice_samples;
     s->rows_texel =
         choices->rows_texel && VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
