@@ -32,6 +32,7 @@ agrees() { # what is there is the beginning of the whole run, hashes and all
 
 # A power cut in the middle of a transaction: the journal was begun but reached the disk only in part, and the database not at all.
 cut_power() { # cut_power OUT JOURNAL_BYTES
+    [[ -e $folder/$1/ledger.db ]] || return 0 # sqlite3 would make an empty one
     sqlite3 "$folder/$1/ledger.db" "BEGIN IMMEDIATE; UPDATE step SET train_loss = 0; UPDATE run SET status = 'lost';" \
         ".shell kill -KILL \$PPID" >/dev/null 2>&1
     [[ -s $folder/$1/ledger.db-journal ]] && truncate -s "$2" "$folder/$1/ledger.db-journal"
