@@ -224,23 +224,21 @@ static struct ratio predicted_by_actual(const struct vw_scene *scene, const stru
 // the ReLUs are so near 0 that any step flips some.)
 static void predictions_come_true_as_steps_shrink(void **state) {
     (void)state;
-    const double rates[] = {1e-3, 1e-4, 1e-5};
-    double psnr[3], l1[3];
+    const double rates[] = {1e-3, 1e-4}; // of shorter steps, the slopes are lost in the rounding of params
+    double psnr[2], l1[2];
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.epochs = 8;
     struct test_run *trained = test_run(scene, &config, true, 0);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 2; i++) {
         struct ratio ratio = predicted_by_actual(scene, trained, rates[i]);
         psnr[i] = fabs(ratio.psnr - 1.0);
         l1[i] = fabs(ratio.l1 - 1.0);
     }
-    for (int i = 1; i < 3; i++)
-        if (!(psnr[i] < psnr[i - 1] / 4.0))
-            fail_msg("--lr %g: the slopes of PSNR leave out %g, of ten times that %g", rates[i], psnr[i], psnr[i - 1]);
-    if (!(l1[0] < 0.1 && l1[2] < 0.003))
-        fail_msg("the slopes of L1 leave out %g, %g, %g", l1[0], l1[1], l1[2]); // of either sign: kinks
-    assert_true(psnr[0] < 0.1 && psnr[2] < 0.001);
+    if (!(psnr[0] < 0.1 && psnr[1] < psnr[0] / 4.0))
+        fail_msg("the slopes of PSNR leave out %g of long steps and %g of short ones", psnr[0], psnr[1]);
+    if (!(l1[0] < 0.1 && l1[1] < 0.003)) // of either sign: kinks
+        fail_msg("the slopes of L1 leave out %g of long steps and %g of short ones", l1[0], l1[1]);
     test_run_free(trained);
     vw_scene_close(&scene);
 }
