@@ -51,7 +51,7 @@ void main() {
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
-    if (TRAINING != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, 0.0);
+    if (TRAINING != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {

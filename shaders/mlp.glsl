@@ -32,7 +32,7 @@ const uint ROW_COUNT = VW_ROW_COUNT(ENC4, WIDTH4);
 
 // Rows that scatter_grid reads.
 const uint GRID_ROW_D_ENCODING = 0u;
-const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4;
+const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4; // w: the weight of the ray
 const uint GRID_ROW_COUNT = VW_GRID_ROW_COUNT(ENC4);
 
 const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)

@@ -99,13 +99,18 @@ void scatter(uint slot, uint level, bool inside, inout extremes met) {
 
 #ifdef VW_WALK_LEVELS
 // Neighbouring invocations, which a CPU runs as one vector, take levels that are far apart, so that each of the few workgroups has cheap
-// and dear ones. What one invocation adds to, no other touches.
+// and dear ones. What one invocation adds to, no other touches. Rays that weigh 0, those of excluded pixels, have no gradient.
 void main() {
     uint groups = (push.level_count + VW_WALK_GROUP - 1u) / VW_WALK_GROUP;
     uint level_in_window = gl_LocalInvocationID.x * groups + workgroup_index();
     uint samples = level_in_window < push.level_count ? chunk_samples() : 0u;
+    uint stride = EFFECT_OCCUPANCY != 0u ? 1u : SAMPLES; // of slots that certainly belong to one ray
     extremes met = extremes(0u, 0u);
-    for (uint slot = 0u; slot < samples; slot++) scatter(slot, push.first_level + level_in_window, true, met);
+    for (uint first = 0u; first < samples; first += stride) {
+        bool counts = grid_row(GRID_ROW_POSITION, first).w != 0.0;
+        uint end = counts ? first + stride : first; // a loop that ends early skips work, where a branch does not
+        for (uint slot = first; slot < end; slot++) scatter(slot, push.first_level + level_in_window, true, met);
+    }
     report(met);
 }
 #else

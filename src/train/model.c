@@ -23,7 +23,7 @@ enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
     FLOAT_PAIR_BYTES = 8,  // of a feature pair
     HALF_PAIR_BYTES = 4,
-    WALK_SAMPLES_MAX = 65535, // more trips of a loop are not taken by some drivers
+    WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
 };
 
 static const float GRID_SCALE = 1e-4f; // of initial features

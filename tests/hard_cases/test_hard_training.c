@@ -131,6 +131,7 @@ static float *clamped_rows(const struct step_bench *bench, float sign) {
     float *rows = step_bench_new_rows(bench, &count);
     for (uint32_t i = 0; i < s->chunk_samples; i++) {
         float *position = step_bench_row(bench, rows, row.position, i);
+        position[3] = 1.0f; // the ray's weight
         for (uint32_t axis = 0; axis < 3; axis++) position[axis] = (float)(i >> axis & 1);
         for (uint32_t j = 0; j < encoding; j++)
             step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] =

@@ -30,6 +30,7 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
     float *rows = step_bench_new_rows(bench, &count);
     for (uint32_t i = 0; i < chunk; i++) {
         float *position = step_bench_row(bench, rows, row.position, i);
+        position[3] = 1.0f; // the ray's weight
         for (int axis = 0; axis < 3; axis++) {
             float drawn = test_random_next(&random);
             position[axis] = drawn > 0.8f ? special[(uint32_t)(drawn * 1e6f) % VW_ARRAY_COUNT(special)]

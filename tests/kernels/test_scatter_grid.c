@@ -70,8 +70,31 @@ static void only_short_chunks_are_walked(void **state) {
         if (vw_config_check(&config) != VW_OK) continue;
         const struct device_choices choices = {.chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128};
         if (model_create(&config, &scene, NULL, 0, none, &choices, vw_gpu_get_limits(test_gpu()), &model)) continue;
-        assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535);
+        assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535 / 2);
     }
+}
+
+// Their gradients are 0; here they are not, which shows that the walk does not look at them.
+static void the_walk_leaves_out_rays_that_weigh_nothing(void **state) {
+    (void)state;
+    struct step_case setup = step_cases[0];
+    setup.scatter = SCATTER_WALK;
+    struct step_bench *bench = step_bench_open(&setup);
+    uint32_t samples = bench->config.samples, slots = bench->padded_samples;
+    struct step_rows row = step_bench_rows(bench);
+    float *rows = scatter_rows(bench, INPUT_ORDINARY);
+    struct vw_step_state flags;
+    for (uint32_t i = 0; i < slots; i++)
+        step_bench_row(bench, rows, row.position, i)[3] = i / samples % 3 ? 0.0f : 1.0f;
+    scatter_run(bench, rows, &flags);
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    for (uint32_t i = 0; i < slots; i++)
+        for (uint32_t j = 0; j < bench->config.levels * bench->config.features && i / samples % 3; j++)
+            step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] = 0.0f;
+    scatter_check(bench, rows, words, flags.clamped);
+    free(words);
+    free(rows);
+    step_bench_close(bench);
 }
 
 // As many samples as narrow words take, in the number that leaves the least room above the sum.
@@ -108,6 +131,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     for (uint32_t i = 0; i < chunk; i++) {
         float *position = step_bench_row(bench, rows, row.position, i),
               *d = step_bench_row(bench, rows, row.d_encoding, i);
+        position[3] = 1.0f; // the ray's weight
         for (int axis = 0; axis < 3; axis++)
             position[axis] = i % 2 ? 1.0f : 0.0625f; // the last corner; a cell centre of level 0
         for (int j = 0; j < 4; j++) d[j] = sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
@@ -170,6 +194,7 @@ static void no_step_size_can_wrap(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_walk_leaves_out_rays_that_weigh_nothing),
         cmocka_unit_test(every_form_gives_the_same_bits),
         cmocka_unit_test(only_short_chunks_are_walked),
         cmocka_unit_test(all_samples_in_one_entry_at_the_clamp_sum_exactly),
