@@ -56,7 +56,7 @@ typedef uint32_t vw_uint;
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
-    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: all samples store their activations in the places of 32: wrong, to time the stores */
+    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.

@@ -104,9 +104,9 @@ resumes() {
     check "$name: leaves the same" same_contents "whole_$name" "$name"
 }
 
-resumes value value "$scene" --resume --epochs 60 "${small[@]}" --effects occupancy
+resumes value value "$scene" --resume --epochs 150 "${small[@]}" --effects occupancy
 signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
-resumes until-stable value "$scene" --resume --epochs 60 "${small[@]}" --until-stable 0.9
+resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
 resumes same-state value "$scene" --resume --epochs 24 "${small[@]}" --same-state 3 --first-order
 together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
 signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
