@@ -22,13 +22,14 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "interface.h"
+#include "train/submissions.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
     "       --describe] [NAME=NUMBER]...\n"
-    "names: steps rounds batch photos width_px height_px rays samples val_rays levels log2_table width\n"
+    "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n"
     "fold_rows=1: wrong results, all samples store their activations in the places of 32; with --profile it tells\n"
     "       what stores take without their memory\n";
@@ -39,6 +40,7 @@ struct setup {
     struct vw_config config;
     struct synthetic_scene_params scene;
     uint32_t steps, rounds; // steps are spread over the rounds, each with trainers of its own
+    uint32_t together;      // trainings that share their submissions; times are per step and training
     uint32_t batch;         // steps of one
     uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter, fold_rows;
     bool profile;   // also prints the time of every pass
@@ -66,6 +68,7 @@ static void choose_yardstick(struct setup *setup) {
         (struct synthetic_scene_params){.train_views = 16, .val_views = 4, .width_px = 160, .height_px = 120};
     setup->steps = 160;
     setup->rounds = 5;
+    setup->together = 1;
     setup->batch = 8;
     setup->chunk_samples = setup->slice_samples = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = setup->fold_rows = UNSET;
@@ -99,6 +102,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"steps", &setup->steps, 1, MOST},
         {"rounds", &setup->rounds, 1, ROUNDS_MAX},
         {"batch", &setup->batch, 1, MOST},
+        {"together", &setup->together, 1, VW_TRAINERS_TOGETHER_MAX},
         {"photos", &setup->scene.train_views, 1, MOST},
         {"width_px", &setup->scene.width_px, 1, MOST},
         {"height_px", &setup->scene.height_px, 1, MOST},
@@ -186,18 +190,63 @@ static double peak_resident_mib(void) {
     return (double)usage.ru_maxrss / 1024.0;
 }
 
-// Medians over `batches` batches, after two for warming up.
-static enum vw_status time_batches(struct vw_trainer *trainer, uint32_t batches, struct timing *timing) {
+static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
+                                   bool validate, struct vw_submissions *submissions, struct vw_trainer **trainer) {
+    const struct device_choices choices = choose(setup, gpu);
+    return test_trainer_open((struct vw_trainer_params){.gpu = gpu,
+                                                        .scene = scene,
+                                                        .config = &setup->config,
+                                                        .validate = validate,
+                                                        .choices = &choices,
+                                                        .submissions = submissions,
+                                                        .steps_per_batch = setup->batch},
+                             trainer);
+}
+
+// Trainings of the same configuration that take their steps together.
+struct group {
+    struct vw_submissions *submissions;
+    struct vw_trainer *trainers[VW_TRAINERS_TOGETHER_MAX];
+    uint32_t count;
+};
+
+static enum vw_status open_group(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
+                                 bool validate, struct group *group) {
+    enum vw_status status = vw_submissions_create(gpu, &group->submissions);
+    for (; group->count < setup->together && status == VW_OK; group->count++)
+        status = open_trainer(gpu, scene, setup, validate, group->submissions, &group->trainers[group->count]);
+    return status;
+}
+
+static void close_group(struct group *group) {
+    for (uint32_t i = 0; i < group->count; i++) vw_trainer_destroy(&group->trainers[i]);
+    vw_submissions_destroy(&group->submissions);
+}
+
+// One batch; `count`: its steps, of all trainings.
+static enum vw_status advance(const struct group *group, uint32_t *count) {
     const struct vw_step_record *records;
+    enum vw_status status = VW_OK;
+    *count = 0;
+    for (uint32_t i = 0; i < group->count && status == VW_OK; i++) {
+        uint32_t steps = 0;
+        status = vw_trainer_advance(group->trainers[i], &records, &steps);
+        *count += steps;
+    }
+    return status;
+}
+
+// Medians over `batches` batches, after two for warming up.
+static enum vw_status time_batches(const struct group *group, uint32_t batches, struct timing *timing) {
     uint32_t count;
     double *wall_ms = vw_allocate(batches, sizeof *wall_ms), *cpu_ms = vw_allocate(batches, sizeof *cpu_ms),
            *host_ms = vw_allocate(batches, sizeof *host_ms);
     bool made = wall_ms && cpu_ms && host_ms;
-    enum vw_status status = made ? vw_trainer_advance(trainer, &records, &count) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = vw_trainer_advance(trainer, &records, &count);
+    enum vw_status status = made ? advance(group, &count) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = advance(group, &count);
     for (uint32_t i = 0; i < batches && status == VW_OK; i++) {
         double wall_s = vw_now_s(), all_s = cpu_s(CLOCK_PROCESS_CPUTIME_ID), host_s = cpu_s(CLOCK_THREAD_CPUTIME_ID);
-        status = vw_trainer_advance(trainer, &records, &count);
+        status = advance(group, &count);
         wall_ms[i] = 1e3 * (vw_now_s() - wall_s) / count;
         cpu_ms[i] = 1e3 * (cpu_s(CLOCK_PROCESS_CPUTIME_ID) - all_s) / count;
         host_ms[i] = 1e3 * (cpu_s(CLOCK_THREAD_CPUTIME_ID) - host_s) / count;
@@ -210,26 +259,14 @@ static enum vw_status time_batches(struct vw_trainer *trainer, uint32_t batches,
     return status;
 }
 
-static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
-                                   bool validate, struct vw_trainer **trainer) {
-    const struct device_choices choices = choose(setup, gpu);
-    return test_trainer_open((struct vw_trainer_params){.gpu = gpu,
-                                                        .scene = scene,
-                                                        .config = &setup->config,
-                                                        .validate = validate,
-                                                        .choices = &choices,
-                                                        .steps_per_batch = setup->batch},
-                             trainer);
-}
-
 static enum vw_status time_steps(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
                                  bool validate, struct timing *timing, struct vw_trainer_stats *stats) {
     uint32_t batches = setup->steps / setup->batch / setup->rounds;
-    struct vw_trainer *trainer = NULL;
-    enum vw_status status = open_trainer(gpu, scene, setup, validate, &trainer);
-    if (status == VW_OK) status = time_batches(trainer, batches ? batches : 1, timing);
-    if (status == VW_OK) vw_trainer_get_stats(trainer, stats);
-    vw_trainer_destroy(&trainer);
+    struct group group = {0};
+    enum vw_status status = open_group(gpu, scene, setup, validate, &group);
+    if (status == VW_OK) status = time_batches(&group, batches ? batches : 1, timing);
+    if (status == VW_OK) vw_trainer_get_stats(group.trainers[0], stats);
+    close_group(&group);
     return status;
 }
 
@@ -289,7 +326,7 @@ static enum vw_status print_bits(struct vw_gpu *gpu, const struct vw_scene *scen
     uint32_t count = 1;
     double psnr = 0.0;
     vw_hasher_begin(&hasher);
-    enum vw_status status = open_trainer(gpu, scene, setup, true, &trainer);
+    enum vw_status status = open_trainer(gpu, scene, setup, true, NULL, &trainer);
     if (status == VW_OK) vw_trainer_stop_after(trainer, setup->steps);
     while (status == VW_OK && count) {
         status = vw_trainer_advance(trainer, &records, &count);
