@@ -54,8 +54,9 @@ static enum vw_status copy(struct transaction *to, const struct vw_step_record *
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_step_record *record = &records[i];
         to->records[to->count++] = *record;
-        if (record->views) memcpy(to->views + to->view_count, record->views, record->view_count * sizeof *to->views);
-        if (record->probes)
+        if (record->views && record->view_count)
+            memcpy(to->views + to->view_count, record->views, record->view_count * sizeof *to->views);
+        if (record->probes && record->probe_count)
             memcpy(to->probes + to->probe_count, record->probes, record->probe_count * sizeof *to->probes);
         if (record->views) to->view_count += record->view_count;
         if (record->probes) to->probe_count += record->probe_count;

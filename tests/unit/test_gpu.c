@@ -478,7 +478,7 @@ static void peaks_are_measured_in_windows_of_a_binding(void **state) {
     struct vw_gpu *gpu = open_clamped(&clamp);
     struct vw_gpu_peaks peaks = {0};
     ASSERT_OK(vw_gpu_measure_peaks(gpu, &peaks));
-    assert_true(peaks.copy_bytes_per_s > 1e8 && peaks.copy_bytes_per_s < 1e14);
+    assert_true(peaks.copy_bytes_per_s > 1e6 && peaks.copy_bytes_per_s < 1e14);
     assert_true(peaks.multiply_adds_per_s > 1e8 && peaks.multiply_adds_per_s < 1e16);
     ASSERT_OK(vw_gpu_close(&gpu));
 }
