@@ -109,10 +109,10 @@ signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
 resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
 resumes same-state value "$scene" --resume --epochs 24 "${small[@]}" --same-state 3 --first-order
 together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
-signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 2 "${tiny_field[@]}"
-together=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 6 \
+signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
+together=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
     --views 1 "${tiny_field[@]}"
-together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 8 --parameters epochs --halves 0 "${tiny_field[@]}"
+together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs --halves 0 "${tiny_field[@]}"
 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
 if is_chosen budget; then
