@@ -94,6 +94,7 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .config = common->config,
                                                .out = common->out,
                                                .together = common->together,
+                                               .equal = VW_EQUAL_EPOCHS, // a list brings its epochs, as for `train`
                                                .whole_views = true,
                                                .interrupt = common->interrupt};
     enum vw_status status = vw_retrainer_open(&params, &work->retrainer);

@@ -21,8 +21,6 @@
 
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 
-const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
-
 // ---- What a list is ----
 
 enum form { FORM_ALL, FORM_RANDOM, FORM_SELECTION, FORM_FILE, FORM_SCORES, FORM_UNKNOWN };

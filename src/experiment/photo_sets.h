@@ -5,16 +5,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "ledger/retraining.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
 struct vw_experiment_params;
 
 enum { VW_PHOTO_SETS_MAX = 32 };
-
-// What lists of different lengths have in common.
-enum vw_equal { VW_EQUAL_STEPS, VW_EQUAL_EPOCHS };
-const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
 
 struct vw_photo_sets_params {
     // 1 to VW_PHOTO_SETS_MAX lists: all, positive, significant, not-harmful, top:K, top:P%, drop:K, drop:P%, random (as

@@ -23,22 +23,36 @@ static uint32_t epochs_of(const struct vw_retrainer *retrainer, const struct vw_
     return retraining->epochs ? retraining->epochs : retrainer->params.config->epochs;
 }
 
+// Those of all photos that a retraining leaves out.
+static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
+    uint32_t count = 0, kept = 0;
+    for (uint32_t i = 0; i < retrainer->train_count; i++)
+        if (kept < retraining->view_count && retraining->views[kept] == retrainer->train_views[i]) kept++;
+        else retrainer->left_out[count++] = retrainer->train_views[i];
+    return count;
+}
+
+// A trainer on all photos of which the retraining's are kept, or on these alone, or on all where it has none.
 static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                      struct vw_trainer **trainer) {
     const struct vw_session *session = retrainer->params.session;
+    bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
     struct vw_config config = vw_config_without_probes(retrainer->params.config); // probes need validation
     config.seed = retraining->seed;
     config.epochs = epochs_of(retrainer, retraining);
     config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
-    const struct vw_trainer_params params = {.gpu = session->gpu,
-                                             .scene = session->scene,
-                                             .config = &config,
-                                             .effects = session->effects,
-                                             .effect_count = session->effect_count,
-                                             .train_views = retraining->views,
-                                             .train_view_count = retraining->view_count,
-                                             .submissions = session->submissions};
+    const struct vw_trainer_params params = {
+        .gpu = session->gpu,
+        .scene = session->scene,
+        .config = &config,
+        .effects = session->effects,
+        .effect_count = session->effect_count,
+        .train_views = alone ? retraining->views : retrainer->train_views,
+        .train_view_count = alone ? retraining->view_count : retrainer->train_count,
+        .left_out_views = retrainer->left_out,
+        .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
+        .submissions = session->submissions};
     return vw_trainer_create(&params, trainer);
 }
 
@@ -73,6 +87,8 @@ enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struc
     if (!status)
         status = vw_scene_list_views(params->session->scene, VW_SPLIT_TRAIN, &retrainer->train_views,
                                      &retrainer->train_count);
+    retrainer->left_out = vw_allocate(retrainer->train_count, sizeof *retrainer->left_out);
+    if (!status && !retrainer->left_out) status = VW_ERROR_MEMORY;
     if (!status) status = try_base(retrainer);
     if (!status) status = open_retrainings(retrainer);
     return status;
@@ -81,6 +97,7 @@ enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struc
 void vw_retrainer_close(struct vw_retrainer *retrainer) {
     vw_retrainings_close(&retrainer->retrainings);
     free(retrainer->train_views);
+    free(retrainer->left_out);
 }
 
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known) {
@@ -100,10 +117,12 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     struct vw_hasher hasher;
     uint8_t hash[VW_HASH_BYTES];
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth retraining 1");
+    vw_hasher_add_text(&hasher, "viewworth retraining 2");
     vw_hasher_add_text(&hasher, retrainer->base_id);
     vw_hasher_add_integer(&hasher, epochs_of(retrainer, retraining));
     vw_hasher_add_integer(&hasher, retrainer->params.whole_views ? WHOLE_VIEWS : PIXELS_OF_SPLIT);
+    vw_hasher_add_integer(&hasher, retrainer->params.equal);
+    vw_hasher_add_integer(&hasher, retrainer->params.averaged_epochs);
     vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
     for (uint32_t i = 0; i < retraining->view_count; i++)
         vw_hasher_add_text(&hasher, retrainer->params.session->scene->views[retraining->views[i]].name);
@@ -198,6 +217,7 @@ struct seat {
     const struct vw_retrain_params *retraining;
     struct vw_retrain_result *result;
     char id[VW_HASH_HEX_BYTES];
+    uint32_t ends, measured; // ends of epochs to measure, and of these, those that were
     double cpu_s;
 };
 
@@ -231,6 +251,13 @@ static bool is_being_made(const struct work *work, const char *id) {
     return false;
 }
 
+// Holds the trainer at the end of the epoch that is measured next: the last of them is the end of the training.
+static void release(struct seat *seat) {
+    uint64_t epoch = vw_trainer_epoch_end(seat->trainer, 1), left = seat->ends - 1 - seat->measured;
+    uint64_t total = seat->retraining->view_count > 0 ? vw_trainer_total_steps(seat->trainer) : 0;
+    vw_trainer_stop_after(seat->trainer, total - left * epoch);
+}
+
 static enum vw_status sit_down(struct work *work, const struct vw_retrain_params *retraining, const char *id,
                                struct vw_retrain_result *result) {
     struct vw_retrainer *retrainer = work->retrainer;
@@ -240,10 +267,15 @@ static enum vw_status sit_down(struct work *work, const struct vw_retrain_params
                        retrainer->params.out);
     while (seat->trainer) seat++;
     share_cpu_time(work);
-    *seat = (struct seat){.retraining = retraining, .result = result};
+    *seat = (struct seat){.retraining = retraining, .result = result, .ends = 1};
+    if (retraining->view_count > 0 && retrainer->params.averaged_epochs > 1)
+        seat->ends = retrainer->params.averaged_epochs;
+    if (seat->ends > epochs_of(retrainer, retraining)) seat->ends = epochs_of(retrainer, retraining);
+    *result = (struct vw_retrain_result){0};
     snprintf(seat->id, sizeof seat->id, "%s", id);
     enum vw_status status = create_trainer(retrainer, retraining, &seat->trainer);
     work->busy += !status;
+    if (!status) release(seat);
     return status;
 }
 
@@ -262,15 +294,28 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
     return true;
 }
 
+static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct seat *seat) {
+    struct vw_retrain_result measured, *mean = seat->result;
+    enum vw_status status = measure(retrainer, seat->trainer, seat->id, &measured);
+    if (status) return status;
+    mean->val_psnr += measured.val_psnr / seat->ends;
+    mean->val_ssim += measured.val_ssim / seat->ends;
+    mean->val_l1 += measured.val_l1 / seat->ends;
+    mean->test_psnr += measured.test_psnr / seat->ends;
+    mean->test_ssim += measured.test_ssim / seat->ends;
+    mean->test_l1 += measured.test_l1 / seat->ends;
+    seat->measured++;
+    return VW_OK;
+}
+
 static enum vw_status finish(struct work *work, struct seat *seat) {
     struct vw_retrainer *retrainer = work->retrainer;
     struct vw_retrain_params made = *seat->retraining;
     made.epochs = epochs_of(retrainer, seat->retraining);
-    enum vw_status status = measure(retrainer, seat->trainer, seat->id, seat->result);
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
-    if (!status)
-        status = vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result);
+    enum vw_status status =
+        vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result);
     if (status) return status;
     retrainer->made++;
     report_progress(retrainer);
@@ -286,6 +331,11 @@ static void advance(struct work *work) {
         if (!seat->trainer) continue;
         enum vw_status status = vw_trainer_advance(seat->trainer, &records, &count);
         if (!status && count > 0) continue;
+        if (!status) status = take_measures(work->retrainer, seat);
+        if (!status && seat->measured < seat->ends) {
+            release(seat);
+            continue;
+        }
         if (!status) status = finish(work, seat);
         note(work, status);
         share_cpu_time(work);

@@ -13,11 +13,16 @@
 #include "run/session.h"
 #include "viewworth/train.h"
 
+// What scores are held against is a mean over the ends of so many epochs: a constant learning rate does not settle.
+enum { VW_TRUTH_EPOCHS = 4 };
+
 struct vw_retrainer_params {
     struct vw_session *session;     // open, and open as long as the retrainer; its effects are decided when it opens
     const struct vw_config *config; // needed; retrainings bring their seeds, and their epochs unless these are 0
     const char *out;                // needed: a folder that exists
     uint32_t together;              // retrainings that take their steps together; 0: by the device
+    enum vw_equal equal;            // what retrainings on different photos have in common
+    uint32_t averaged_epochs;       // results are means over the ends of the last so many epochs; 0 as 1: the end alone
     bool whole_views;               // measure whole views, with SSIM, instead of an even share of their pixels
     struct vw_interrupt interrupt;
 };
@@ -29,6 +34,7 @@ struct vw_retrainer {
     struct vw_saved_views saved_views;
     struct vw_retrainings *retrainings;
     uint32_t *train_views, train_count; // owned: scene indices of the photos that may be trained on
+    uint32_t *left_out;                 // owned; scratch: as many
     uint32_t together;                  // as many are made at a time
     char base_id[VW_HASH_HEX_BYTES];    // run_id of the training on all of them with seed 0
     char scene_hash[VW_HASH_HEX_BYTES];
@@ -50,7 +56,8 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
 // scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the scene's.
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known);
 
-// A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices.
+// A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices; without any, the
+// untrained field is measured.
 // Makes several at a time (see src/train/submissions.h), each with the result that it has alone. After a failure, and
 // when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,

@@ -7,8 +7,15 @@
 
 #include "viewworth/status.h"
 
+// What trainings on lists of different lengths have in common.
+enum vw_equal {
+    VW_EQUAL_STEPS,  // all take the steps of the whole list: those of a photo that is left out are taken on the others
+    VW_EQUAL_EPOCHS, // each photo is trained on as often as in the whole list: the steps of others are skipped
+};
+const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
+
 struct vw_retrain_params {
-    const uint32_t *views; // borrowed; image_ids trained on, ascending
+    const uint32_t *views; // borrowed; image_ids trained on, ascending; none: the untrained field
     uint32_t view_count;
     uint64_t seed;   // of order, pixels, jitter and initialisation
     uint32_t epochs; // 0: the default of the function

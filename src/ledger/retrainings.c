@@ -33,6 +33,8 @@ struct vw_retrainings {
     struct vw_database database;
 };
 
+const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
+
 enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings) {
     struct vw_retrainings *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;

@@ -19,11 +19,14 @@ void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]) {
     vw_hasher_end(&hasher, hash);
 }
 
-void identity_subset_hash(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
-                          uint8_t hash[VW_HASH_BYTES]) {
+void identity_subset_hash(const struct vw_scene *scene, const struct schedule *schedule, uint8_t hash[VW_HASH_BYTES]) {
+    const uint32_t *views = schedule->train_views;
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < train_count; i++) vw_hasher_add_text(&hasher, scene->views[train_views[i]].name);
+    for (uint32_t i = 0; i < schedule->train_count; i++) vw_hasher_add_text(&hasher, scene->views[views[i]].name);
+    if (schedule->kept) vw_hasher_add_text(&hasher, "kept");
+    for (uint32_t i = 0; i < schedule->kept_count; i++)
+        vw_hasher_add_text(&hasher, scene->views[views[schedule->kept[i]]].name);
     vw_hasher_end(&hasher, hash);
 }
 

@@ -48,6 +48,50 @@ enum vw_status schedule_create(const struct vw_scene *scene, const uint32_t *vie
 void schedule_destroy(struct schedule *schedule) {
     free(schedule->train_views);
     free(schedule->order);
+    free(schedule->kept);
+    free(schedule->substitutes);
+}
+
+// ---- Left out -------------------------------------------------------------------------------------------------------
+
+enum vw_status schedule_leave_out(const uint32_t *views, uint32_t count, struct schedule *schedule) {
+    uint32_t found = 0;
+    if (count == 0) return VW_OK;
+    schedule->kept = vw_allocate(schedule->train_count, sizeof *schedule->kept);
+    schedule->substitutes = vw_allocate(schedule->train_count, sizeof *schedule->substitutes);
+    if (!schedule->kept || !schedule->substitutes) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < schedule->train_count; i++)
+        if (found < count && schedule->train_views[i] == views[found]) found++;
+        else schedule->kept[schedule->kept_count++] = i;
+    if (found < count)
+        return vw_fail(VW_ERROR_USAGE, "left_out_views[%u] is not trained on; give train_views in ascending order",
+                       found);
+    if (schedule->kept_count > 0) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "left_out_views has all train views; leave one to train on");
+}
+
+static bool is_left_out(const struct schedule *schedule, uint32_t photo) {
+    for (uint32_t low = 0, high = schedule->kept_count; low < high;) {
+        uint32_t middle = (low + high) / 2;
+        if (schedule->kept[middle] == photo) return false;
+        if (schedule->kept[middle] < photo) low = middle + 1;
+        else high = middle;
+    }
+    return true;
+}
+
+// Which photos take over the steps of those left out: the kept ones in turn, in an order that is shuffled each time
+// around, so that over the training all take over equally many.
+static void substitute(struct schedule *schedule, uint64_t epoch) {
+    const uint64_t seed = ~schedule->order_seed; // of no epoch's order
+    uint64_t turn = epoch * (schedule->train_count - schedule->kept_count), shuffled = UINT64_MAX;
+    for (uint32_t i = 0; i < schedule->train_count; i++) {
+        if (!is_left_out(schedule, schedule->order[i])) continue;
+        uint64_t round = turn / schedule->kept_count;
+        if (round != shuffled) vw_random_order(seed, round, schedule->kept_count, schedule->substitutes);
+        shuffled = round;
+        schedule->order[i] = schedule->kept[schedule->substitutes[turn++ % schedule->kept_count]];
+    }
 }
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
@@ -66,8 +110,10 @@ uint64_t schedule_epoch_end(const struct schedule *schedule, uint64_t step) {
 
 uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step) {
     uint32_t epoch = schedule_epoch_of_step(schedule, step);
-    if (epoch != schedule->ordered_epoch)
+    if (epoch != schedule->ordered_epoch) {
         vw_random_order(schedule->order_seed, epoch, schedule->train_count, schedule->order);
+        if (schedule->kept) substitute(schedule, epoch);
+    }
     schedule->ordered_epoch = epoch;
     return schedule->order[(step - 1) % schedule->train_count];
 }

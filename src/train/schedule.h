@@ -12,6 +12,8 @@
 
 struct schedule {
     uint32_t *train_views, train_count; // owned; scene indices, ascending
+    uint32_t *kept, kept_count;         // owned; indices in train_views of those that are not left out
+    uint32_t *substitutes;              // owned; the kept ones in the order in which they take over steps
     uint32_t epochs;
     uint64_t order_seed;
     uint32_t *order; // owned; of the epoch `ordered_epoch`: indices in train_views
@@ -26,6 +28,10 @@ struct schedule {
 enum vw_status schedule_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
                                const struct vw_config *config, struct schedule *schedule);
 void schedule_destroy(struct schedule *schedule);
+
+// Leaves out some of the train views (scene indices, ascending): their steps are taken on the others, in turn. Before
+// the first step is asked for. VW_ERROR_USAGE when a view is not trained on or none is left.
+enum vw_status schedule_leave_out(const uint32_t *views, uint32_t count, struct schedule *schedule);
 
 uint64_t schedule_total_steps(const struct schedule *schedule);
 uint32_t schedule_epoch_of_step(const struct schedule *schedule, uint64_t step); // 0 for step 0

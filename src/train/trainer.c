@@ -81,6 +81,8 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
 static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = schedule_create(trainer->scene, params->train_views, params->train_view_count,
                                             &trainer->config, &trainer->schedule);
+    if (status == VW_OK)
+        status = schedule_leave_out(params->left_out_views, params->left_out_count, &trainer->schedule);
     if (status == VW_OK && trainer->validate) status = validation_list_views(trainer->scene, &trainer->validation);
     return status;
 }

@@ -22,6 +22,10 @@ struct vw_trainer_params {
     const struct vw_config *config; // copied
     const uint32_t *train_views;    // views to train on: scene indices, ascending; copied. NULL: the split train
     uint32_t train_view_count;
+    // Of these, the views that are left out: their steps are taken on the others, in turn, so that trainings with and
+    // without a view have the same number of steps and the most in common. Scene indices, ascending; copied. Not all.
+    const uint32_t *left_out_views;
+    uint32_t left_out_count;
     const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
     uint32_t effect_count;
     bool validate;                        // render the validation rays after every step (`value`), or not (`train`)

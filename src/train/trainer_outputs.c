@@ -77,7 +77,7 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
 }
 
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {
-    identity_subset_hash(trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count, hash);
+    identity_subset_hash(trainer->scene, &trainer->schedule, hash);
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------

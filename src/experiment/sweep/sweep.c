@@ -47,6 +47,7 @@ static enum vw_status open_files(struct vw_sweep_state *state) {
                                                .config = common->config,
                                                .out = common->out,
                                                .together = common->together,
+                                               .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = common->interrupt};
     char *path = vw_path_join(common->out, "tradeoff.db");
     enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;

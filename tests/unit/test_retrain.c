@@ -1,0 +1,107 @@
+// Retrainings on some photos: at equal steps or equal epochs, measured at the end or over the ends of several epochs.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "experiment/retrain.h"
+#include "support/temporary_folder.h"
+
+enum { PHOTOS = 6 };
+
+struct fixture {
+    char *folder;
+    struct vw_session session;
+    struct vw_config config;
+    struct vw_retrainer retrainer;
+};
+
+static int set_up(void **state) {
+    struct fixture *f = vw_allocate(1, sizeof *f);
+    f->folder = temporary_folder_create();
+    f->config = vw_config_default;
+    f->config.epochs = 3;
+    f->config.rays = 32;
+    f->config.samples = 8;
+    f->config.levels = 4;
+    f->config.log2_table = 8;
+    f->config.width = 16;
+    snprintf(f->config.effects, sizeof f->config.effects, "none");
+    const struct vw_session_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"}};
+    ASSERT_OK(vw_session_open(&params, &f->session));
+    *state = f;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    struct fixture *f = *state;
+    vw_retrainer_close(&f->retrainer);
+    vw_session_close(&f->session);
+    temporary_folder_remove(f->folder);
+    free(f);
+    return 0;
+}
+
+// The result of one retraining on the first `count` photos; 0 epochs: those of the config.
+static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, uint32_t averaged_epochs,
+                                        uint32_t count, uint32_t epochs) {
+    const struct vw_retrainer_params params = {.session = &f->session,
+                                               .config = &f->config,
+                                               .out = f->folder,
+                                               .equal = equal,
+                                               .averaged_epochs = averaged_epochs};
+    struct vw_retrain_result result;
+    vw_retrainer_close(&f->retrainer);
+    f->retrainer = (struct vw_retrainer){0};
+    ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
+    assert_int_equal(f->retrainer.train_count, PHOTOS);
+    const struct vw_retrain_params retraining = {
+        .views = f->retrainer.train_views, .view_count = count, .seed = 3, .epochs = epochs};
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
+    return result;
+}
+
+static void all_photos_are_the_same_in_both_ways(void **state) {
+    struct vw_retrain_result steps = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS, 0);
+    struct vw_retrain_result epochs = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS, 0);
+    assert_true(isfinite(steps.val_psnr) && steps.val_psnr == epochs.val_psnr && steps.test_l1 == epochs.test_l1);
+}
+
+// With half of the photos, equal steps are twice the epochs.
+static void equal_steps_train_longer_than_equal_epochs(void **state) {
+    struct vw_retrain_result steps = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS / 2, 0);
+    struct vw_retrain_result epochs = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS / 2, 0);
+    struct vw_retrain_result longer = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS / 2, 6);
+    assert_true(steps.val_psnr > epochs.val_psnr + 0.5 * (longer.val_psnr - epochs.val_psnr));
+}
+
+static void results_are_means_over_the_ends_of_the_last_epochs(void **state) {
+    struct vw_retrain_result second = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS - 1, 2);
+    struct vw_retrain_result third = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS - 1, 3);
+    struct vw_retrain_result mean = retrain(*state, VW_EQUAL_STEPS, 2, PHOTOS - 1, 3);
+    assert_true(second.val_psnr != third.val_psnr);
+    assert_true(fabs(mean.val_psnr - 0.5 * (second.val_psnr + third.val_psnr)) < 1e-9); // rounding of doubles
+    assert_true(fabs(mean.test_l1 - 0.5 * (second.test_l1 + third.test_l1)) < 1e-9);
+    struct vw_retrain_result first = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS - 1, 1);
+    struct vw_retrain_result all = retrain(*state, VW_EQUAL_STEPS, 9, PHOTOS - 1, 3); // there are no more than three
+    assert_true(fabs(all.val_psnr - (first.val_psnr + second.val_psnr + third.val_psnr) / 3) < 1e-9);
+}
+
+static void without_photos_the_untrained_field_is_measured(void **state) {
+    struct vw_retrain_result none = retrain(*state, VW_EQUAL_STEPS, 2, 0, 0);
+    struct vw_retrain_result again = retrain(*state, VW_EQUAL_EPOCHS, 1, 0, 1);
+    struct vw_retrain_result all = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS, 0);
+    assert_true(none.val_psnr == again.val_psnr && none.val_psnr < all.val_psnr);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(all_photos_are_the_same_in_both_ways, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(equal_steps_train_longer_than_equal_epochs, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(without_photos_the_untrained_field_is_measured, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
