@@ -46,7 +46,8 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
-     "Needs one of --positive, --significant, --not-harmful, --top and --drop. Needs neither a GPU nor the images.\n"
+     "Without a rule, drops only photos whose score is a robust outlier (--outliers). --positive, --significant, "
+     "--not-harmful, --top and --drop are other rules. Needs neither a GPU nor the images.\n"
      "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. "
      "For transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, "
      "val_filenames and test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. "

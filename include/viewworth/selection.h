@@ -11,7 +11,14 @@
 
 VW_PUBLIC_BEGIN
 
+// The rules. A score is a robust outlier if z < VW_SELECTION_OUTLIER_Z, where z = (score - median) / spread over the
+// train photos that have the score; the spread is 1.4826 times the median absolute deviation (Huber, Robust Statistics,
+// 1981).
+#define VW_SELECTION_OUTLIER_Z (-3.0)
 enum vw_selection_rule {
+    VW_SELECT_OUTLIERS,    // all train photos but the robust outliers; without a method: of dv_psnr, of dv_loss and of
+                           // quality, as far as these have scores. Keeps photos without a score. No photo is an outlier
+                           // among fewer than 5, or if the spread is 0
     VW_SELECT_POSITIVE,    // value above zero
     VW_SELECT_SIGNIFICANT, // lower end of the interval above zero; drops scores without an interval
     VW_SELECT_NOT_HARMFUL, // upper end of the interval not below zero; keeps scores without an interval
@@ -20,26 +27,35 @@ enum vw_selection_rule {
 };
 
 struct vw_selection_params {
-    const char *method; // NULL: vw_value_default_method
+    const char *method; // NULL: vw_value_default_method, or several for VW_SELECT_OUTLIERS
     enum vw_selection_rule rule;
     double amount; // for VW_SELECT_TOP and VW_SELECT_DROP: a number of photos (whole, at least 1), or a percentage in
                    // (0,100] if `percent`
     bool percent;  // of the photos that have a score, rounded to whole photos; at least 1 is kept
 };
 
+// A train photo that VW_SELECT_OUTLIERS leaves out because of a method's score.
+struct vw_selection_outlier {
+    uint32_t image_id;
+    const char *method; // static, or that of the params
+    double z;           // below VW_SELECTION_OUTLIER_Z
+};
+
 struct vw_selection {
-    uint32_t *image_ids;   // owned: the train photos kept, best first, ties by image_id
-    uint32_t count;        // of image_ids, at least 1
-    uint32_t scored_count; // train photos that have a score
+    uint32_t *image_ids;                   // owned: the train photos kept, best first, ties by image_id
+    uint32_t count;                        // of image_ids, at least 1
+    uint32_t scored_count;                 // train photos that have a score
+    struct vw_selection_outlier *outliers; // owned: method by method, worst first
+    uint32_t outlier_count;
 };
 
 // Reads "K" or "P%" into amount and percent; false if the text is neither. vw_selection_make checks the range.
 bool vw_selection_read_amount(const char *text, struct vw_selection_params *params);
 
-// Selects photos. No rule keeps a train photo without a score of the method (NaN, or no visit that counts). Free the
-// selection with vw_selection_free. VW_ERROR_USAGE for a method without scores (the message names those with scores)
-// and for an amount out of range; VW_ERROR_INPUT if there are no scores at all, if a score's image is not in `images`,
-// and if no photo would be kept.
+// Selects photos. No other rule keeps a train photo without a score of the method (NaN, or no visit that counts). Free
+// the selection with vw_selection_free. VW_ERROR_USAGE for a method without scores (the message names those with
+// scores) and for an amount out of range; VW_ERROR_INPUT if there are no scores at all, if a score's image is not in
+// `images`, and if no photo would be kept.
 enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count,
                                  const struct vw_ledger_image *images, uint32_t image_count,
                                  const struct vw_selection_params *params, struct vw_selection *selection);

@@ -48,8 +48,14 @@ const struct vw_option vw_option_table[] = {
      DEFAULT("report.html in the first OUT")},
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
-    {"positive", NULL, "Keep photos whose score is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
-     OPTION(FLAG, positive), COMMON},
+    {"outliers", NULL,
+     "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
+     "and keep all others; with --method by that score alone (the rule without any of these options)",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, outliers), COMMON},
+    {"positive", NULL,
+     "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero "
+     "even if every photo is good, so that this drops a third of a clean scene",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, positive), COMMON},
     {"significant", NULL, "Keep photos whose 95 % interval is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
      OPTION(FLAG, significant), COMMON},
     {"not-harmful", NULL, "Drop photos whose 95 % interval is below zero and keep all others", VW_OPTIONS_SELECT,
@@ -59,7 +65,8 @@ const struct vw_option vw_option_table[] = {
     {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
      VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
     {"list", "LIST",
-     "Photos to train on (required, repeatable): all, positive, significant, not-harmful, top:K, top:P%, drop:P%, "
+     "Photos to train on (required, repeatable): all, outliers (all but these), positive, significant, not-harmful, top:K, top:P%, "
+     "drop:P%, "
      "random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, which keeps the photos with at "
      "least that score (CSV header: name,score)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXTS, lists), COMMON},
@@ -67,7 +74,7 @@ const struct vw_option vw_option_table[] = {
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
-     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON, DEFAULT("dv_psnr")},
+     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON, DEFAULT("dv_psnr; of outliers dv_psnr, dv_loss and quality")},
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN,
      OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"seeds", "K", "Number of trainings of each list, one per seed; seeds count up from --seed", VW_OPTIONS_COMPARE,

@@ -46,7 +46,7 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
-    bool positive, significant, not_harmful;
+    bool outliers, positive, significant, not_harmful;
     const char *top, *drop;
     const char *method; // whose scores select photos
     struct vw_texts lists;

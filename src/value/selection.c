@@ -7,6 +7,7 @@
 
 #include "ledger/find_image.h"
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "viewworth/value.h"
 
 // The methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a method are
@@ -116,12 +117,115 @@ static enum vw_status refuse_empty(const struct vw_selection_params *params, uin
                    params->rule == VW_SELECT_POSITIVE ? "is" : "has an interval");
 }
 
+// ---- Without robust outliers ----
+
+enum { OUTLIER_PHOTOS_LEAST = 5 }; // among fewer, median and spread say little
+
+static const char *const outlier_methods[] = {"dv_psnr", "dv_loss", "quality"};
+
+// A selection without outliers while it is made.
+struct search {
+    const struct vw_ledger_image *images;
+    uint32_t image_count;
+    bool *out, *listed; // per image: it is an outlier; it is listed, or an outlier
+    const struct vw_ledger_score **ranked, **first;
+    uint32_t first_count; // of the first method's ranking
+    struct vw_selection made;
+};
+
+static uint32_t place_of(const struct search *search, uint32_t image_id) {
+    return (uint32_t)(vw_ledger_find_image(search->images, search->image_count, image_id) - search->images);
+}
+
+// Adds the outliers of one method, worst first. Its ranking is best first.
+static enum vw_status find_outliers(struct search *search, uint32_t count, const char *method) {
+    struct vw_selection *made = &search->made;
+    double *values = vw_allocate(count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) values[i] = search->ranked[i]->value;
+    double median = vw_median(values, count), spread = vw_robust_spread(values, count);
+    free(values);
+    if (count < OUTLIER_PHOTOS_LEAST || !(spread > 0)) return VW_OK;
+    for (uint32_t i = count; i-- > 0;) {
+        double z = (search->ranked[i]->value - median) / spread;
+        if (!(z < VW_SELECTION_OUTLIER_Z)) break;
+        made->outliers[made->outlier_count++] = (struct vw_selection_outlier){search->ranked[i]->image_id, method, z};
+        search->out[place_of(search, search->ranked[i]->image_id)] = true;
+    }
+    return VW_OK;
+}
+
+static void list_photo(struct search *search, uint32_t place) {
+    bool wanted = !search->out[place] && !search->listed[place];
+    search->listed[place] = true;
+    if (wanted) search->made.image_ids[search->made.count++] = search->images[place].image_id;
+}
+
+// The photos of the first method's ranking, then those without a score of it.
+static void list_others(struct search *search) {
+    for (uint32_t i = 0; i < search->first_count; i++) list_photo(search, place_of(search, search->first[i]->image_id));
+    search->made.scored_count = search->first_count;
+    for (uint32_t i = 0; i < search->image_count; i++)
+        if (strcmp(search->images[i].split, "train") == 0) list_photo(search, i);
+}
+
+static bool has_scores(const struct vw_ledger_score *scores, uint32_t score_count, const char *method) {
+    for (uint32_t i = 0; i < score_count; i++)
+        if (strcmp(scores[i].method, method) == 0) return true;
+    return false;
+}
+
+static enum vw_status search_outliers(struct search *search, const struct vw_ledger_score *scores, uint32_t score_count,
+                                      const char *only) {
+    const char *const *methods = only ? &only : outlier_methods;
+    uint32_t used = 0;
+    for (size_t m = 0; m < (only ? 1 : VW_ARRAY_COUNT(outlier_methods)); m++) {
+        uint32_t count = 0;
+        if (!has_scores(scores, score_count, methods[m])) continue;
+        enum vw_status status =
+            rank(scores, score_count, search->images, search->image_count, methods[m], search->ranked, &count);
+        if (!status) status = find_outliers(search, count, methods[m]);
+        if (status) return status;
+        if (used++) continue;
+        memcpy(search->first, search->ranked, score_count * sizeof *search->first);
+        search->first_count = count;
+    }
+    if (!used) return refuse_method(scores, score_count, methods[0]);
+    list_others(search);
+    return search->made.count ? VW_OK : vw_fail(VW_ERROR_INPUT, "the ledger has no photo to train on");
+}
+
+static enum vw_status leave_outliers_out(const struct vw_ledger_score *scores, uint32_t score_count,
+                                         const struct vw_ledger_image *images, uint32_t image_count, const char *method,
+                                         struct vw_selection *selection) {
+    struct search search = {.images = images,
+                            .image_count = image_count,
+                            .out = vw_allocate(image_count, sizeof *search.out),
+                            .listed = vw_allocate(image_count, sizeof *search.listed),
+                            .ranked = vw_allocate(score_count, sizeof *search.ranked),
+                            .first = vw_allocate(score_count, sizeof *search.first),
+                            .made = {.image_ids = vw_allocate(image_count, sizeof *search.made.image_ids),
+                                     .outliers = vw_allocate(score_count, sizeof *search.made.outliers)}};
+    bool whole =
+        search.out && search.listed && search.ranked && search.first && search.made.image_ids && search.made.outliers;
+    enum vw_status status = whole ? search_outliers(&search, scores, score_count, method) : VW_ERROR_MEMORY;
+    free(search.out);
+    free(search.listed);
+    free(search.ranked);
+    free(search.first);
+    if (status) vw_selection_free(&search.made);
+    else *selection = search.made;
+    return status;
+}
+
+// ---- All rules ----
+
 static enum vw_status copy_ids(const struct vw_ledger_score *const *kept, uint32_t count, uint32_t scored_count,
                                struct vw_selection *selection) {
     uint32_t *image_ids = vw_allocate(count, sizeof *image_ids);
     if (!image_ids) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count; i++) image_ids[i] = kept[i]->image_id;
-    *selection = (struct vw_selection){image_ids, count, scored_count};
+    *selection = (struct vw_selection){.image_ids = image_ids, .count = count, .scored_count = scored_count};
     return VW_OK;
 }
 
@@ -131,6 +235,8 @@ enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t 
     uint32_t ranked_count = 0, count = 0;
     enum vw_status status = check_amount(params);
     if (status) return status;
+    if (params->rule == VW_SELECT_OUTLIERS)
+        return leave_outliers_out(scores, score_count, images, image_count, params->method, selection);
     const struct vw_ledger_score **ranked = vw_allocate(score_count, sizeof *ranked);
     if (!ranked) return VW_ERROR_MEMORY;
     const char *method = params->method ? params->method : vw_value_default_method;
@@ -144,5 +250,6 @@ enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t 
 
 void vw_selection_free(struct vw_selection *selection) {
     free(selection->image_ids);
+    free(selection->outliers);
     *selection = (struct vw_selection){0};
 }

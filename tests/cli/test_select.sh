@@ -270,8 +270,21 @@ for rule in '--positive:value > 0' '--significant:ci_low > 0' '--not-harmful:ci_
 done
 run=$folder/single.run
 list=$folder/none.json
-check "no rule is refused" refuses 'one of --positive, --significant, --not-harmful, --top K\|P% and --drop K\|P%, not none' \
-    select "$run" --to "$list"
+check "--positive is warned of" grep -q '^warning: --positive: ' <(
+    "$program" select "$run" --positive --to "$folder/positive.json" --quiet 2>&1 >/dev/null)
+rm -f "$folder/rule.txt"
+query recipe.run "UPDATE score SET value = image_id + 0.0 WHERE method IN ('dv_psnr', 'dv_loss', 'quality');
+    UPDATE score SET value = -999.0 WHERE method = 'dv_loss' AND image_id = (SELECT min(image_id) FROM score)"
+outlier=$(query recipe.run "SELECT name FROM image WHERE image_id = (SELECT min(image_id) FROM score)")
+check "without a rule outliers are left out, and named" prints "^left out $outlier: dv_loss z = -" \
+    "$program" select "$folder/recipe.run" --to "$folder/rule.txt"
+check "all others are kept" test "$(cat "$folder/rule.txt")" = \
+    "$(query recipe.run "SELECT name FROM image WHERE split = 'train' AND name <> '$outlier' ORDER BY image_id")"
+check "--outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_psnr, dv_loss, quality' AND
+    json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = '$outlier' AND j ->> '\$.left_out[0].z' < -3" \
+    "$program" select "$folder/recipe.run" --outliers --to "$folder/outliers.txt" --json
+check "with --method by that score alone" prints "^kept     12 of 12 photos" \
+    "$program" select "$folder/recipe.run" --method dv_psnr --to "$folder/by_one.txt"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
 check "an unknown method is refused with those there are" refuses 'method "nima" has no scores; use one of: dv_psnr, dv_loss' \

@@ -78,6 +78,60 @@ static void what_is_unknown_is_never_chosen(void **state) {
     check_chosen((struct vw_selection_params){.method = "odd", .rule = VW_SELECT_TOP, .amount = 5}, "1", 1);
 }
 
+// Photos 0 to 8, the last of which validates. Medians 10 and spreads 1.4826, so that -3 is a score of 5.5522.
+enum { PHOTOS = 9 };
+#define ROW(method_name, id, score)                                                                                    \
+    { .image_id = id, .method = method_name, .value = score, .visits = 4 }
+#define ROWS(method, a, b, c, d, e, f, g, h)                                                                           \
+    ROW(method, 0, a), ROW(method, 1, b), ROW(method, 2, c), ROW(method, 3, d), ROW(method, 4, e), ROW(method, 5, f),  \
+        ROW(method, 6, g), ROW(method, 7, h)
+
+static void check_without_outliers(const struct vw_ledger_score *rows, uint32_t row_count, const char *method,
+                                   const char *expected, const char *expected_out) {
+    struct vw_ledger_image photos[PHOTOS];
+    struct vw_selection selection = {0};
+    char kept[64] = "", out[128] = "";
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        photos[i] = (struct vw_ledger_image){i, "photo", i == PHOTOS - 1 ? "val" : "train", "", NULL, NULL};
+    const struct vw_selection_params params = {.method = method};
+    ASSERT_OK(vw_selection_make(rows, row_count, photos, PHOTOS, &params, &selection));
+    for (uint32_t i = 0; i < selection.count; i++)
+        snprintf(kept + strlen(kept), sizeof kept - strlen(kept), "%s%u", i ? " " : "", selection.image_ids[i]);
+    for (uint32_t i = 0; i < selection.outlier_count; i++)
+        snprintf(out + strlen(out), sizeof out - strlen(out), "%s%u %s %.2f", i ? ", " : "",
+                 selection.outliers[i].image_id, selection.outliers[i].method, selection.outliers[i].z);
+    assert_string_equal(kept, expected);
+    assert_string_equal(out, expected_out);
+    vw_selection_free(&selection);
+    assert_null(selection.outliers);
+}
+
+static void outliers_of_any_score_are_left_out(void **state) {
+    (void)state;
+    static const struct vw_ledger_score rows[] = {
+        ROWS("dv_psnr", 9, 11, 9, 11, 10, 10, 5.5, 40),                  // 5.5: z = -3.04; high scores are no outliers
+        ROWS("dv_loss", 9, 5.6, 10, 11, 11, 10, 2, 10),                  // 5.6: z = -2.97
+        ROWS("quality", 9, 11, 1, 11, 10, NAN, 10, 10),                  // an unknown score is none
+        {.image_id = 8, .method = "dv_psnr", .value = -99, .visits = 4}, // a validation photo
+        ROWS("other", 0, 11, 9, 11, 9, 10, 10, 10),
+    };
+    const uint32_t count = VW_ARRAY_COUNT(rows);
+    check_without_outliers(rows, count, NULL, "7 1 3 4 5 0", "6 dv_psnr -3.04, 6 dv_loss -5.40, 2 quality -6.07");
+    check_without_outliers(rows, count, "dv_psnr", "7 1 3 4 5 0 2", "6 dv_psnr -3.04");
+    check_without_outliers(rows, count, "quality", "1 3 4 6 7 0 5", "2 quality -6.07"); // 5 has no score
+    check_without_outliers(rows, count, "other", "1 3 5 6 7 2 4", "0 other -6.74");
+    check_without_outliers(rows + 8, 8, NULL, "3 4 2 5 7 0 1", "6 dv_loss -5.40"); // dv_loss alone
+}
+
+static void few_or_equal_scores_have_no_outlier(void **state) {
+    (void)state;
+    static const struct vw_ledger_score equal[] = {ROWS("dv_psnr", 1, 1, 1, 1, 1, 1, 1, -9)};
+    static const struct vw_ledger_score few[] = {ROW("dv_psnr", 0, 1), ROW("dv_psnr", 1, 2), ROW("dv_psnr", 2, 3),
+                                                 ROW("dv_psnr", 3, -99)};
+    check_without_outliers(equal, VW_ARRAY_COUNT(equal), NULL, "0 1 2 3 4 5 6 7", "");
+    check_without_outliers(few, VW_ARRAY_COUNT(few), NULL, "2 1 0 3 4 5 6 7", "");
+}
+
 static void check_refused(const struct vw_ledger_score *rows, uint32_t count, struct vw_selection_params params,
                           enum vw_status expected, const char *said) {
     struct vw_selection selection = {.count = 77};
@@ -94,14 +148,16 @@ static void refusals_say_what_is_missing(void **state) {
     check_refused(scores, 0, positive, VW_ERROR_INPUT, "no scores; value the photos first");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr"}, VW_ERROR_USAGE,
                   "\"dv_pnsr\" has no scores; use one of: dv_psnr, dv_loss, odd, validation_alone");
-    check_refused(scores, count, (struct vw_selection_params){.method = "odd"}, VW_ERROR_INPUT,
-                  "none of 1 scores is above zero");
+    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_POSITIVE},
+                  VW_ERROR_INPUT, "none of 1 scores is above zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT},
                   VW_ERROR_INPUT, "none of 3 scores has an interval above zero");
     check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_NOT_HARMFUL},
                   VW_ERROR_INPUT, "the intervals of all 1 scores are below zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone"}, VW_ERROR_INPUT,
-                  "no train photo has a score");
+    check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr", .rule = VW_SELECT_POSITIVE},
+                  VW_ERROR_USAGE, "\"dv_pnsr\" has no scores");
+    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_POSITIVE},
+                  VW_ERROR_INPUT, "no train photo has a score");
     check_refused(scores, count,
                   (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1},
                   VW_ERROR_INPUT, "no train photo has a score");
@@ -147,6 +203,7 @@ static void amounts_are_read_whole(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(outliers_of_any_score_are_left_out), cmocka_unit_test(few_or_equal_scores_have_no_outlier),
         cmocka_unit_test(rules_choose_by_value_and_interval), cmocka_unit_test(percentages_round_to_the_nearest_photo),
         cmocka_unit_test(what_is_unknown_is_never_chosen),    cmocka_unit_test(refusals_say_what_is_missing),
         cmocka_unit_test(amounts_out_of_range_are_refused),   cmocka_unit_test(amounts_are_read_whole),

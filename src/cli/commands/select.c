@@ -10,6 +10,7 @@
 #include "run/selection_list.h"
 #include "ledger/find_image.h"
 #include "base/memory.h"
+#include "viewworth/log.h"
 #include "viewworth/value.h"
 
 struct selection_job {
@@ -29,36 +30,56 @@ static enum vw_status read_amount(const char *option, const char *text, struct v
 }
 
 static enum vw_status read_rule(const struct vw_options *options, struct vw_selection_params *params) {
-    int count = options->positive + options->significant + options->not_harmful + (options->top != NULL) +
-                (options->drop != NULL);
-    if (count != 1)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "select: give one of --positive, --significant, --not-harmful, --top K|P%% and --drop K|P%%, not %s",
-            count ? "several" : "none");
+    int count = options->outliers + options->positive + options->significant + options->not_harmful +
+                (options->top != NULL) + (options->drop != NULL);
+    if (count > 1)
+        return vw_fail(VW_ERROR_USAGE, "select: give one of --outliers, --positive, --significant, --not-harmful, "
+                                       "--top K|P%% and --drop K|P%%, not several");
     if (!options->to || !*options->to)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
-    *params = (struct vw_selection_params){.method = options->method ? options->method : vw_value_default_method,
+    *params = (struct vw_selection_params){.method = options->method,
                                            .rule = options->positive      ? VW_SELECT_POSITIVE
                                                    : options->significant ? VW_SELECT_SIGNIFICANT
                                                    : options->not_harmful ? VW_SELECT_NOT_HARMFUL
                                                    : options->top         ? VW_SELECT_TOP
-                                                                          : VW_SELECT_DROP};
+                                                   : options->drop        ? VW_SELECT_DROP
+                                                                          : VW_SELECT_OUTLIERS};
     if (options->top) return read_amount("top", options->top, params);
     return options->drop ? read_amount("drop", options->drop, params) : VW_OK;
 }
 
 // ---- What is said --------------------------------------------------------------------------------------------------
 
-static const char *name_of(const struct selection_job *job, uint32_t place) {
-    return vw_ledger_find_image(job->run.images, job->run.image_count, job->selection.image_ids[place])->name;
+static const char *name_of(const struct selection_job *job, uint32_t image_id) {
+    return vw_ledger_find_image(job->run.images, job->run.image_count, image_id)->name;
+}
+
+// By which scores photos are selected, in words.
+static const char *methods_of(const struct selection_job *job) {
+    if (job->params.method) return job->params.method;
+    return job->params.rule == VW_SELECT_OUTLIERS ? "dv_psnr, dv_loss, quality" : vw_value_default_method;
+}
+
+static json_t *left_out_to_json(const struct selection_job *job) {
+    json_t *photos = json_array();
+    if (job->params.rule != VW_SELECT_OUTLIERS) {
+        json_decref(photos);
+        return NULL;
+    }
+    for (uint32_t i = 0; i < job->selection.outlier_count; i++) {
+        const struct vw_selection_outlier *outlier = &job->selection.outliers[i];
+        vw_json_append(&photos, json_pack("{s:s, s:s, s:f}", "name", name_of(job, outlier->image_id), "method",
+                                          outlier->method, "z", outlier->z));
+    }
+    return photos;
 }
 
 static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
-    for (uint32_t i = 0; i < job->selection.count; i++) vw_json_append(&names, json_string(name_of(job, i)));
-    return json_pack("{s:s, s:s, s:s, s:o}", "path", job->options->to, "format", job->list.format, "method",
-                     job->params.method, "selected", names);
+    for (uint32_t i = 0; i < job->selection.count; i++)
+        vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
+    return json_pack("{s:s, s:s, s:s, s:o, s:o*}", "path", job->options->to, "format", job->list.format, "method",
+                     methods_of(job), "selected", names, "left_out", left_out_to_json(job));
 }
 
 // Those options of the scene that the list does not say. Only known ones: a ledger may come from anybody, and this is
@@ -94,6 +115,9 @@ static void print_next(const struct selection_job *job) {
 static void print_rule(const struct vw_selection_params *params) {
     const char *unit = params->percent ? " %" : "";
     switch (params->rule) {
+    case VW_SELECT_OUTLIERS:
+        vw_print("all but robust outliers, below the median by more than %g spreads\n", -VW_SELECTION_OUTLIER_Z);
+        break;
     case VW_SELECT_POSITIVE: vw_print("score above zero\n"); break;
     case VW_SELECT_SIGNIFICANT: vw_print("interval above zero\n"); break;
     case VW_SELECT_NOT_HARMFUL: vw_print("interval not below zero\n"); break;
@@ -102,12 +126,27 @@ static void print_rule(const struct vw_selection_params *params) {
     }
 }
 
+// A line per photo, with every score that leaves it out.
+static void print_outliers(const struct selection_job *job) {
+    const struct vw_selection_outlier *outliers = job->selection.outliers;
+    for (uint32_t i = 0; i < job->selection.outlier_count; i++) {
+        bool named = false;
+        for (uint32_t j = 0; j < i; j++) named |= outliers[j].image_id == outliers[i].image_id;
+        if (named) continue;
+        vw_print("left out %s:", name_of(job, outliers[i].image_id));
+        for (uint32_t j = i; j < job->selection.outlier_count; j++)
+            if (outliers[j].image_id == outliers[i].image_id)
+                vw_print("%s %s z = %.1f", j > i ? "," : "", outliers[j].method, outliers[j].z);
+        vw_print("\n");
+    }
+}
+
 static void print_text(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
-    vw_print("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count,
-             job->params.method);
+    vw_print("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count, methods_of(job));
     print_rule(&job->params);
-    if (selection->scored_count < job->list.train_count)
+    print_outliers(job);
+    if (job->params.rule != VW_SELECT_OUTLIERS && selection->scored_count < job->list.train_count)
         vw_print("         %u photos have no such score and were left out\n",
                  job->list.train_count - selection->scored_count);
     vw_print("list    ");
@@ -124,6 +163,10 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
     if (!status) status = vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
+    if (!status && options->positive)
+        vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
+                       "photo is good, so that this rule drops a third of a clean scene; leave --positive out to drop "
+                       "only outliers");
     if (!status && options->json) status = vw_json_print(to_json(&job));
     else if (!status) print_text(&job);
     vw_selection_free(&job.selection);
