@@ -1,6 +1,6 @@
 -- Every dv_psnr of a run, from the step table alone:
 --     sqlite3 -header OUT/ledger.db < scripts/dv_psnr.sql
--- A photo's score is the sum of the changes of val_psnr (dB, positive = helps) over the steps trained on it, from the epoch after
+-- A photo's score is the sum of the changes of val_psnr (dB, positive = better) over the steps trained on it, from the epoch after
 -- burn-in on. Steps without a validation value (flagged non-finite) are left out, so that the next change is taken from the last
 -- value there is. Photos without a visit after burn-in have no row here and a score of 0 in the score table.
 WITH

@@ -169,13 +169,10 @@ VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAM
 VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
 VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds
 VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
-VW_ENUM(VW_SLOT_PARAMS_BEFORE, 43)  // vec4: a window of the params as they were before the step; this and the next two: mix_params
-VW_ENUM(VW_SLOT_PARAMS_AFTER, 44)   // vec4: the same behind it
-VW_ENUM(VW_SLOT_PARAMS, 45)         // vec4: the same as they are
-VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 46) // VW_SLOT_GRID_ROWS as RGBA32F texels
-VW_ENUM(VW_SLOT_OVERFLOW, 47)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
+VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
+VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
                                   // those of all such passes, VW_OVERFLOW_STRIDE apart, so that none waits for another
-VW_ENUM(VW_SLOT_COUNT, 48)
+VW_ENUM(VW_SLOT_COUNT, 45)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -311,11 +308,6 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
 struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
-};
-
-struct vw_push_mix {         // mix_params
-    vw_uint count;           // vec4 of the window
-    float reach;             // how far along the step to go: 0 to its beginning, 1 to its end
 };
 
 struct vw_push_peak {     // multiply_registers

@@ -26,7 +26,6 @@ viewworth_add_shader(update_code)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(update_weights)
-viewworth_add_shader(mix_params) # probes steps
 viewworth_add_shader(trace_recipe) # draws the photos of recipes
 viewworth_add_shader(multiply_registers) # measures what the device can do, as does
 viewworth_add_shader(copy_memory)

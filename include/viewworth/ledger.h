@@ -1,7 +1,7 @@
 // The ledger: OUT/ledger.db, an SQLite file with one run. Its tables:
 // - run, image, step, view, score: their columns stay, and new ones are appended (src/ledger/schema.c);
 // - probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id): vw_step_record.probes, with kind one
-//   of repeated, zero_learning_rate, resampled, same_state and first_order; image_id is NULL if the probe is of the
+//   of repeated, zero_learning_rate, resampled and same_state; image_id is NULL if the probe is of the
 //   step's own photo.
 //
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
@@ -61,8 +61,8 @@ struct vw_ledger_image {
 
 struct vw_ledger_score {
     uint32_t image_id;
-    const char *method;                 // "dv_psnr", "dv_loss", "dv_psnr_pooled", ...
-    double value;                       // positive = helps
+    const char *method;                 // "dv_psnr", "dv_loss", "quality", ...
+    double value;                       // more = better
     const char *unit;                   // "dB", "mean absolute error"
     double standard_error;              // in the unit of value; NaN: NULL in the ledger
     uint32_t visits;                    // steps that count for the value

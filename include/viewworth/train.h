@@ -73,7 +73,6 @@ struct vw_config {
     bool noise_floor;    // probe some of every photo's steps for measurement noise
     uint32_t same_state; // states, at ends of epochs spread evenly behind burn-in, from which a step on every photo is
                          // probed; at most one per epoch; 0: none. Makes `epochs` part of the run's identity
-    bool first_order;    // probe the slope of validation along every step behind burn-in
 };
 
 extern const struct vw_config vw_config_default;

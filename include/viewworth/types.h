@@ -51,10 +51,8 @@ enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 enum vw_probe_kind {             // the first three estimate measurement noise (`value --noise-floor`)
     VW_PROBE_REPEATED,           // the same validation again: must give the same bits
     VW_PROBE_ZERO_LEARNING_RATE, // the step with learning rate 0: must give the same bits
-    VW_PROBE_RESAMPLED,   // the step with other pixels of the same photo: how much sampling alone changes its delta
-    VW_PROBE_SAME_STATE,  // the next step, from the state after this one, on the photo `view` (--same-state)
-    VW_PROBE_FIRST_ORDER, // the slope of validation along the step, times its length (--first-order): values are
-                          // changes
+    VW_PROBE_RESAMPLED,  // the step with other pixels of the same photo: how much sampling alone changes its delta
+    VW_PROBE_SAME_STATE, // the next step, from the state after this one, on the photo `view` (--same-state)
     VW_PROBE_KIND_COUNT
 };
 

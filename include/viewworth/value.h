@@ -3,14 +3,25 @@
 // Source: Cheimariotis et al., "Image valuation in NeRF-based 3D reconstruction", CAIP 2025, the step form.
 //
 // The delta d of a step is the validation measure after the step minus the measure before it; it is credited to the
-// photo that the step trained on. Validation PSNR is the mean over validation views (_psnr) or over all validation
-// pixels (_psnr_pooled); _loss uses the mean absolute error. Every delta and every score is oriented so that positive =
-// helps. A score combines the deltas of a photo over the E epochs e = 1 ... E after burn-in. A step that is flagged as
-// non-finite has no delta, and the next delta starts from the last finite value. The methods:
+// photo that the step trained on. _psnr methods measure the mean over validation views of the PSNR, _loss methods the
+// mean absolute error. Every delta is oriented so that positive = better. A score combines the deltas of a photo over
+// the E epochs e = 1 ... E after burn-in. A step that is flagged as non-finite has no delta, and the next delta starts
+// from the last finite value. The methods:
 //
-//   dv_psnr, dv_loss, dv_psnr_pooled
-//       sum of d: the paper's equation
-//   revisit_*
+//   dv_psnr, dv_loss
+//       sum of d: the paper's equation. dv_psnr is the photo's credit: what the steps on the photo moved. A negative
+//       credit does not say that training is better without the photo
+//   momentum_psnr
+//       sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), where t - 1 is the step before, on whatever photo, and b
+//       is the momentum. This inverts d(t) = sum over k of (1 - b) b^k c(t - k), which is how Adam's first moment
+//       (Kingma and Ba, ICLR 2015) spreads the credits to first order. Only for runs with b > 0. A step has no credit
+//       if its d or that of the step before is unknown
+//   same_state_psnr
+//       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
+//
+// The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
+//
+//   revisit_psnr, revisit_loss
 //       sum over visits of the measure minus the measure after the photo's previous visit (which may be in burn-in);
 //       this is how the paper's overview figure puts it. The sum telescopes to the last visit's measure minus the
 //       first's
@@ -20,22 +31,6 @@
 //       sum of w d, w = 2 e / (E + 1): later epochs weigh more (the paper's "training progress"); the mean of w is 1
 //   exponential_psnr
 //       sum of w d, w = exp(3 e / E) divided by its mean
-//   middle_*
-//       sum of d over the epochs E/6 < e <= E/2 (rounded up): after the large early deltas, before the noisy late ones
-//   win_rate_*
-//       (visits that helped - visits that harmed) / visits, in [-1,1]. If no d is 0, the share of visits that helped is
-//       (1 + score) / 2
-//   root_*
-//       cube root of the sum of d (with its sign): large damage weighs less
-//   root_sum_psnr
-//       sum of sign(d) sqrt|d|: a single large delta weighs less
-//   clipped_*
-//       sum of d, each clipped at three robust spreads (statistics.h) from the median of its epoch
-//   momentum_*
-//       sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), where t - 1 is the step before, on whatever photo, and b
-//       is the momentum. This inverts d(t) = sum over k of (1 - b) b^k c(t - k), which is how Adam's first moment
-//       (Kingma and Ba, ICLR 2015) spreads the credits to first order. Only for runs with b > 0. A step has no credit
-//       if its d or that of the step before is unknown
 #ifndef VIEWWORTH_VALUE_H
 #define VIEWWORTH_VALUE_H
 
@@ -58,14 +53,17 @@ struct vw_value_input {
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
     uint32_t image_count;
-    double beta1; // momentum of the run's optimiser, in [0,1); 0: none
+    double beta1;       // momentum of the run's optimiser, in [0,1); 0: none
+    bool paper_methods; // also compute the other forms that the paper discusses, after all others
 };
 
 struct vw_value_method {
     const char *name, *unit, *formula; // the formula in one line, with d, e and E as above
-    bool additive;                     // a sum over visits: the scores of several photos can be added
+    bool additive;                     // the scores of several photos can be added
+    bool has_zero;                     // 0 means something: scores may be compared with it
 };
-// All methods, in the order of the scores. The array is static. A run without momentum has no momentum_* scores.
+// All methods but those of vw_value_input.paper_methods, in the order of the scores. The array is static. A run without
+// momentum has no momentum_psnr, a run without such probes no same_state_psnr.
 const struct vw_value_method *vw_value_methods(uint32_t *count);
 // The method that tables show first: "dv_psnr".
 extern const char vw_value_default_method[];
@@ -73,8 +71,7 @@ extern const char vw_value_default_method[];
 // Computes the score of every method for every train image, method by method, in image order. Each score has
 // - value, unit, visits (the number of visits that count);
 // - standard_error and the ends of the 95 % interval of value and rank, from the photo's contribution in each epoch
-//   (src/value/uncertainty.h). For a cube root, the ends are the cube roots of the sum's interval, and the standard
-//   error is scaled alike;
+//   (src/value/uncertainty.h);
 // - resampling_stderr: the part of the error that comes from the random pixels of the photo's own steps. It is
 //   sqrt(sum of squared weights of the visits times the mean, over the photo's probed steps, of the variance of the
 //   delta over the resampled steps and the step itself). It does not include the pixels of earlier steps, which change
@@ -85,9 +82,6 @@ extern const char vw_value_default_method[];
 // VW_ERROR_INPUT for a step on an image that is not in `images`, VW_ERROR_MEMORY.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count);
-// The values of one method, one per image: as from vw_value_score, or NaN for an image without a visit that counts. All
-// are NaN if `method` is not in vw_value_methods. VW_ERROR_INPUT and VW_ERROR_MEMORY as above.
-enum vw_status vw_value_of_method(const struct vw_value_input *input, const char *method, double *values);
 
 // The measurement noise of a run, from its probes (`value --noise-floor`). NaN if no probe of that kind has a value.
 struct vw_noise_floor {

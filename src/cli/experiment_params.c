@@ -13,6 +13,7 @@ struct vw_experiment_params vw_params_of_experiment(const struct vw_options *opt
         .seeds = options->seeds,
         .together = options->together,
         .no_thumbnails = options->no_thumbnails,
+        .paper_methods = options->paper_methods,
         .interrupt = vw_interrupt_watch(),
         .progress = vw_progress_show,
         .context = progress,

@@ -87,6 +87,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"vary", NULL, "What the seed changes between the runs; everything else uses --seed in all of them",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_INIT), COMMON},
+    {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
+     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
     {"equal", NULL,
      "What lists of different lengths have in common: the number of steps, or the number of epochs (as in the paper)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
@@ -191,8 +193,6 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VALUE, VW_SECTION_SCORES, OPTION(FLAG, config.noise_floor)},
     {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_OPTIONS_VALUE,
      VW_SECTION_SCORES, OPTION(COUNT, config.same_state), RANGE(1, 1000000)},
-    {"first-order", NULL, "Also score every photo by the slope of validation along its steps", VW_OPTIONS_VALUE,
-     VW_SECTION_SCORES, OPTION(FLAG, config.first_order)},
 
     // The field.
     {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,

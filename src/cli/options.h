@@ -54,6 +54,7 @@ struct vw_options {
     const char *scores; // OUT of a valued run
     uint32_t views;
     bool no_thumbnails;
+    bool paper_methods;
     bool json, quiet, help, help_all;
     uint64_t given[2]; // private: a bit per row of the option table
 };

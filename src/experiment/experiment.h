@@ -19,6 +19,7 @@ struct vw_experiment_params {
     uint32_t seeds;                 // as many are compared: config->seed and those after it
     uint32_t together;              // runs or trainings that take their steps together; 0: by the device
     bool no_thumbnails;             // leave the photos out of the report
+    bool paper_methods;             // reproduce: also the other forms of scores that the paper discusses (value.h)
     struct vw_interrupt interrupt;  // asked between batches of steps, and between retrainings
     vw_run_progress *progress;      // of single runs; NULL: none
     void *context;                  // passed to progress

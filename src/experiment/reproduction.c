@@ -38,6 +38,7 @@ static enum vw_status read_runs(const struct vw_experiment_params *params, struc
     for (uint32_t i = 0; i < runs->count && !status; i++) {
         status = vw_seed_run_open(params->out, params->config->seed + i, &runs->ledgers[i]);
         if (!status) status = vw_scoring_load(runs->ledgers[i], params->config, &runs->inputs[i]);
+        runs->inputs[i].paper_methods = params->paper_methods;
     }
     return status;
 }

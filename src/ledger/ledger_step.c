@@ -7,9 +7,10 @@
 #include "ledger/ledger_private.h"
 
 const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
-    [VW_PROBE_REPEATED] = "repeated",       [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
-    [VW_PROBE_RESAMPLED] = "resampled",     [VW_PROBE_SAME_STATE] = "same_state",
-    [VW_PROBE_FIRST_ORDER] = "first_order",
+    [VW_PROBE_REPEATED] = "repeated",
+    [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
+    [VW_PROBE_RESAMPLED] = "resampled",
+    [VW_PROBE_SAME_STATE] = "same_state",
 };
 
 // ---- The rows of one step, and its hash ----

@@ -29,7 +29,7 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE probe ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state', 'first_order')),"
+    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state')),"
     " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
     " PRIMARY KEY (run_id, step, probe),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"

@@ -87,8 +87,8 @@ function fillTiles() {
   const significantly = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them significantly' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
   if (scored.length) {
-    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), significantly('photos help', row => row.ci_low > 0)),
-      tile(String(scored.filter(row => row.value < 0).length), significantly('photos harm', row => row.ci_high < 0)));
+    tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), significantly('photos above 0', row => row.ci_low > 0)),
+      tile(String(scored.filter(row => row.value < 0).length), significantly('photos below 0', row => row.ci_high < 0)));
   }
   tiles.push(tile(grouped(steps.count), 'steps in ' + plural(steps.epochs, 'epoch')),
     tile(duration(one.run.started_utc, one.run.finished_utc), 'from the first step to the end'));
@@ -155,11 +155,12 @@ function rankingColumns(rows) {
   const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
   const interval = row => known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–';
   const columns = [
-    {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = most valuable'},
+    {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = highest score'},
     {title: 'Photo', key: row => row.name, class: 'long',
       cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider,
         row.ground_truth && (row.ground_truth === 'clean' ? 'clean' : 'corrupted on purpose: ' + row.ground_truth)])},
-    {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true, hint: 'positive helps (' + unit + ')',
+    {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true,
+      hint: 'more is better (' + unit + ')',
       cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, signed(row.value, decimals))},
     {title: '95 % interval', key: row => row.ci_low, descending: true, hint: 'of the score over seeds; sorts by its lower end',
       cell: bar, class: 'wide'},
@@ -203,8 +204,8 @@ function fillRanking() {
   const rows = photoRows(run()), columns = rankingColumns(rows);
   if (ranking) printable.splice(printable.indexOf(ranking.table), 1);
   ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
-  const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds; dots help, squares harm.' : '';
-  byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '. Positive helps.' + sampled : '';
+  const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds; dots are positive, squares negative.' : '';
+  byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled : '';
   filterRanking();
   show('ranking');
 }
@@ -255,8 +256,8 @@ function fillDistribution() {
       ', from ' + signed(ordered[0], decimals) + ' to ' + signed(ordered[ordered.length - 1], decimals) + ' ' + unit,
     behind: tableBehind('Table of the bins', ['score, ' + unit, 'photos'], () => bins.map(bin => [range(bin), bin.count]), [1]),
     config: () => ({type: 'bar', data: {labels: bins.map(bin => signed(bin.from, digits)), datasets: [
-      {label: 'harms', data: counts(true), backgroundColor: hatched('harms'), borderColor: colour('harms'), borderWidth: 1},
-      {label: 'helps', data: counts(false), backgroundColor: colour('helps'), borderColor: colour('helps'), borderWidth: 1}]},
+      {label: 'negative', data: counts(true), backgroundColor: hatched('harms'), borderColor: colour('harms'), borderWidth: 1},
+      {label: 'positive', data: counts(false), backgroundColor: colour('helps'), borderColor: colour('helps'), borderWidth: 1}]},
     options: {datasets: {bar: {barPercentage: 1, categoryPercentage: .96, grouped: false}},
       scales: {x: axis(chosen.method + ', ' + unit + ' (lower end of the bin)'), y: axis('photos', {beginAtZero: true,
         ticks: {precision: 0, color: colour('quiet')}})},

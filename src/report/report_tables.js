@@ -111,7 +111,7 @@ function fillMatrix() {
   if (!matrix) return;
   const unit = chosen.measure === 'psnr' ? 'dB' : 'mean absolute error removed';
   byId('matrix-note').textContent = 'A row per photo, a column per validation photo: what the photo’s steps changed there, in ' + unit +
-    '. Blue and positive helps, orange and negative harms; full colour from ±' + short(fullColour(matrix[chosen.measure])) + ' on.';
+    '. Blue and positive is better, orange and negative worse; full colour from ±' + short(fullColour(matrix[chosen.measure])) + ' on.';
   const measures = [['psnr', 'PSNR, dB'], ['l1', 'mean absolute error removed']];
   byId('matrix-filters').replaceChildren(selectBox('choose-measure', 'Measure', measures, chosen.measure,
     value => { chosen.measure = value; fillMatrix(); }));

@@ -218,7 +218,7 @@ function intervalScale(rows) {
   return high > low ? {low, high} : {low: -1, high: 1};
 }
 
-// A dot (helps) or a square (harms) with its error bar around it, and zero dashed. `harms` is given where less is better.
+// A dot (positive) or a square (negative) with its error bar around it, and zero dashed. `harms` is given where less is better.
 function intervalBar({value, ci_low: low, ci_high: high, harms = value < 0}, scale, title) {
   const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.low) / (scale.high - scale.low)));
   const kind = harms ? 'harms' : 'helps', ends = known(low) && known(high) ? [low, high] : [value, value];

@@ -11,7 +11,6 @@ struct vw_probe_costs vw_probe_costs_count(const struct vw_value_input *input, c
     uint64_t state = 0;
     for (uint64_t i = 0; i < input->probe_count; i++) {
         const struct vw_probe *probe = &input->probes[i];
-        costs.first_order_steps += probe->kind == VW_PROBE_FIRST_ORDER;
         if (probe->kind != VW_PROBE_SAME_STATE) continue;
         costs.same_state_steps++;
         costs.states += probe->step != state; // rows come by their steps, which count from 1

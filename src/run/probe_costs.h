@@ -1,4 +1,4 @@
-// What the probes --same-state and --first-order cost a run.
+// What the probes of --same-state cost a run.
 #ifndef VIEWWORTH_RUN_PROBE_COSTS_H
 #define VIEWWORTH_RUN_PROBE_COSTS_H
 
@@ -10,7 +10,6 @@
 
 struct vw_probe_costs {
     uint64_t states, same_state_steps; // of the whole run, however often it was resumed
-    uint64_t first_order_steps;        // likewise; each was validated twice more
     double same_state_s,
         same_state_share; // wall clock of this command's same-state steps, and that by the command's; NaN without any
 };

@@ -125,9 +125,6 @@ static enum vw_status check_together(const struct vw_config *config) {
                        "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels "
                        "or --base-resolution",
                        finest);
-    if (config->first_order && config->table_precision == VW_TABLE_FLOAT16)
-        return vw_fail(VW_ERROR_USAGE, "--first-order goes a sixteenth of a step, which float16 may round away; leave "
-                                       "it out or take --table-precision float32");
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
         return vw_fail(
@@ -150,7 +147,7 @@ enum vw_status vw_config_check(const struct vw_config *config) {
 
 struct vw_config vw_config_without_probes(const struct vw_config *config) {
     struct vw_config bare = *config;
-    bare.noise_floor = bare.first_order = false;
+    bare.noise_floor = false;
     bare.same_state = 0;
     return bare;
 }
@@ -186,7 +183,6 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
         failed = failed || json_object_set_new(object, "table_precision",
                                                json_string(vw_table_precision_name(config->table_precision)));
     // Only where they are asked for: a run without them is what it was before there was a choice.
-    failed = failed || (config->first_order && json_object_set_new(object, "first_order", json_true()));
     failed =
         failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
     // The effects that are on are part of the identity by their names, however they were asked for: see
@@ -250,7 +246,9 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
     if (status == VW_OK) strcpy(parsed.effects, effects);
     parsed.noise_floor = json_is_true(json_object_get(object, "noise_floor"));
-    parsed.first_order = json_is_true(json_object_get(object, "first_order")); // nor did older runs have these two
+    if (status == VW_OK && json_is_true(json_object_get(object, "first_order")))
+        status = vw_fail(VW_ERROR_INPUT, "config: first_order is a probe that this version does not have; use the "
+                                         "version of viewworth that recorded the run");
     json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
     if (status == VW_OK && (same_state < 0 || same_state > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "config: same_state is no number of states");

@@ -84,12 +84,10 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
                               n.pairs * (2 * word_bytes + 2 * n.pair_bytes + 16 * moments + 8)});
 }
 
-// `times` per step.
-static void add_validation(const struct validation *validation, double times, struct vw_pass_cost *costs,
-                           uint32_t *count) {
+static void add_validation(const struct validation *validation, struct vw_pass_cost *costs, uint32_t *count) {
     const struct evaluator *evaluator = &validation->evaluator;
     const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
-    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays, first = *count;
+    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
     add(costs, count,
         (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
                               n.samples * (n.pair_bytes * n.gathers + 16)});
@@ -99,30 +97,11 @@ static void add_validation(const struct validation *validation, double times, st
             (struct vw_pass_cost){"fit_views", NULL, 1, 0,
                                   2 * (n.rays - validation->ray_count) * (sizeof(struct vw_ray) + 16)});
     add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
-    for (uint32_t i = first; i < *count; i++) {
-        costs[i].dispatches *= times;
-        costs[i].multiply_adds *= times;
-        costs[i].bytes *= times;
-    }
-}
-
-// Steps behind burn-in are validated ahead of where they start and behind, too. Returns how often a step is validated
-// on average.
-static double add_first_order(const struct costed_passes *passes, struct vw_pass_cost *costs, uint32_t *count) {
-    const struct vw_config *config = passes->config;
-    if (!passes->first_order || config->epochs <= config->burn_in_epochs) return 1.0;
-    double times = FIRST_ORDER_MEASUREMENTS * (1.0 - (double)config->burn_in_epochs / config->epochs),
-           bytes = (double)passes->step->field->model->param_bytes;
-    add(costs, count,
-        (struct vw_pass_cost){"mix_params", NULL, times * passes->first_order->window_count, times * bytes / 4,
-                              times * 3 * bytes});
-    return 1.0 + times;
 }
 
 void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                      uint32_t *count) {
     *count = 0;
     add_training(passes->step, costs, count);
-    double validations = add_first_order(passes, costs, count);
-    if (passes->validation->view_count) add_validation(passes->validation, validations, costs, count);
+    if (passes->validation->view_count) add_validation(passes->validation, costs, count);
 }

@@ -6,7 +6,6 @@
 #ifndef VIEWWORTH_TRAIN_PASS_COSTS_H
 #define VIEWWORTH_TRAIN_PASS_COSTS_H
 
-#include "train/probes/first_order.h"
 #include "train/step.h"
 #include "train/trainer.h"
 #include "train/validation.h"
@@ -15,7 +14,6 @@ struct costed_passes { // all borrowed
     const struct vw_config *config;
     const struct step_passes *step;
     const struct validation *validation;
-    const struct first_order *first_order; // NULL without --first-order
 };
 
 void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);

@@ -183,7 +183,6 @@ static void record_training(struct vw_trainer *trainer, struct vw_batch *batch, 
     probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
     step_record(&trainer->step, batch, step, first_pixel, scalar_row);
     validation_record(&trainer->validation, batch, scalar_row);
-    probes_record_after(&trainer->probes, batch, step, scalar_row);
 }
 
 // Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.

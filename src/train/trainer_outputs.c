@@ -47,10 +47,8 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
 
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                            uint32_t *count) {
-    const struct costed_passes passes = {.config = &trainer->config,
-                                         .step = &trainer->step,
-                                         .validation = &trainer->validation,
-                                         .first_order = trainer->probes.first_order};
+    const struct costed_passes passes = {
+        .config = &trainer->config, .step = &trainer->step, .validation = &trainer->validation};
     pass_costs_list(&passes, costs, count);
 }
 

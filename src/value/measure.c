@@ -5,8 +5,6 @@
 
 const struct vw_measure vw_measure_psnr = {offsetof(struct vw_step_record, val_psnr),
                                            offsetof(struct vw_probe, val_psnr)};
-const struct vw_measure vw_measure_psnr_pooled = {offsetof(struct vw_step_record, val_psnr_pooled),
-                                                  offsetof(struct vw_probe, val_psnr_pooled)};
 const struct vw_measure vw_measure_l1 = {offsetof(struct vw_step_record, val_l1), offsetof(struct vw_probe, val_l1)};
 
 static double read_real(const void *object, size_t offset) {

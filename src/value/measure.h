@@ -11,7 +11,7 @@
 struct vw_measure {
     size_t in_record, in_probe;
 };
-extern const struct vw_measure vw_measure_psnr, vw_measure_psnr_pooled, vw_measure_l1;
+extern const struct vw_measure vw_measure_psnr, vw_measure_l1;
 
 double vw_measure_of_record(const struct vw_measure *measure, const struct vw_step_record *record);
 double vw_measure_of_probe(const struct vw_measure *measure, const struct vw_probe *probe);

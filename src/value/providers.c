@@ -46,14 +46,12 @@ static int compare_groups(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
-// A method that is not in the table uses probes. Its scores can be added: they are effects of a step, in the unit of
-// the measure, as means over states that all photos share (same_state_*) or as sums over visits (first_order_*).
 static bool is_additive(const char *method) {
     uint32_t count;
     const struct vw_value_method *listed = vw_value_methods(&count);
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(listed[i].name, method) == 0) return listed[i].additive;
-    return true;
+    return false;
 }
 
 static struct vw_provider_score add_up(const struct member *members, uint32_t count) {

@@ -18,7 +18,7 @@ struct vw_provider_score {
 };
 
 // One row per method and provider: methods in the order of the scores, the most valuable provider first, ties by name.
-// Methods whose scores do not add up over photos, such as roots and rates, are left out (vw_value_method.additive).
+// Methods whose scores do not add up over photos, such as quality, are left out (vw_value_method.additive).
 // `*groups` is owned by the caller (free).
 //
 // The standard error assumes that the photos' errors are independent, because that is what score rows allow. Photos of

@@ -21,7 +21,7 @@ enum vw_form {
 struct vw_visit {
     uint32_t image;           // index in vw_value_input.images
     uint32_t epoch;           // counts from 0 at the end of burn-in
-    double delta;             // positive = helps; NaN if the step has no value, or no visit before it to start from
+    double delta;             // positive = better; NaN if the step has no value, or no visit before it to start from
     double sampling_variance; // vw_step_sampling_variance
 };
 

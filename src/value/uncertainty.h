@@ -16,7 +16,7 @@
 //   numbers). The spectrum at frequency 0 converts the variance of visits into that of their sum.
 // - What all epochs of a run share cannot be seen in them. It is assumed to add half as much variance again. With this,
 //   95 to 97 % of the intervals contain the mean over seeds, over 18 scenes and configurations of two to twelve seeds,
-//   for sums, win rates and ranks of PSNR and L1 alike. Scenes differ: 97 to 100 % on sacre_coeur, fox and
+//   for sums and ranks of PSNR and L1 alike. Scenes differ: 97 to 100 % on sacre_coeur, fox and
 //   statue_of_liberty, 78 to 100 % on recipes with many strong defects and two seeds, 94 to 100 % with momentum.
 // The 95 % interval uses Student's quantile; its degrees of freedom are the number of cosines plus two.
 //
@@ -36,9 +36,8 @@ struct vw_interval {
 };
 
 // Computes the uncertainty of the scores of one method. by_epoch[photo * epochs + epoch] is the contribution of the
-// photo's visit in that epoch, NaN if there was none. Epochs at either end without any visit do not count as gaps. A
-// mean is the sum of contributions divided by the visits; for a monotone function of the sum, apply it to the ends of
-// the interval. VW_ERROR_MEMORY.
+// photo's visit in that epoch, NaN if there was none. Epochs at either end without any visit do not count as gaps.
+// VW_ERROR_MEMORY.
 enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uint32_t epochs,
                                     struct vw_interval *intervals);
 

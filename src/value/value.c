@@ -21,9 +21,8 @@ struct statistics {
 // One method while its scores are computed.
 struct scoring {
     const struct vw_method *method;
-    const struct vw_value_method *about;
     const struct vw_value_input *input;
-    struct vw_series series; // after the treatment, photo by photo
+    struct vw_series series; // photo by photo
     uint64_t *starts;        // index of each photo's first visit
     double *weights;         // per epoch
     double *by_epoch;        // contribution of each photo's visits in each epoch, photo by photo; NaN without a visit
@@ -57,44 +56,24 @@ static double resampling_stderr_of_sum(const struct statistics *statistics) {
     return sqrt(statistics->squared_weights * vw_mean_variance_result(&statistics->sampling));
 }
 
-// Means are means of signs, which are in [-1,1].
-static void take_mean(struct vw_ledger_score *score) {
-    score->value /= score->visits;
-    score->standard_error /= score->visits;
-    score->ci_low = isnan(score->ci_low) ? NAN : fmax(score->ci_low / score->visits, -1);
-    score->ci_high = isnan(score->ci_high) ? NAN : fmin(score->ci_high / score->visits, 1);
-}
-
-// The ends of the interval are transformed like the value. The standard error is scaled like the interval, because the
-// slope at the value itself is useless if the sum is near 0.
-static void take_cube_root(struct vw_ledger_score *score) {
-    double low = cbrt(score->ci_low), high = cbrt(score->ci_high), width = score->ci_high - score->ci_low;
-    score->value = cbrt(score->value);
-    score->standard_error *= width > 0 ? (high - low) / width : 1;
-    score->ci_low = low;
-    score->ci_high = high;
-}
-
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
     const struct statistics *statistics = &scoring->statistics[image];
     const struct vw_interval *interval = &scoring->intervals[image];
-    struct vw_ledger_score score = {
+    bool sums_steps = scoring->method->form == VW_FORM_STEP;
+    return (struct vw_ledger_score){
         .image_id = scoring->input->images[image].image_id,
-        .method = scoring->about->name,
+        .method = scoring->method->name,
         .value = statistics->sum,
-        .unit = scoring->about->unit,
+        .unit = scoring->method->unit,
         .standard_error = interval->standard_error,
         .visits = statistics->visits,
-        .resampling_stderr = vw_method_is_sum_of_steps(scoring->method) ? resampling_stderr_of_sum(statistics) : NAN,
+        .resampling_stderr = sums_steps ? resampling_stderr_of_sum(statistics) : NAN,
         .ci_low = interval->ci_low,
         .ci_high = interval->ci_high,
     };
-    if (scoring->method->aggregate == VW_AGGREGATE_MEAN && statistics->visits > 0) take_mean(&score);
-    return score;
 }
 
-// Appends a score per train image; nothing if no image has a visit that counts. Ranks are those of the sums, with the
-// sums' errors: a root does not change the order.
+// Appends a score per train image; nothing if no image has a visit that counts.
 static void append_scores(const struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
     const struct vw_value_input *input = scoring->input;
     struct vw_ledger_score *own = &scores[*score_count];
@@ -105,8 +84,6 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
     for (uint32_t i = 0; i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
     vw_rank_intervals(own, count);
-    for (uint32_t i = 0; scoring->method->aggregate == VW_AGGREGATE_CUBE_ROOT && i < count; i++)
-        take_cube_root(&own[i]);
     *score_count += count;
 }
 
@@ -143,7 +120,6 @@ static enum vw_status prepare(struct scoring *scoring) {
     const struct vw_value_input *input = scoring->input;
     enum vw_status status = vw_series_make(input, method->measure, method->sign, method->form, &scoring->series);
     if (!status) status = allocate(scoring);
-    if (!status) status = method->treatment(&scoring->series);
     if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
     if (status) return status;
     method->weighting(scoring->weights, scoring->series.epoch_count);
@@ -160,50 +136,31 @@ static void discard(struct scoring *scoring) {
     free(scoring->intervals);
 }
 
-static enum vw_status score_by(struct scoring *scoring, struct vw_ledger_score *scores, uint32_t *score_count) {
-    enum vw_status status = prepare(scoring);
-    if (!status)
-        status = vw_intervals_of_sums(scoring->by_epoch, scoring->input->image_count, scoring->series.epoch_count,
-                                      scoring->intervals);
-    if (!status) append_scores(scoring, scores, score_count);
-    discard(scoring);
-    return status;
-}
-
-enum vw_status vw_value_of_method(const struct vw_value_input *input, const char *method, double *values) {
-    uint32_t listed_count, at = 0;
-    const struct vw_value_method *listed = vw_value_methods(&listed_count);
-    for (uint32_t i = 0; i < input->image_count; i++) values[i] = NAN;
-    while (at < vw_method_count && strcmp(listed[at].name, method) != 0) at++;
-    if (at == vw_method_count) return VW_OK;
-    struct scoring scoring = {.method = &vw_methods[at], .about = &listed[at], .input = input};
+static enum vw_status score_by(const struct vw_method *method, const struct vw_value_input *input,
+                               struct vw_ledger_score *scores, uint32_t *score_count) {
+    if (method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) return VW_OK; // it equals the step form
+    struct scoring scoring = {.method = method, .input = input};
     enum vw_status status = prepare(&scoring);
-    for (uint32_t i = 0; !status && i < input->image_count; i++) {
-        const struct statistics *statistics = &scoring.statistics[i];
-        if (statistics->visits == 0) continue;
-        values[i] =
-            scoring.method->aggregate == VW_AGGREGATE_MEAN ? statistics->sum / statistics->visits : statistics->sum;
-        if (scoring.method->aggregate == VW_AGGREGATE_CUBE_ROOT) values[i] = cbrt(values[i]);
-    }
+    if (!status)
+        status =
+            vw_intervals_of_sums(scoring.by_epoch, input->image_count, scoring.series.epoch_count, scoring.intervals);
+    if (!status) append_scores(&scoring, scores, score_count);
     discard(&scoring);
     return status;
 }
 
+enum { OTHER_METHODS = 1 }; // same_state_psnr
+
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {
     enum vw_status status = VW_OK;
-    uint32_t count = 0, listed_count, probe_method_count;
-    (void)vw_probe_methods(&probe_method_count);
-    const struct vw_value_method *listed = vw_value_methods(&listed_count);
-    struct vw_ledger_score *made =
-        vw_allocate((size_t)input->image_count * (vw_method_count + probe_method_count), sizeof *made);
+    uint32_t count = 0, most = vw_method_count + vw_paper_method_count + OTHER_METHODS;
+    struct vw_ledger_score *made = vw_allocate((size_t)input->image_count * most, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < vw_method_count; i++) {
-        struct scoring scoring = {.method = &vw_methods[i], .about = &listed[i], .input = input};
-        if (scoring.method->form == VW_FORM_DECONVOLVED && !(input->beta1 > 0)) continue; // it equals the step form
-        status = score_by(&scoring, made, &count);
-    }
+    for (uint32_t i = 0; !status && i < vw_method_count; i++) status = score_by(&vw_methods[i], input, made, &count);
     if (!status) status = vw_probe_scores_append(input, made, &count);
+    for (uint32_t i = 0; !status && input->paper_methods && i < vw_paper_method_count; i++)
+        status = score_by(&vw_paper_methods[i], input, made, &count);
     if (status) {
         free(made);
         return status;

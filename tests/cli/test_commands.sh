@@ -113,7 +113,7 @@ check "info --json says what a run would take" answers "j ->> '\$.estimate.devic
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
-check "value prints photos and files" prints '^least valuable photos' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
+check "value prints photos and files" prints '^lowest credit$' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
 check "a recipe's photos are shown with their ground-truth label" test "$(grep -cE ' dB .* view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
@@ -176,14 +176,14 @@ check "too few epochs leave a table without rows" test "$(cat "$folder/short/sco
 # ---- The quality of scores ----------------------------------------------------------------------------------------------
 
 quality() { "$root/scripts/score_quality" "$@" | grep '^dv_' | tr '\n' ' '; }
-check "without corrupted photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
+check "without corrupted photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - '
 check "a run agrees with itself" test "$(quality "$folder/first" "$folder/second")" = \
-    'dv_loss - 1.0000 dv_psnr - 1.0000 dv_psnr_pooled - 1.0000 '
+    'dv_loss - 1.0000 dv_psnr - 1.0000 '
 query second "UPDATE image SET ground_truth = 'blur'
     WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
 check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
 query second "UPDATE image SET ground_truth = NULL"
-check "without ground truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - dv_psnr_pooled - '
+check "without ground truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - '
 
 # ---- Training and rendering ---------------------------------------------------------------------------------------------
 

@@ -46,8 +46,6 @@ check "and the other with floats" fails 2 'table_precision = nothing, not "float
 cp "$folder/floats/field.vwf" "$folder/halves/field.vwf"
 check "a field of the other precision is refused" fails 2 'field.vwf: trained with another configuration' \
     "$program" render "$folder/halves" --to "$folder/view.png" --quiet
-check "the slope along a step is refused" fails 2 '--first-order .*take --table-precision float32$' value none --first-order \
-    --table-precision float16
-check "and so is a precision that there is not" fails 2 '"float8" is not one of float32\|float16' value none --table-precision float8
+check "a precision that there is not is refused" fails 2 '"float8" is not one of float32\|float16' value none --table-precision float8
 check "the help knows both" prints '--table-precision float32\|float16$' "$program" value --help-all
 conclude

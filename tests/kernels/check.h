@@ -47,8 +47,8 @@ typedef void pass_check(struct step_bench *bench, enum input_kind kind);
 pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,
     check_backward_field, check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid,
-    check_reduce_loss, check_update_grid, check_update_weights, check_mix_params, check_trace_recipe,
-    check_multiply_registers, check_copy_memory, check_refresh_occupancy, check_mark_samples, check_place_rays,
+    check_reduce_loss, check_update_grid, check_update_weights, check_trace_recipe, check_multiply_registers,
+    check_copy_memory, check_refresh_occupancy, check_mark_samples, check_place_rays,
     check_list_samples; // the last four only on benches with the effect `occupancy`
 
 // ---- Their parts, for the tests of what is special about a pass -----------------------------------------------------

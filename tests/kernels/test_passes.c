@@ -50,7 +50,6 @@ static const struct pass {
     {"update_grid", &vw_shader_update_grid, check_update_grid, SCATTER_ATOMICS},
     {"update_grid_half", &vw_shader_update_grid_half, check_update_grid, SCATTER_ATOMICS},
     {"update_weights", &vw_shader_update_weights, check_update_weights, SCATTER_ATOMICS},
-    {"mix_params", &vw_shader_mix_params, check_mix_params, SCATTER_ATOMICS},
     {"trace_recipe", &vw_shader_trace_recipe, check_trace_recipe, SCATTER_ATOMICS},
     {"multiply_registers", &vw_shader_multiply_registers, check_multiply_registers, SCATTER_ATOMICS},
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},

@@ -42,7 +42,7 @@ between() { # between LEAST FIGURE MOST
 }
 
 # 216 intervals each: their share is known to 0.015, or less well where a seed is far out in many photos.
-for method in dv_psnr dv_loss win_rate_psnr root_psnr; do
+for method in dv_psnr dv_loss; do
     read -r held ranked count < <(coverage "$method")
     check "$method has $count intervals" test "$count" = $((18 * seeds))
     check "$held of them hold the mean" between 0.91 "$held" 1

@@ -20,7 +20,7 @@ static struct vw_config configs[] = {
     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
     {.noise_floor = true, .effects = "appearance,appearance_code"},
     {.beta1 = 0.9, .same_state = 2},
-    {.noise_floor = true, .same_state = 3, .first_order = true, .effects = "appearance,sky"},
+    {.noise_floor = true, .same_state = 3, .effects = "appearance,sky"},
     {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
 
 static struct vw_config config_of(size_t index) {
@@ -28,7 +28,6 @@ static struct vw_config config_of(size_t index) {
     config.beta1 = configs[index].beta1;
     config.noise_floor = configs[index].noise_floor;
     config.same_state = configs[index].same_state;
-    config.first_order = configs[index].first_order;
     if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
     config.optimizer = configs[index].optimizer;
     config.table_precision = configs[index].table_precision;

@@ -213,16 +213,6 @@ static void the_json_names_halves_alone(void **state) {
     free(json);
 }
 
-static void halves_have_no_slope_along_a_step(void **state) {
-    (void)state;
-    struct vw_config config = config_of(VW_TABLE_FLOAT16);
-    ASSERT_OK(vw_config_check(&config));
-    config.first_order = true;
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-    config.table_precision = VW_TABLE_FLOAT32;
-    ASSERT_OK(vw_config_check(&config));
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_float_becomes_the_nearest_half),
@@ -231,7 +221,6 @@ int main(void) {
         cmocka_unit_test(a_run_on_halves_gives_the_same_bits_again),
         cmocka_unit_test(files_of_the_other_precision_are_refused),
         cmocka_unit_test(the_json_names_halves_alone),
-        cmocka_unit_test(halves_have_no_slope_along_a_step),
     };
     return cmocka_run_group_tests_name("table precision", tests, NULL, test_gpu_close);
 }

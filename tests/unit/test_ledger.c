@@ -155,7 +155,7 @@ static void tables_are_as_contracted(void **state) {
         "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
     assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9",
-                  "repeated,zero_learning_rate,resampled,resampled,same_state,first_order");
+                  "repeated,zero_learning_rate,resampled,resampled,same_state");
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");

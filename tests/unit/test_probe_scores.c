@@ -28,15 +28,12 @@ static const struct probe_row {
     uint32_t view;
     double psnr; // the change in dB; of L1 it is -0.01 times that
 } rows[] = {
-    {2, VW_PROBE_SAME_STATE, 3, 100},                                      // in burn-in, as the next
-    {2, VW_PROBE_FIRST_ORDER, OWN, 50},                                    //
-    {3, VW_PROBE_FIRST_ORDER, OWN, 0.5},  {4, VW_PROBE_RESAMPLED, OWN, 7}, // of another kind
-    {4, VW_PROBE_FIRST_ORDER, OWN, -0.5}, {4, VW_PROBE_SAME_STATE, 3, 1},  // state means: 2 and 4; variances: 2 and 0
-    {4, VW_PROBE_SAME_STATE, 3, 3},       {4, VW_PROBE_SAME_STATE, 5, -1}, // one state: -1
-    {4, VW_PROBE_SAME_STATE, 5, NAN},     {5, VW_PROBE_FIRST_ORDER, OWN, -0.25},
-    {6, VW_PROBE_FIRST_ORDER, OWN, 1.5},  {7, VW_PROBE_FIRST_ORDER, OWN, NAN}, // a step that was skipped
-    {7, VW_PROBE_SAME_STATE, 5, 9}, // behind it there is no value to compare with
-    {8, VW_PROBE_SAME_STATE, 3, 4},       {8, VW_PROBE_SAME_STATE, 3, 4},
+    {2, VW_PROBE_SAME_STATE, 3, 100},                                  // in burn-in
+    {4, VW_PROBE_RESAMPLED, OWN, 7},                                   // of another kind
+    {4, VW_PROBE_SAME_STATE, 3, 1},                                    // state means: 2 and 4; variances: 2 and 0
+    {4, VW_PROBE_SAME_STATE, 3, 3},   {4, VW_PROBE_SAME_STATE, 5, -1}, // one state: -1
+    {4, VW_PROBE_SAME_STATE, 5, NAN}, {7, VW_PROBE_SAME_STATE, 5, 9},  // behind it there is no value to compare with
+    {8, VW_PROBE_SAME_STATE, 3, 4},   {8, VW_PROBE_SAME_STATE, 3, 4},
 };
 
 struct probed_run {
@@ -54,8 +51,7 @@ static struct vw_value_input make_run(struct probed_run *run) {
                                                   .val_psnr_pooled = steps[i].psnr,
                                                   .val_l1 = steps[i].psnr / 100};
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(rows); i++) {
-        bool change = rows[i].kind == VW_PROBE_FIRST_ORDER;
-        double psnr = (change ? 0 : PSNR) + rows[i].psnr, l1 = (change ? 0 : PSNR / 100.0) - 0.01 * rows[i].psnr;
+        double psnr = PSNR + rows[i].psnr, l1 = PSNR / 100.0 - 0.01 * rows[i].psnr;
         run->probes[i] = (struct vw_probe){rows[i].step, i, rows[i].kind, psnr, psnr, l1, rows[i].view};
     }
     return (struct vw_value_input){.records = run->records,
@@ -75,53 +71,48 @@ static void check_near(double value, double expected, const char *what) {
 static void scores_are_those_counted_by_hand(void **state) {
     (void)state;
     const struct {
-        const char *method;
         uint32_t image_id, visits;
-        double value, standard_error, resampling_stderr, unit; // in `unit`
+        double value, standard_error, resampling_stderr;
     } cases[] = {
-        {"same_state_psnr", 3, 4, 3, sqrt(2.0 / 2), sqrt((2 + 0) / 2.0 / 4), 1},
-        {"same_state_loss", 3, 4, 3, sqrt(2.0 / 2), sqrt((2 + 0) / 2.0 / 4), 0.01},
-        {"same_state_psnr", 5, 1, -1, NAN, NAN, 1}, // one value cannot tell
-        {"same_state_psnr", 1, 0, 0, NAN, NAN, 1},  // not probed
-        {"first_order_psnr", 3, 2, 2, sqrt(2 * 0.5), NAN, 1},
-        {"first_order_psnr", 5, 2, -0.75, sqrt(2 * 0.03125), NAN, 1},
-        {"first_order_loss", 5, 2, -0.75, sqrt(2 * 0.03125), NAN, 0.01},
+        {3, 4, 3, sqrt(2.0 / 2), sqrt((2 + 0) / 2.0 / 4)},
+        {5, 1, -1, NAN, NAN}, // one value cannot tell
+        {1, 0, 0, NAN, NAN},  // not probed
     };
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
-    struct vw_ledger_score scores[4 * TEST_IMAGE_COUNT];
+    struct vw_ledger_score scores[TEST_IMAGE_COUNT];
     uint32_t count = 0;
     ASSERT_OK(vw_probe_scores_append(&input, scores, &count));
-    assert_int_equal(count, 4 * TEST_TRAIN_COUNT);
+    assert_int_equal(count, TEST_TRAIN_COUNT);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const struct vw_ledger_score *score = test_find_score(scores, count, cases[i].method, cases[i].image_id);
+        const struct vw_ledger_score *score = test_find_score(scores, count, "same_state_psnr", cases[i].image_id);
         assert_int_equal(score->visits, cases[i].visits);
-        check_near(score->value, cases[i].value * cases[i].unit, cases[i].method);
-        check_near(score->standard_error, cases[i].standard_error * cases[i].unit, "its standard error");
-        check_near(score->resampling_stderr, cases[i].resampling_stderr * cases[i].unit, "its sampling error");
+        check_near(score->value, cases[i].value, "the score");
+        check_near(score->standard_error, cases[i].standard_error, "its standard error");
+        check_near(score->resampling_stderr, cases[i].resampling_stderr, "its sampling error");
         assert_true(isnan(score->ci_low) && isnan(score->ci_high)); // no interval from so few states
     }
 }
 
-// Only the methods that a run has probes of, behind what is there already, in the order of the table and of the images.
-static void methods_without_probes_have_no_scores(void **state) {
+// They stand behind what is there already, in the order of the images.
+static void a_run_without_probes_has_no_scores(void **state) {
     (void)state;
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
-    struct vw_ledger_score scores[5 * TEST_IMAGE_COUNT] = {{.method = "other"}};
-    uint32_t count = 1, method_count = 0;
-    const struct vw_probe_method *methods = vw_probe_methods(&method_count);
-    assert_int_equal(method_count, 4);
-    for (uint32_t i = 0; i < input.probe_count; i++)
-        if (run.probes[i].kind == VW_PROBE_SAME_STATE) run.probes[i].kind = VW_PROBE_RESAMPLED;
+    struct vw_ledger_score scores[2 * TEST_IMAGE_COUNT] = {{.method = "other"}};
+    uint32_t count = 1;
     ASSERT_OK(vw_probe_scores_append(&input, scores, &count));
-    assert_int_equal(count, 1 + 2 * TEST_TRAIN_COUNT);
+    assert_int_equal(count, 1 + TEST_TRAIN_COUNT);
     assert_string_equal(scores[0].method, "other");
     for (uint32_t i = 1; i < count; i++) {
-        assert_string_equal(scores[i].method, methods[2 + (i - 1) / TEST_TRAIN_COUNT].name);
-        assert_int_equal(scores[i].image_id, test_train_views[(i - 1) % TEST_TRAIN_COUNT]);
+        assert_string_equal(scores[i].method, "same_state_psnr");
+        assert_int_equal(scores[i].image_id, test_train_views[i - 1]);
     }
     count = 0;
+    for (uint32_t i = 0; i < input.probe_count; i++) run.probes[i].kind = VW_PROBE_RESAMPLED;
+    ASSERT_OK(vw_probe_scores_append(&input, scores, &count));
+    assert_int_equal(count, 0);
+    input = make_run(&run);
     input.burn_in_epochs = 4;
     ASSERT_OK(vw_probe_scores_append(&input, scores, &count));
     assert_int_equal(count, 0);
@@ -141,7 +132,7 @@ static void they_stand_behind_the_other_scores(void **state) {
                 isnan(floor.zero_learning_rate_db)); // of those rows but one is of noise
     input.probe_count = 0;
     ASSERT_OK(vw_value_score(&input, &without, &without_count));
-    assert_int_equal(with_count, without_count + 4 * TEST_TRAIN_COUNT);
+    assert_int_equal(with_count, without_count + TEST_TRAIN_COUNT);
     for (uint32_t i = 0; i < without_count; i++) {
         assert_string_equal(with[i].method, without[i].method);
         assert_true(with[i].value == without[i].value && with[i].visits == without[i].visits);
@@ -154,17 +145,17 @@ static void an_unknown_photo_is_an_error(void **state) {
     (void)state;
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
-    struct vw_ledger_score scores[4 * TEST_IMAGE_COUNT];
+    struct vw_ledger_score scores[TEST_IMAGE_COUNT];
     uint32_t count = 0;
-    run.probes[5].view = 1000;
+    run.probes[3].view = 1000;
     assert_int_equal(vw_probe_scores_append(&input, scores, &count), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "step 4: probe 5 is of image 1000"));
+    assert_non_null(strstr(vw_error_message(), "step 4: probe 3 is of image 1000"));
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(scores_are_those_counted_by_hand),
-        cmocka_unit_test(methods_without_probes_have_no_scores),
+        cmocka_unit_test(a_run_without_probes_has_no_scores),
         cmocka_unit_test(they_stand_behind_the_other_scores),
         cmocka_unit_test(an_unknown_photo_is_an_error),
     };

@@ -128,14 +128,16 @@ static void sums_are_the_scores_of_the_epochs_so_far(void **state) {
                                              .burn_in_epochs = 1,
                                              .images = test_images,
                                              .image_count = TEST_IMAGE_COUNT};
-        double values[TEST_IMAGE_COUNT];
-        ASSERT_OK(vw_value_of_method(&input, vw_value_default_method, values));
-        for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++)
-            for (uint32_t i = 0; i < TEST_IMAGE_COUNT; i++) {
-                double sum = watch.sums[epoch * TEST_TRAIN_COUNT + photo];
-                if (test_images[i].image_id != test_train_views[photo]) continue;
-                assert_true(sum == values[i] || (isnan(sum) && isnan(values[i])));
-            }
+        struct vw_ledger_score *scores = NULL;
+        uint32_t count = 0;
+        ASSERT_OK(vw_value_score(&input, &scores, &count));
+        for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+            const struct vw_ledger_score *score =
+                test_find_score(scores, count, vw_value_default_method, test_train_views[photo]);
+            double sum = watch.sums[epoch * TEST_TRAIN_COUNT + photo];
+            assert_true(score->visits ? sum == score->value : isnan(sum));
+        }
+        free(scores);
     }
     vw_stability_watch_end(&watch);
     free(training);

@@ -13,9 +13,6 @@ void vw_probe_costs_print(const struct vw_probe_costs *costs) {
     if (costs->same_state_steps > 0 && isfinite(costs->same_state_s))
         vw_print(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
     if (costs->same_state_steps > 0) vw_print("\n");
-    if (costs->first_order_steps > 0)
-        vw_print("first order  %" PRIu64 " steps were validated twice more, for the slope along them\n",
-                 costs->first_order_steps);
 }
 
 json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs) {
@@ -23,10 +20,4 @@ json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs) {
     return json_pack("{s:I, s:I, s:o, s:o}", "states", (json_int_t)costs->states, "steps",
                      (json_int_t)costs->same_state_steps, "seconds", vw_json_real(costs->same_state_s), "share",
                      vw_json_real(costs->same_state_share));
-}
-
-json_t *vw_probe_costs_first_order_to_json(const struct vw_probe_costs *costs) {
-    if (!costs->first_order_steps) return NULL;
-    return json_pack("{s:I, s:I}", "steps", (json_int_t)costs->first_order_steps, "validations",
-                     (json_int_t)(2 * costs->first_order_steps));
 }

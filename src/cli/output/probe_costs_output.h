@@ -6,10 +6,9 @@
 
 #include "run/probe_costs.h"
 
-// Prints nothing of a kind without probes.
+// Prints nothing without probes.
 void vw_probe_costs_print(const struct vw_probe_costs *costs);
-// Owned by the caller, or NULL where there are no probes of that kind.
+// Owned by the caller, or NULL without probes.
 json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs);
-json_t *vw_probe_costs_first_order_to_json(const struct vw_probe_costs *costs);
 
 #endif

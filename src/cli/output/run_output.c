@@ -47,10 +47,10 @@ static void print_photo(const struct vw_scene *scene, const struct vw_ledger_sco
 static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
     uint32_t shown = count_shown(ranking);
     if (!shown) return;
-    vw_print("most valuable photos (%s, positive = helps; 95 %% intervals of score and rank)\n",
+    vw_print("highest credit (%s: what the steps on the photo moved; 95 %% intervals of score and rank)\n",
              vw_value_default_method);
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[i]);
-    vw_print("least valuable photos\n");
+    vw_print("lowest credit\n");
     for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[ranking->count - 1 - i]);
 }
 
@@ -129,13 +129,12 @@ static json_t *values_to_json(const struct vw_run_results *results, const struct
     json_t *noise_floor = results->config->noise_floor ? noise_floor_to_json(results->noise_floor) : NULL;
     json_t *stability =
         results->until_stable > 0 ? vw_stability_to_json(results->stability, results->until_stable) : NULL;
-    return json_pack(
-        "{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o*, s:o, s:o}", "scores", results->scores_path, "report",
-        results->report_path, "val_psnr_start_db", vw_json_real(results->statistics->first_val_psnr_db),
-        "val_psnr_end_db", vw_json_real(results->statistics->last_val_psnr_db), "noise_floor", noise_floor, "stability",
-        stability, "same_state", vw_probe_costs_same_state_to_json(costs), "first_order",
-        vw_probe_costs_first_order_to_json(costs), "most_valuable", photos_to_json(results->scene, ranking, true),
-        "least_valuable", photos_to_json(results->scene, ranking, false));
+    return json_pack("{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o, s:o}", "scores", results->scores_path, "report",
+                     results->report_path, "val_psnr_start_db", vw_json_real(results->statistics->first_val_psnr_db),
+                     "val_psnr_end_db", vw_json_real(results->statistics->last_val_psnr_db), "noise_floor", noise_floor,
+                     "stability", stability, "same_state", vw_probe_costs_same_state_to_json(costs), "most_valuable",
+                     photos_to_json(results->scene, ranking, true), "least_valuable",
+                     photos_to_json(results->scene, ranking, false));
 }
 
 static bool add_values(const struct vw_run_results *results, const struct ranking *ranking, json_t *root) {

@@ -102,8 +102,8 @@ static void warn(const struct vw_attribution *attribution) {
         if (rows[i].validation_count > 0) leaked = &rows[i], leaked_count++;
     }
     if (shared)
-        vw_log_warning("%u groups of near-duplicates are of several providers, the first that of %s: a copy shares its "
-                       "original's credit; "
+        vw_log_warning("%u groups of near-duplicates are of several providers, the first that of %s: each copy "
+                       "earns credit of its own; "
                        "pay for one photo of each, and value the rest without the others",
                        shared_count, shared->image->name);
     if (leaked)

@@ -3,10 +3,7 @@
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
 enum vw_status probes_check(const struct vw_config *config, bool validates) {
-    const char *option = config->noise_floor   ? "noise-floor"
-                         : config->same_state  ? "same-state"
-                         : config->first_order ? "first-order"
-                                               : NULL;
+    const char *option = config->noise_floor ? "noise-floor" : config->same_state ? "same-state" : NULL;
     if (!option || validates) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--%s: needs validation after every step; use viewworth value", option);
 }
@@ -16,13 +13,9 @@ enum { STEP_DRAWS = 1 + PROBE_RESAMPLES };
 
 uint32_t probes_draws_per_step(const struct vw_config *config) { return config->noise_floor ? STEP_DRAWS : 1; }
 
-static uint32_t noise_count(const struct vw_config *config) { return config->noise_floor ? PROBES_PER_STEP : 0; }
+uint32_t probes_per_step(const struct vw_config *config) { return config->noise_floor ? PROBES_PER_STEP : 0; }
 
-uint32_t probes_measurements_per_step(const struct vw_config *config) {
-    return 1 + noise_count(config) + (config->first_order ? FIRST_ORDER_MEASUREMENTS : 0);
-}
-
-uint32_t probes_per_step(const struct vw_config *config) { return noise_count(config) + config->first_order; }
+uint32_t probes_measurements_per_step(const struct vw_config *config) { return 1 + probes_per_step(config); }
 
 enum vw_status probes_create(const struct probe_context *context, struct probes *probes) {
     const struct vw_config *config = context->config;
@@ -31,9 +24,6 @@ enum vw_status probes_create(const struct probe_context *context, struct probes 
     probes->context.snapshot = &probes->snapshot;
     if (config->noise_floor || config->same_state) status = snapshot_create(context->step, &probes->snapshot);
     if (status == VW_OK && config->noise_floor) status = noise_probe_create(&probes->context, &probes->noise);
-    if (status == VW_OK && config->first_order)
-        status = first_order_create(context->field, vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes,
-                                    &probes->first_order);
     if (status == VW_OK && config->same_state)
         status = same_state_create(&probes->context, probes_per_step(config), &probes->same_state);
     return status;
@@ -41,7 +31,6 @@ enum vw_status probes_create(const struct probe_context *context, struct probes 
 
 void probes_destroy(struct probes *probes) {
     noise_probe_destroy(&probes->noise);
-    first_order_destroy(&probes->first_order);
     same_state_destroy(&probes->same_state);
     snapshot_destroy(&probes->snapshot);
 }
@@ -50,10 +39,6 @@ void probes_destroy(struct probes *probes) {
 
 static uint32_t noise_row(const struct probe_context *context) {
     return validation_rows_per_measurement(context->validation);
-}
-
-static uint32_t first_order_row(const struct probe_context *context) {
-    return (1 + noise_count(context->config)) * validation_rows_per_measurement(context->validation);
 }
 
 uint32_t probes_draws_of_step(const struct probes *probes, uint64_t step) {
@@ -65,13 +50,6 @@ void probes_record_before(const struct probes *probes, struct vw_batch *batch, u
     const struct probe_context *context = &probes->context;
     if (noise_probe_due(context, step))
         noise_probe_record(probes->noise, context, batch, step, first_pixel, scalar_row + noise_row(context));
-    if (first_order_due(context, step)) first_order_record_begin(probes->first_order, batch);
-}
-
-void probes_record_after(const struct probes *probes, struct vw_batch *batch, uint64_t step, uint32_t scalar_row) {
-    const struct probe_context *context = &probes->context;
-    if (first_order_due(context, step))
-        first_order_record_end(probes->first_order, context, batch, scalar_row + first_order_row(context));
 }
 
 void probes_read(const struct probes *probes, const vw_float4 *rows, struct vw_probe *values,
@@ -81,11 +59,6 @@ void probes_read(const struct probes *probes, const vw_float4 *rows, struct vw_p
     record->probes = values;
     record->probe_count = noise ? PROBES_PER_STEP : 0;
     if (noise) noise_probe_read(context, rows + noise_row(context), record->step, values);
-    if (!first_order_due(context, record->step)) return;
-    uint32_t index = record->probe_count++;
-    values[index] = (struct vw_probe){
-        .step = record->step, .index = index, .kind = VW_PROBE_FIRST_ORDER, .view = VW_RECORD_UNTRAINED};
-    first_order_read(context, rows + first_order_row(context), record->nonfinite, &values[index]);
 }
 
 // ---- Probes of a state ----------------------------------------------------------------------------------------------

@@ -1,10 +1,8 @@
 // All probes of a run, as the trainer sees them: what each adds to a step's pixels, to its passes, to its rows in the
-// scalars, and to its record. A step's rows are its own measurement, then those of the noise floor, then those of the
-// first-order probe.
+// scalars, and to its record. A step's rows are its own measurement, then those of the noise floor.
 #ifndef VIEWWORTH_TRAIN_PROBES_H
 #define VIEWWORTH_TRAIN_PROBES_H
 
-#include "train/probes/first_order.h"
 #include "train/probes/noise_probe.h"
 #include "train/probes/probe_context.h"
 #include "train/probes/same_state.h"
@@ -13,7 +11,6 @@ struct probes {
     struct probe_context context;
     struct snapshot snapshot;            // empty unless a probe needs it
     struct noise_probe *noise;           // NULL without --noise-floor
-    struct first_order *first_order;     // NULL without --first-order
     struct same_state_probes same_state; // empty without --same-state
 };
 
@@ -32,11 +29,10 @@ void probes_destroy(struct probes *probes);
 
 // How many draws of pixels a step takes: draw 0 is its own.
 uint32_t probes_draws_of_step(const struct probes *probes, uint64_t step);
-// Recorded before the step, and behind it and its validation. The pixels of draw d are those from first_pixel + d *
+// Recorded before the step. The pixels of draw d are those from first_pixel + d *
 // rays on; `scalar_row` is the step's own.
 void probes_record_before(const struct probes *probes, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
                           uint32_t scalar_row);
-void probes_record_after(const struct probes *probes, struct vw_batch *batch, uint64_t step, uint32_t scalar_row);
 // Reads the probes of the record's step, whose rows these are, into `values`, and lends them to the record.
 void probes_read(const struct probes *probes, const vw_float4 *rows, struct vw_probe *values,
                  struct vw_step_record *record);
