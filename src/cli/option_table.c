@@ -65,10 +65,9 @@ const struct vw_option vw_option_table[] = {
     {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
      VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
     {"list", "LIST",
-     "Photos to train on (required, repeatable): all, outliers (all but these), positive, significant, not-harmful, top:K, top:P%, "
-     "drop:P%, "
-     "random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, which keeps the photos with at "
-     "least that score (CSV header: name,score)",
+     "Photos to train on (required, repeatable): all, outliers (all but these), positive, significant, not-harmful, "
+     "top:K, top:P%, drop:P%, random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, "
+     "which keeps the photos with at least that score (CSV header: name,score)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXTS, lists), COMMON},
     {"scores", "OUT",
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",

@@ -126,7 +126,7 @@ static void first_epochs_are_scored_as_a_run_of_their_own(void **state) {
     ASSERT_OK(vw_score_tables_make(runs, 2, 4, &first));
     ASSERT_OK(vw_score_tables_make(wanted, 2, UINT32_MAX, &whole));
     assert_int_equal(first.photo_count, TEST_TRAIN_COUNT);
-    assert_true(first.count >= 3 && first.count == whole.count);
+    assert_true(first.count >= 2 && first.count == whole.count);
     for (uint32_t i = 0; i < first.count; i++) {
         assert_string_equal(first.tables[i].method, whole.tables[i].method);
         assert_memory_equal(first.tables[i].values, whole.tables[i].values, 2 * TEST_TRAIN_COUNT * sizeof(double));
