@@ -84,6 +84,14 @@ const struct vw_option vw_option_table[] = {
      "Number of trainings that take their steps at the same time, which changes no result; without this option one on "
      "a CPU, else as many as fit into half of the device's memory, at most 16",
      VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
+    {"kfold", "K",
+     "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
+     "training on the others; scores are means over the trainings, and the same command resumes",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
+    {"together", "K",
+     "Number of trainings of --kfold that take their steps at the same time, which changes no result; without this "
+     "option one on a CPU, else as many as fit into half of the device's memory",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"vary", NULL, "What the seed changes between the runs; everything else uses --seed in all of them",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_INIT), COMMON},
     {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",

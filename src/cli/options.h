@@ -32,6 +32,7 @@ struct vw_options {
     const char *out;
     bool resume, profile, measure;
     uint32_t seeds;    // number of runs
+    uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
     const char *payout;
     double until_stable; // 0: take all epochs

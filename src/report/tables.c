@@ -110,10 +110,13 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
+// Over folds, a photo has no entry for the views that validated while it did.
 static double mean_of(const double *row, uint32_t count) {
     double mean = 0;
-    for (uint32_t i = 0; i < count; i++) mean += row[i] / count;
-    return mean;
+    uint32_t known = 0;
+    for (uint32_t i = 0; i < count; i++) known += !isnan(row[i]);
+    for (uint32_t i = 0; i < count; i++) mean += isnan(row[i]) ? 0 : row[i] / known;
+    return known ? mean : NAN;
 }
 
 static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit,

@@ -4,13 +4,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/inside.h"
 #include "base/json.h"
 #include "viewworth/log.h"
+
+// Photos of folds validate, too, so that a list of them is no list of train photos of the scene.
+static enum vw_status refuse_folds(const char *out) {
+    if (vw_file_exists_inside(out, "ledger.db") || !vw_file_exists_inside(out, "fold-1/ledger.db")) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "%s: holds the folds of value --kfold; train on photos of their pooled scores by viewworth compare "
+                   "SCENE --list all --list %s/dv_psnr.csv@0, or give a single fold, %s/fold-1",
+                   out, out, out);
+}
 
 enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     struct vw_recorded_run *recorded = &run->recorded;
     json_error_t error;
-    enum vw_status status = vw_recorded_open(out, recorded);
+    enum vw_status status = refuse_folds(out);
+    if (!status) status = vw_recorded_open(out, recorded);
     if (!status) status = vw_ledger_get_images(recorded->ledger, &run->images, &run->image_count);
     if (status) return status;
     run->scene_options =

@@ -1,8 +1,13 @@
+#include "base/memory.h"
 #include "cli/commands/commands.h"
+#include "cli/experiment_params.h"
 #include "cli/interrupt.h"
+#include "cli/output/kfold_output.h"
 #include "cli/output/progress.h"
 #include "cli/output/run_output.h"
 #include "cli/params.h"
+#include "cli/parse_options.h"
+#include "experiment/kfold.h"
 
 // `train` is `value` without validation and scores.
 static enum vw_status make_run(const struct vw_options *options, bool train_only) {
@@ -25,6 +30,33 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     return status;
 }
 
-enum vw_status vw_command_value(const struct vw_options *options) { return make_run(options, false); }
+static enum vw_status check_kfold(const struct vw_options *options) {
+    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "sign", "profile"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
+        if (vw_options_have(options, single[i]))
+            return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
+    return VW_OK;
+}
+
+static enum vw_status make_folds(const struct vw_options *options) {
+    enum vw_status status = check_kfold(options);
+    if (status) return status;
+    struct vw_progress progress = {0};
+    const struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &progress),
+                                           .folds = options->kfold};
+    struct vw_kfold kfold;
+    status = vw_kfold_make(&params, &kfold);
+    vw_progress_end(&progress);
+    if (!status) status = vw_kfold_print(&kfold, options->json);
+    vw_kfold_free(&kfold);
+    return status;
+}
+
+enum vw_status vw_command_value(const struct vw_options *options) {
+    if (options->kfold) return make_folds(options);
+    if (options->together)
+        return vw_fail(VW_ERROR_USAGE, "--together is for several trainings; give it with --kfold K, or leave it out");
+    return make_run(options, false);
+}
 
 enum vw_status vw_command_train(const struct vw_options *options) { return make_run(options, true); }

@@ -132,26 +132,28 @@ static enum vw_status add_run(struct gathering *gathering, const char *folder, b
     return held ? read_ledger(gathering, folder) : VW_OK;
 }
 
-// The number behind "seed_"; false for other names.
-static bool read_seed(const char *name, uint64_t *seed) {
-    int end = 0;
-    return sscanf(name, "seed_%" SCNu64 "%n", seed, &end) == 1 && name[end] == 0;
+// The number behind "seed_" or "fold-"; false for other names.
+static bool read_number(const char *name, uint64_t *number) {
+    int seed_end = 0, fold_end = 0;
+    return (sscanf(name, "seed_%" SCNu64 "%n", number, &seed_end) == 1 && name[seed_end] == 0) ||
+           (sscanf(name, "fold-%" SCNu64 "%n", number, &fold_end) == 1 && name[fold_end] == 0);
 }
 
-static int compare_seeds(const struct dirent **left, const struct dirent **right) {
+static int compare_numbers(const struct dirent **left, const struct dirent **right) {
     uint64_t a = 0, b = 0;
-    (void)read_seed((*left)->d_name, &a), (void)read_seed((*right)->d_name, &b);
+    (void)read_number((*left)->d_name, &a), (void)read_number((*right)->d_name, &b);
     return a < b ? -1 : a > b;
 }
 
-static int is_seed_folder(const struct dirent *entry) {
-    uint64_t seed;
-    return read_seed(entry->d_name, &seed);
+static int is_one_of_several(const struct dirent *entry) {
+    uint64_t number;
+    return read_number(entry->d_name, &number);
 }
 
-static enum vw_status add_seeds(struct gathering *gathering, const char *out, bool *found) {
+// The runs of seeds or folds.
+static enum vw_status add_several(struct gathering *gathering, const char *out, bool *found) {
     struct dirent **entries = NULL;
-    int count = scandir(out, &entries, is_seed_folder, compare_seeds);
+    int count = scandir(out, &entries, is_one_of_several, compare_numbers);
     enum vw_status status =
         count < 0 ? vw_fail(VW_ERROR_INPUT, "%s: cannot list the folder: %s", out, strerror(errno)) : VW_OK;
     for (int i = 0; i < count; i++) {
@@ -184,7 +186,7 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
     enum vw_status status = add_run(gathering, out, &found);
-    if (!status) status = add_seeds(gathering, out, &found);
+    if (!status) status = add_several(gathering, out, &found);
     if (!status) status = vw_report_files_add(&gathering->files, out);
     if (!status && !found && gathering->files.count == files)
         status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; %s", out, remedy);
