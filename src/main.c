@@ -30,8 +30,8 @@ static const struct vw_command commands[] = {
      "photo did for each validation photo), report.html, field.vwf (the trained field) and checkpoints. Also writes "
      "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are "
      "near-duplicates.\n"
-     "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv (the "
-     "scores as compare --list reads them) and report.html.\n"
+     "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
+     "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
      "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report "
      "and the tables are written again, except scores.csv, and --sign signs it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |

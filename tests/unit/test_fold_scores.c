@@ -48,7 +48,8 @@ static void test_pools_by_the_formula(void **state) {
         assert_true(pooled[i].rank_ci_low >= 1 && pooled[i].rank_ci_high <= 3);
     }
     assert_int_equal(pooled[0].rank_ci_low, 1);
-    assert_int_equal(pooled[0].rank_ci_high, 2); // surely better than photo 2 alone
+    assert_int_equal(pooled[0].rank_ci_high, 1); // by 2.75 of 0.66, and by 7.25 of 2.1
+    assert_int_equal(pooled[2].rank_ci_low, 3);
     free(pooled);
 }
 
