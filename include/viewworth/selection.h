@@ -54,8 +54,9 @@ bool vw_selection_read_amount(const char *text, struct vw_selection_params *para
 
 // Selects photos. No other rule keeps a train photo without a score of the method (NaN, or no visit that counts). Free
 // the selection with vw_selection_free. VW_ERROR_USAGE for a method without scores (the message names those with
-// scores) and for an amount out of range; VW_ERROR_INPUT if there are no scores at all, if a score's image is not in
-// `images`, and if no photo would be kept.
+// scores), for a rule that compares with zero by a method without one (vw_value_method.has_zero), and for an amount out
+// of range; VW_ERROR_INPUT if there are no scores at all, if a score's image is not in `images`, and if no photo would
+// be kept.
 enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count,
                                  const struct vw_ledger_image *images, uint32_t image_count,
                                  const struct vw_selection_params *params, struct vw_selection *selection);

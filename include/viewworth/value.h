@@ -16,6 +16,18 @@
 //       is the momentum. This inverts d(t) = sum over k of (1 - b) b^k c(t - k), which is how Adam's first moment
 //       (Kingma and Ba, ICLR 2015) spreads the credits to first order. Only for runs with b > 0. A step has no credit
 //       if its d or that of the step before is unknown
+//   quality
+//       how well the photo fits: the mean of two ranks, each scaled to [0,1] (ties share their mean): that of dv_loss,
+//       and that of minus the mean training loss over the photo's visits in the last third of the E epochs (rounded
+//       up). 1 fits best. It finds photos that do not fit, such as those with occluders, exposure, blur or a wrong
+//       pose; it does not say what they are worth. It is no sum, and its zero means nothing. A photo without both has
+//       no quality. Its standard error is that of a block bootstrap (Kuensch, "The jackknife and the bootstrap for
+//       general stationary observations", Annals of Statistics 1989), seeded: 400 times, blocks of neighbouring epochs
+//       (E^(1/3) long, at most half of the late third; circular) are drawn anew, within the late third and within the
+//       epochs before it, for both ranks and all photos alike. The variance is divided by the share that such blocks
+//       show of it (1 - length of a block / late epochs) and raised by half for what all epochs of a run share (as in
+//       src/value/uncertainty.h). The 95 % interval is that of Student with E - 1 degrees of freedom, cut to [0,1]; NaN
+//       below four epochs
 //   same_state_psnr
 //       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //
@@ -65,6 +77,8 @@ struct vw_value_method {
 // All methods but those of vw_value_input.paper_methods, in the order of the scores. The array is static. A run without
 // momentum has no momentum_psnr, a run without such probes no same_state_psnr.
 const struct vw_value_method *vw_value_methods(uint32_t *count);
+// NULL: not in vw_value_methods.
+const struct vw_value_method *vw_value_method_find(const char *name);
 // The method that tables show first: "dv_psnr".
 extern const char vw_value_default_method[];
 

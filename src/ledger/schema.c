@@ -3,7 +3,8 @@
 // Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
 // store rows in key order, which is also the order of hashing. View and probe rows are written before their step row,
 // because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
-// which the methods were written.
+// which the methods were written. Earlier versions recorded probes of the kind first_order; none does now, and the list
+// of kinds stays, so that their other ledgers are still read.
 static const char schema_sql[] =
     "CREATE TABLE run ("
     " run_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, scene_path TEXT NOT NULL, seed INTEGER NOT NULL,"
@@ -29,7 +30,7 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE probe ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state')),"
+    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state', 'first_order')),"
     " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
     " PRIMARY KEY (run_id, step, probe),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"

@@ -44,8 +44,9 @@ static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_s
 static enum vw_status compare_scores(const struct vw_recorded_run *run, const struct run_scores *scores) {
     const struct vw_scoring *computed = &scores->computed;
     if (scores->recorded_count != computed->score_count)
-        return vw_fail(VW_ERROR_MISMATCH, "%s: holds %u scores where its steps give %u", run->ledger_path,
-                       scores->recorded_count, computed->score_count);
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s: holds %u scores where its steps give %u, unless another version of viewworth made them",
+                       run->ledger_path, scores->recorded_count, computed->score_count);
     for (uint32_t i = 0; i < scores->recorded_count; i++)
         if (!same_score(&scores->recorded[i], &computed->scores[i]))
             return vw_fail(VW_ERROR_MISMATCH,

@@ -1,6 +1,7 @@
 #include "value/methods.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/memory.h"
 
@@ -34,6 +35,8 @@ static const struct vw_value_method listed[] = {
     {"dv_psnr", DB, "sum of d", .additive = true, .has_zero = true},
     {"dv_loss", L1, "sum of d", .additive = true, .has_zero = true},
     {"momentum_psnr", DB, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", .additive = true, .has_zero = true},
+    {"quality", "mean rank", "mean of the ranks of dv_loss and of minus the late training loss, each in [0,1]",
+     .additive = false},
     {"same_state_psnr", DB,
      "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)", .additive = true,
      .has_zero = true},
@@ -44,6 +47,12 @@ const char vw_value_default_method[] = "dv_psnr";
 const struct vw_value_method *vw_value_methods(uint32_t *count) {
     *count = VW_ARRAY_COUNT(listed);
     return listed;
+}
+
+const struct vw_value_method *vw_value_method_find(const char *name) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++)
+        if (strcmp(listed[i].name, name) == 0) return &listed[i];
+    return NULL;
 }
 
 #define PSNR &vw_measure_psnr, 1

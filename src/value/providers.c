@@ -47,11 +47,8 @@ static int compare_groups(const void *left, const void *right) {
 }
 
 static bool is_additive(const char *method) {
-    uint32_t count;
-    const struct vw_value_method *listed = vw_value_methods(&count);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(listed[i].name, method) == 0) return listed[i].additive;
-    return false;
+    const struct vw_value_method *about = vw_value_method_find(method);
+    return about && about->additive;
 }
 
 static struct vw_provider_score add_up(const struct member *members, uint32_t count) {

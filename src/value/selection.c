@@ -103,6 +103,14 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
     return kept;
 }
 
+// A rank has no zero that says anything.
+static enum vw_status check_zero(const char *method, enum vw_selection_rule rule) {
+    const struct vw_value_method *about = vw_value_method_find(method);
+    bool compares = rule == VW_SELECT_POSITIVE || rule == VW_SELECT_SIGNIFICANT || rule == VW_SELECT_NOT_HARMFUL;
+    if (!compares || !about || about->has_zero) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "method \"%s\" is a rank, whose zero means nothing; use --top or --drop", method);
+}
+
 static enum vw_status refuse_empty(const struct vw_selection_params *params, uint32_t ranked_count) {
     if (ranked_count == 0)
         return vw_fail(
@@ -233,13 +241,14 @@ enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t 
                                  const struct vw_ledger_image *images, uint32_t image_count,
                                  const struct vw_selection_params *params, struct vw_selection *selection) {
     uint32_t ranked_count = 0, count = 0;
+    const char *method = params->method ? params->method : vw_value_default_method;
     enum vw_status status = check_amount(params);
+    if (!status) status = check_zero(method, params->rule);
     if (status) return status;
     if (params->rule == VW_SELECT_OUTLIERS)
         return leave_outliers_out(scores, score_count, images, image_count, params->method, selection);
     const struct vw_ledger_score **ranked = vw_allocate(score_count, sizeof *ranked);
     if (!ranked) return VW_ERROR_MEMORY;
-    const char *method = params->method ? params->method : vw_value_default_method;
     status = rank(scores, score_count, images, image_count, method, ranked, &ranked_count);
     if (!status) count = keep(params, ranked, ranked_count);
     if (!status && count == 0) status = refuse_empty(params, ranked_count);

@@ -72,6 +72,7 @@ static enum vw_status take_visits(const struct vw_value_input *input, struct rea
         if (status) return status;
         visit.delta = take_delta(reader, record, visit.image);
         if (!trained || record->epoch < input->burn_in_epochs) continue;
+        visit.train_loss = record->nonfinite ? NAN : record->train_loss;
         visit.sampling_variance = vw_step_sampling_variance(reader->measure, record, probes);
         append(series, &visit, record->epoch, &last_epoch);
     }

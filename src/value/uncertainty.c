@@ -18,7 +18,7 @@ enum {
 static const double CORRELATION_MOST = 0.9;
 static const double CORRELATION_PRIOR = 0.3; // standard deviation of the prior; it matters only for few numbers
 static const double KEPT_LEAST = 0.5;        // frequencies of which less remains without the trend are left out
-static const double RUN_VARIANCE = 1.5;  // variance of the sum relative to what its own epochs show; see uncertainty.h
+const double vw_run_variance = 1.5;
 static const double RANK_ERRORS = 1.645; // see uncertainty.h
 static const double PI = 3.14159265358979323846;
 
@@ -196,7 +196,8 @@ static struct vw_interval interval_of(const struct photo *photo, uint32_t freque
     if (isnan(photo->variance)) return (struct vw_interval){NAN, NAN, NAN};
     double degrees = frequencies + PRIOR_DEGREES;
     double variance = (frequencies * photo->variance + PRIOR_DEGREES * usual) / degrees;
-    double error = sqrt(photo->visits * variance * ratio * RUN_VARIANCE), half = vw_student_quantile(degrees) * error;
+    double error = sqrt(photo->visits * variance * ratio * vw_run_variance),
+           half = vw_student_quantile(degrees) * error;
     return (struct vw_interval){error, photo->sum - half, photo->sum + half};
 }
 

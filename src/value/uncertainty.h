@@ -35,6 +35,9 @@ struct vw_interval {
     double standard_error, ci_low, ci_high; // interval: 95 %; all NaN below two visits
 };
 
+// The variance of a score relative to what its own epochs show: see above.
+extern const double vw_run_variance;
+
 // Computes the uncertainty of the scores of one method. by_epoch[photo * epochs + epoch] is the contribution of the
 // photo's visit in that epoch, NaN if there was none. Epochs at either end without any visit do not count as gaps.
 // VW_ERROR_MEMORY.

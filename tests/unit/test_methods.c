@@ -224,8 +224,9 @@ static void methods_follow_their_formulas(void **state) {
         uint32_t count = 0;
         bool momentum = with_seed % 2;
         struct vw_ledger_score *scores = score(game, momentum ? beta1 : 0, &count);
-        for (uint32_t i = 0; i < count; i++) check_score(game, &scores[i]);
-        assert_int_equal(count, (momentum ? 8 : 7) * TEST_TRAIN_COUNT);
+        for (uint32_t i = 0; i < count; i++)
+            if (strcmp(scores[i].method, "quality") != 0) check_score(game, &scores[i]); // see test_quality
+        assert_int_equal(count, (momentum ? 9 : 8) * TEST_TRAIN_COUNT);
         free(scores);
         free(game);
     }

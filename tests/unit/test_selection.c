@@ -201,12 +201,34 @@ static void amounts_are_read_whole(void **state) {
         if (vw_selection_read_amount(bad[i], &(struct vw_selection_params){0})) fail_msg("\"%s\" is an amount", bad[i]);
 }
 
+// The zero of a rank means nothing.
+static void ranks_are_not_compared_with_zero(void **state) {
+    (void)state;
+    const struct vw_ledger_score ranks[] = {
+        {.image_id = 1, .method = "quality", .value = 0.25, .visits = 4, .ci_low = 0.1, .ci_high = 0.4},
+        {.image_id = 2, .method = "quality", .value = 0.75, .visits = 4, .ci_low = 0.6, .ci_high = 0.9},
+    };
+    const enum vw_selection_rule refused[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
+    struct vw_selection selection = {0};
+    struct vw_selection_params params = {.method = "quality", .rule = VW_SELECT_DROP, .amount = 1};
+    ASSERT_OK(vw_selection_make(ranks, 2, test_images, TEST_IMAGE_COUNT, &params, &selection));
+    assert_true(selection.count == 1 && selection.image_ids[0] == 2);
+    vw_selection_free(&selection);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(refused); i++) {
+        params.rule = refused[i];
+        assert_int_equal(vw_selection_make(ranks, 2, test_images, TEST_IMAGE_COUNT, &params, &selection),
+                         VW_ERROR_USAGE);
+        assert_non_null(strstr(vw_error_message(), "\"quality\" is a rank, whose zero means nothing"));
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outliers_of_any_score_are_left_out), cmocka_unit_test(few_or_equal_scores_have_no_outlier),
         cmocka_unit_test(rules_choose_by_value_and_interval), cmocka_unit_test(percentages_round_to_the_nearest_photo),
         cmocka_unit_test(what_is_unknown_is_never_chosen),    cmocka_unit_test(refusals_say_what_is_missing),
         cmocka_unit_test(amounts_out_of_range_are_refused),   cmocka_unit_test(amounts_are_read_whole),
+        cmocka_unit_test(ranks_are_not_compared_with_zero),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

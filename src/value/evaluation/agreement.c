@@ -61,6 +61,12 @@ enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool
     return status;
 }
 
+static void forget_signs(struct vw_agreement *agreement) {
+    agreement->values[VW_AGREEMENT_POSITIVE_JACCARD] = NAN;
+    agreement->values[VW_AGREEMENT_SAME_SIGN] = NAN;
+    agreement->values[VW_AGREEMENT_SIGN_KAPPA] = NAN;
+}
+
 enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const struct vw_score_table *table,
                                      struct vw_agreement **pairs, uint32_t *pair_count) {
     uint32_t runs = tables->run_count, photos = tables->photo_count, count = 0;
@@ -70,6 +76,9 @@ enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const
         for (uint32_t b = a + 1; b < runs && !status; b++)
             status = vw_agreement_of_pair(table->values + (size_t)a * photos, table->values + (size_t)b * photos,
                                           tables->clean, photos, &made[count++]);
+    const struct vw_value_method *about = vw_value_method_find(table->method);
+    if (about && !about->has_zero)
+        for (uint32_t i = 0; i < count; i++) forget_signs(&made[i]);
     if (status) {
         free(made);
         return status;

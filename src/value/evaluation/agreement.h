@@ -25,7 +25,7 @@ const char *vw_agreement_name(enum vw_agreement_measure measure); // "pearson", 
 
 // Two runs. A measure is NaN where it is undefined: a correlation of fewer than two photos or of equal scores, within
 // clean photos without ground-truth labels, the Jaccard index where neither run has a positive photo, kappa where both
-// runs give all photos the same sign.
+// runs give all photos the same sign. Measures of signs are NaN for methods without a zero (vw_agreement_of_pairs).
 struct vw_agreement {
     double values[VW_AGREEMENT_COUNT];
     uint32_t photos, clean; // compared
