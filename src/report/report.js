@@ -81,12 +81,15 @@ function fillTitle() {
 
 function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }
 
+// Whether scores by the chosen method may be compared with 0.
+function hasZero() { return data.methods.some(method => method.name === chosen.method && method.has_zero); }
+
 function fillTiles() {
   const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
   const bounded = scored.some(row => known(row.ci_low));
   const significantly = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them significantly' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
-  if (scored.length) {
+  if (scored.length && hasZero()) {
     tiles.unshift(tile(String(scored.filter(row => row.value > 0).length), significantly('photos above 0', row => row.ci_low > 0)),
       tile(String(scored.filter(row => row.value < 0).length), significantly('photos below 0', row => row.ci_high < 0)));
   }
@@ -149,9 +152,16 @@ function chooseRun(place) {
 
 let ranking = null;
 
+function qualitiesOf({scores: {quality}}) {
+  const values = new Map();
+  if (quality) quality.image.forEach((image, i) => { if (quality.visits[i]) values.set(image, quality.value[i]); });
+  return values;
+}
+
 function rankingColumns(rows) {
   const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
   const others = siblings().filter(one => one !== run() && scoresOf(one)).slice(0, 4);
+  const qualities = chosen.method === 'quality' ? new Map() : qualitiesOf(run());
   const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
   const interval = row => known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–';
   const columns = [
@@ -167,6 +177,9 @@ function rankingColumns(rows) {
     {title: 'from, to', cell: interval, number: true, class: others.length > 2 ? 'wide screen' : 'wide'},
     {title: 'Rank interval', key: row => row.rankLow, number: true, hint: '95 % interval of the rank', class: 'wide',
       cell: row => row.rankLow ? row.rankLow + '–' + row.rankHigh : '–'},
+    ...(qualities.size ? [{title: 'Quality', key: row => qualities.get(row.image) ?? NaN, descending: true, number: true,
+      hint: 'how well the photo fits: a mean of ranks, 1 fits best; not what it is worth',
+      cell: row => fixed(qualities.get(row.image), 2), class: others.length ? 'wide screen' : 'wide'}] : []),
     {title: 'Visits', key: row => row.visits, number: true, hint: 'steps that count into the score', class: 'wide screen',
       cell: row => row.visits ?? '–'},
     {title: 'Split', key: row => row.split, cell: row => row.split, class: 'wide screen'},
@@ -204,7 +217,8 @@ function fillRanking() {
   const rows = photoRows(run()), columns = rankingColumns(rows);
   if (ranking) printable.splice(printable.indexOf(ranking.table), 1);
   ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
-  const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds; dots are positive, squares negative.' : '';
+  const signs = hasZero() ? '; dots are positive, squares negative.' : '.';
+  const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds' + signs : '';
   byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled : '';
   filterRanking();
   show('ranking');

@@ -146,6 +146,18 @@ def ranking_is_right(browser, folder):
         expect(method in page.run("return document.getElementById('ranking-note').textContent"), f'{method} is not named')
 
 
+@check('quality stands beside every other score, and is not compared with zero')
+def quality_is_shown(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    wanted = dict(read_scores(folder, 'run', 'quality'))
+    for name, text in zip(page.ranking(), page.ranking(6)):
+        expect(text == ('–' if name not in wanted else f'{wanted[name]:.2f}'), f'{name}: {text}')
+    tiles = "return document.getElementById('tiles').textContent"
+    expect('above 0' in page.run(tiles), page.run(tiles))
+    page.choose('choose-method', 'quality')
+    expect('above 0' not in page.run(tiles), page.run(tiles))
+
+
 @check('a click on a header sorts, another turns the order round')
 def headers_sort(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')

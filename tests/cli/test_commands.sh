@@ -114,7 +114,8 @@ check "info --json says what a run would take" answers "j ->> '\$.estimate.devic
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
 check "value prints photos and files" prints '^lowest credit$' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
-check "a recipe's photos are shown with their ground-truth label" test "$(grep -cE ' dB .* view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
+check "a recipe's photos are shown with their quality and their ground-truth label" \
+    test "$(grep -cE ' dB .* quality [01]\.[0-9]{2}  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74

@@ -17,11 +17,19 @@
 
 enum { SHOWN_AT_EACH_END = 5 };
 
-// The scores of vw_value_default_method, best first. Borrowed from the run.
+// The scores of vw_value_default_method, and `quality`, best first. Borrowed from the run.
 struct ranking {
-    const struct vw_ledger_score *scores;
-    uint32_t count;
+    const struct vw_ledger_score *scores, *qualities;
+    uint32_t count, quality_count;
 };
+
+// NAN: the photo has none.
+static double quality_of(const struct ranking *ranking, uint32_t image_id) {
+    for (uint32_t i = 0; i < ranking->quality_count; i++)
+        if (ranking->qualities[i].image_id == image_id && ranking->qualities[i].visits)
+            return ranking->qualities[i].value;
+    return NAN;
+}
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
@@ -31,17 +39,23 @@ static uint32_t count_shown(const struct ranking *ranking) {
     return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
 }
 
-static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score) {
+static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score, double quality) {
     const struct vw_view *view = &scene->views[score->image_id];
     vw_print("  %+9.4f ", score->value);
     if (isfinite(score->ci_low) && isfinite(score->ci_high))
         vw_print("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
     vw_print("%s", score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
+    if (isfinite(quality)) vw_print("  quality %.2f", quality);
     if (isfinite(score->resampling_stderr)) vw_print("  sampling ± %.4f", score->resampling_stderr);
     vw_print("  %s", view->name);
     if (view->ground_truth) vw_print(" (%s)", view->ground_truth);
     vw_print("\n");
+}
+
+static void print_ranked(const struct vw_scene *scene, const struct ranking *ranking, uint32_t place) {
+    const struct vw_ledger_score *score = &ranking->scores[place];
+    print_photo(scene, score, quality_of(ranking, score->image_id));
 }
 
 static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
@@ -49,9 +63,9 @@ static void print_ranking(const struct vw_scene *scene, const struct ranking *ra
     if (!shown) return;
     vw_print("highest credit (%s: what the steps on the photo moved; 95 %% intervals of score and rank)\n",
              vw_value_default_method);
-    for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[i]);
+    for (uint32_t i = 0; i < shown; i++) print_ranked(scene, ranking, i);
     vw_print("lowest credit\n");
-    for (uint32_t i = 0; i < shown; i++) print_photo(scene, &ranking->scores[ranking->count - 1 - i]);
+    for (uint32_t i = 0; i < shown; i++) print_ranked(scene, ranking, ranking->count - 1 - i);
 }
 
 static void print_noise_floor(const struct vw_noise_floor *floor) {
@@ -89,20 +103,23 @@ static void print_trained(const struct vw_run_results *results) {
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
-static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score) {
+static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score, double quality) {
     const struct vw_view *view = &scene->views[score->image_id];
-    return json_pack("{s:s, s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I}", "name", view->name,
+    return json_pack("{s:s, s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "name", view->name,
                      "provider", view->provider, "ground_truth", view->ground_truth, "method", score->method, "value",
                      vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
                      "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
                      (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high,
-                     "resampling_stderr", vw_json_real(score->resampling_stderr), "visits", (json_int_t)score->visits);
+                     "resampling_stderr", vw_json_real(score->resampling_stderr), "visits", (json_int_t)score->visits,
+                     "quality", vw_json_real(quality));
 }
 
 static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking *ranking, bool from_best) {
     json_t *array = json_array();
-    for (uint32_t i = 0; i < count_shown(ranking); i++)
-        vw_json_append(&array, photo_to_json(scene, &ranking->scores[from_best ? i : ranking->count - 1 - i]));
+    for (uint32_t i = 0; i < count_shown(ranking); i++) {
+        const struct vw_ledger_score *score = &ranking->scores[from_best ? i : ranking->count - 1 - i];
+        vw_json_append(&array, photo_to_json(scene, score, quality_of(ranking, score->image_id)));
+    }
     return array;
 }
 
@@ -153,6 +170,7 @@ enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool js
     struct ranking ranking = {0};
     vw_run_get_results(run, &results);
     enum vw_status status = trained_only ? VW_OK : vw_run_scores(run, NULL, &ranking.scores, &ranking.count);
+    if (!status && !trained_only) status = vw_run_scores(run, "quality", &ranking.qualities, &ranking.quality_count);
     if (status) return status;
     if (json) {
         json_t *root = run_to_json(&results);

@@ -221,8 +221,8 @@ static char *methods_to_json(void) {
     const struct vw_value_method *methods = vw_value_methods(&count);
     json_t *array = json_array();
     for (uint32_t i = 0; i < count; i++)
-        vw_json_append(&array, json_pack("{s:s, s:s, s:s}", "name", methods[i].name, "unit", methods[i].unit, "formula",
-                                         methods[i].formula));
+        vw_json_append(&array, json_pack("{s:s, s:s, s:s, s:b}", "name", methods[i].name, "unit", methods[i].unit,
+                                         "formula", methods[i].formula, "has_zero", methods[i].has_zero));
     char *text = vw_json_to_text(array, JSON_COMPACT);
     json_decref(array);
     if (!text) vw_fail(VW_ERROR_MEMORY, "out of memory for the report's methods");
