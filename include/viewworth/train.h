@@ -28,11 +28,14 @@ enum vw_background_form {
 };
 
 // What a run's seed decides (decision 12). When it decides one kind of draws only, the base seed decides the others.
+// The pixels that validation looks at are the same in all runs, whatever their seeds, unless they are named.
 enum vw_vary {
-    VW_VARY_ALL,
+    VW_VARY_ALL,    // order, pixels and initial params
     VW_VARY_ORDER,  // the order of the photos in every epoch
     VW_VARY_PIXELS, // the pixels of every step (resampled ones too), jitter, random backgrounds, occupancy's samples
     VW_VARY_INIT,   // the initial params
+    VW_VARY_VALIDATION,     // the validation pixels, those that appearance is fitted on too; nothing of the training
+    VW_VARY_ALL_VALIDATION, // all, and the validation pixels
 };
 
 // How the hash grid's features are stored and read; there is no other copy of them. Arithmetic and moments are float32
@@ -48,8 +51,8 @@ enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
 // Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
 struct vw_config {
     uint64_t seed;           // 0 to 2^63-1; decides what `vary` names
-    enum vw_vary vary;       // VW_VARY_ALL, except in runs that differ in one kind of draws only
-    uint64_t base_seed;      // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL
+    enum vw_vary vary;       // VW_VARY_ALL, except in runs that differ in one kind of draws only, or in validation
+    uint64_t base_seed;      // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL and VW_VARY_ALL_VALIDATION
     uint32_t epochs;         // not part of the run's identity: a run can be extended
     uint32_t burn_in_epochs; // first epochs, excluded from scores
     uint32_t rays;           // per step, 1 to 65536
@@ -82,7 +85,8 @@ enum vw_status vw_config_check(const struct vw_config *config);
 // when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
-// The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS or VW_VARY_INIT.
+// The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS, VW_VARY_INIT or VW_VARY_VALIDATION, which is 0 unless
+// validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // The same training without its probes: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
@@ -94,7 +98,7 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
-const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", "pixels", "init"
+const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", ..., "all,validation"
 const char *vw_table_precision_name(enum vw_table_precision precision); // "float32", "float16"
 
 // ---- Effects (decision 7) ----

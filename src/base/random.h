@@ -10,7 +10,7 @@ enum vw_random_purpose {
     VW_RANDOM_ORDER,          // step = epoch, a = position
     VW_RANDOM_PIXEL,          // step = step, a = ray, b = draw
     VW_RANDOM_JITTER,         // step = step, a = ray, b = sample / 4
-    VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0, so that every run validates on the same pixels
+    VW_RANDOM_VALIDATION,     // a = view, b = ray; keyed by seed 0 unless a run varies its validation pixels
     VW_RANDOM_RECIPE,         // a = view, b = use
     VW_RANDOM_BACKGROUND,     // step = step, a = ray: rgb
     VW_RANDOM_OCCUPANCY,      // step = step, a = cell

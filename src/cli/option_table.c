@@ -92,8 +92,11 @@ const struct vw_option vw_option_table[] = {
      "Number of trainings of --kfold that take their steps at the same time, which changes no result; without this "
      "option one on a CPU, else as many as fit into half of the device's memory",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
-    {"vary", NULL, "What the seed changes between the runs; everything else uses --seed in all of them",
-     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_INIT), COMMON},
+    {"vary", NULL,
+     "What the seed changes between the runs: all of order, pixels and init, or one kind alone, where everything else "
+     "uses --seed in all runs; validation: the validation pixels alone, which are the same in all runs otherwise; "
+     "all,validation: each run has its own, so that their error does not count as agreement",
+     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_ALL_VALIDATION), COMMON},
     {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
     {"equal", NULL,

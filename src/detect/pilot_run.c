@@ -95,7 +95,8 @@ static enum vw_status measure_photo(struct comparison *compared, uint32_t view, 
                                     double *halved_differences, uint32_t *count) {
     const struct vw_scene *scene = compared->scene;
     double gains[2], middle_px = scene->views[view].image.width_px / 2.0;
-    uint32_t taken = pixels_stratify(scene, view, pixels_all_columns(scene, view), PIXELS_PER_PHOTO, compared->pixels);
+    uint32_t taken =
+        pixels_stratify(scene, view, pixels_all_columns(scene, view), 0, PIXELS_PER_PHOTO, compared->pixels);
     if (!compared->masks) pixels_unmask(scene, compared->pixels, taken);
     enum vw_status status = evaluator_render(&compared->evaluator, compared->pixels, taken, compared->colours);
     for (int channel = 0; channel < 3 && status == VW_OK; channel++) {

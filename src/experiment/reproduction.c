@@ -172,7 +172,7 @@ static enum vw_status make_runs(const struct vw_experiment_params *params) {
     struct vw_session session = {0};
     struct vw_config config = *params->config;
     struct vw_experiment_params varied = *params;
-    if (config.vary != VW_VARY_ALL) config.base_seed = config.seed;
+    if (config.vary != VW_VARY_ALL && config.vary != VW_VARY_ALL_VALIDATION) config.base_seed = config.seed;
     varied.config = &config;
     enum vw_status status = vw_seed_runs_make(&varied, &session);
     vw_session_close(&session);

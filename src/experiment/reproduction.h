@@ -27,7 +27,8 @@ struct vw_reproduction {
 };
 
 // Values the scene with params->seeds seeds and compares the scores, after params->config->epochs epochs at most. What
-// differs between the runs is params->config->vary; for all but VW_VARY_ALL the base seed is the first one. Writes to
+// differs between the runs is params->config->vary; for all but
+// VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to
 // OUT:
 // - seed_<seed>/: the runs (seed_runs.h)
 // - reproduce.csv: header method,epochs,training_rays,seed_a,seed_b,photos,measure,value; a row per method, stop, pair

@@ -33,7 +33,7 @@ const struct vw_config vw_config_default = {
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
-static const char *const vary_names[] = {"all", "order", "pixels", "init"};
+static const char *const vary_names[] = {"all", "order", "pixels", "init", "validation", "all,validation"};
 static const char *const table_precision_names[] = {"float32", "float16"};
 
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
@@ -42,8 +42,14 @@ const char *vw_background_name(enum vw_background_form form) { return background
 const char *vw_vary_name(enum vw_vary vary) { return vary_names[vary]; }
 const char *vw_table_precision_name(enum vw_table_precision precision) { return table_precision_names[precision]; }
 
+static bool varies_all(const struct vw_config *config) {
+    return config->vary == VW_VARY_ALL || config->vary == VW_VARY_ALL_VALIDATION;
+}
+
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
-    return config->vary == VW_VARY_ALL || config->vary == draws ? config->seed : config->base_seed;
+    if (draws == VW_VARY_VALIDATION)
+        return config->vary == VW_VARY_VALIDATION || config->vary == VW_VARY_ALL_VALIDATION ? config->seed : 0;
+    return varies_all(config) || config->vary == draws ? config->seed : config->base_seed;
 }
 
 // One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
@@ -116,7 +122,7 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->levels * config->features % 4 != 0)
         return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels,
                        config->features);
-    if (config->base_seed > (config->vary == VW_VARY_ALL ? 0 : INT64_MAX))
+    if (config->base_seed > (varies_all(config) ? 0 : INT64_MAX))
         return vw_fail(VW_ERROR_USAGE, "base_seed is %" PRIu64 ": at most %" PRId64 ", and 0 where everything varies",
                        config->base_seed, INT64_MAX);
     double finest = config->base_resolution * pow(config->growth, config->levels - 1.0);

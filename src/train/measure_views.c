@@ -110,8 +110,8 @@ static enum vw_status measure_view(const struct measured_field *measured, struct
     bool fits = appearance_fits_views(measured->field->model);
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
-    seen->fit_count = fits ? pixels_stratify(scene, view, left, fit_max, seen->pixels) : 0;
-    seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view),
+    seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, fit_max, seen->pixels) : 0;
+    seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), 0,
                                                     pixels_max, seen->pixels + seen->fit_count);
     if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
     return see(scene, evaluator, view, seen, error);
@@ -140,7 +140,7 @@ static void choose_all(const struct measured_field *measured, uint32_t view, str
     bool fits = appearance_fits_views(measured->field->model);
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     const struct vw_image *image = &scene->views[view].image;
-    seen->fit_count = fits ? pixels_stratify(scene, view, left, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
+    seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
     seen->count = seen->fit_count + image->width_px * image->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count;

@@ -88,8 +88,8 @@ struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t v
     return (struct pixel_columns){0, scene->views[view].image.width_px};
 }
 
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint32_t count,
-                         struct vw_pixel *pixels) {
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint64_t seed,
+                         uint32_t count, struct vw_pixel *pixels) {
     uint32_t width = columns.end - columns.begin, height = scene->views[view].image.height_px;
     if ((uint64_t)width * height <= count) {
         for (uint32_t i = 0; i < width * height; i++)
@@ -103,7 +103,7 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pix
         uint32_t strata = part_begin(band + 1, bands, count) - part_begin(band, bands, count);
         for (uint32_t stratum = 0; stratum < strata; stratum++, written++) {
             uint32_t words[4];
-            vw_random_words(0, VW_RANDOM_VALIDATION, 0, view, written, words);
+            vw_random_words(seed, VW_RANDOM_VALIDATION, 0, view, written, words);
             uint32_t x_px =
                 draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
             uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));

@@ -32,9 +32,9 @@ struct pixel_columns {
 struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view);
 
 // `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when
-// there are no more than `count`). Independent of the seed, so that all runs are measured on the same pixels. Returns
-// how many were written.
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint32_t count,
-                         struct vw_pixel *pixels);
+// there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns how many were
+// written.
+uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint64_t seed,
+                         uint32_t count, struct vw_pixel *pixels);
 
 #endif

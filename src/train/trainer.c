@@ -103,6 +103,7 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     const struct validation_params params = {.field = &trainer->field,
                                              .scene = trainer->scene,
                                              .ray_count = trainer->config.val_rays,
+                                             .seed = vw_config_seed_of(&trainer->config, VW_VARY_VALIDATION),
                                              .masks = trainer->masks,
                                              .scalars = trainer->scalars};
     return trainer->validate ? validation_create(&params, &trainer->validation) : VW_OK;

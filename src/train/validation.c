@@ -53,7 +53,7 @@ static enum vw_status choose_scored(const struct validation_params *params, stru
         struct pixel_columns columns = fits ? view_fit_right_half(scene, view) : pixels_all_columns(scene, view);
         struct vw_pixel *pixels = choice->pixels + choice->count;
         uint32_t wanted = rays_of_view(params->ray_count, validation->view_count, i);
-        uint32_t count = pixels_stratify(scene, view, columns, wanted, pixels);
+        uint32_t count = pixels_stratify(scene, view, columns, params->seed, wanted, pixels);
         choice->scored[i] = (struct vw_ray_range){.first = choice->count, .count = count};
         if (!params->masks) pixels_unmask(scene, pixels, count);
         for (uint32_t ray = 0; ray < count; ray++) validation->pixel_counts[i] += pixels[ray].weight != 0.0f;
@@ -73,8 +73,8 @@ static enum vw_status choose_pixels(const struct validation_params *params, stru
     if (status == VW_OK) status = choose_scored(params, validation, fits, choice);
     if (status != VW_OK || !fits) return status;
     uint32_t scored = choice->count;
-    view_fit_choose_pixels(params->scene, validation->views, validation->view_count, choice->scored, choice->pixels,
-                           &choice->count, choice->fitted);
+    view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed, choice->scored,
+                           choice->pixels, &choice->count, choice->fitted);
     if (!params->masks) pixels_unmask(params->scene, choice->pixels + scored, choice->count - scored);
     return VW_OK;
 }

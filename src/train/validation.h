@@ -28,6 +28,7 @@ struct validation_params {
     struct field *field; // borrowed
     const struct vw_scene *scene;
     uint32_t ray_count;        // in total, spread over the views
+    uint64_t seed;             // of the choice of pixels; 0 in all runs that validate on the same ones
     bool masks;                // mask files are obeyed
     struct vw_buffer *scalars; // takes the measurements
 };

@@ -13,13 +13,13 @@ struct pixel_columns view_fit_right_half(const struct vw_scene *scene, uint32_t 
     return (struct pixel_columns){width - width / 2, width};
 }
 
-void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
                             const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
                             struct vw_ray_range *ranges) {
     for (uint32_t i = 0; i < count; i++) {
         struct pixel_columns columns = view_fit_left_half(scene, views[i]);
         uint32_t wanted = scored[i].count < VIEW_FIT_RAYS_MAX ? scored[i].count : VIEW_FIT_RAYS_MAX;
-        uint32_t taken = pixels_stratify(scene, views[i], columns, wanted, pixels + *written);
+        uint32_t taken = pixels_stratify(scene, views[i], columns, seed, wanted, pixels + *written);
         ranges[i] = (struct vw_ray_range){.first = *written, .count = taken};
         *written += taken;
     }

@@ -18,9 +18,10 @@ struct pixel_columns view_fit_left_half(const struct vw_scene *scene, uint32_t v
 struct pixel_columns view_fit_right_half(const struct vw_scene *scene, uint32_t view);
 
 // Writes the fixed pixels to fit each view on, behind the `*written` pixels that are scored: as many per view as are
-// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers.
+// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers. `seed` as of the scored
+// ones.
 enum { VIEW_FIT_RAYS_MAX = 128 };
-void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+void view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
                             const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
                             struct vw_ray_range *ranges);
 // The pass over an evaluator that renders those pixels as well.

@@ -33,7 +33,7 @@ check "the header of reproduce.csv" grep -qx 'method,epochs,training_rays,seed_a
 check "the header of scatter.csv" grep -qx 'name,method,seed_a,seed_b,value_a,value_b,corrupted' <(head -n 1 "$folder/whole/scatter.csv")
 methods=$(table whole scatter.csv "SELECT count(DISTINCT method) FROM t")
 check "a row per method, stop, pair and measure" test "$methods" -ge 2 -a \
-    "$(table whole reproduce.csv 'SELECT count(*) FROM t')" = $((methods * 2 * 3 * 7))
+    "$(table whole reproduce.csv 'SELECT count(*) FROM t')" = $((methods * 2 * 3 * 8))
 check "a point per method, pair and photo" test "$(table whole scatter.csv 'SELECT count(*) FROM t')" = $((methods * 3 * 12))
 check "the corrupted are known" test "$(table whole scatter.csv "SELECT group_concat(DISTINCT name) FROM t WHERE corrupted = '1'")" = \
     view_001,view_002
@@ -74,6 +74,7 @@ json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '
 check "the JSON says the same" test "$(printf '%.9f' "$(json '$.by_epochs[#-1].methods[0].pearson.lowest')")" = \
     "$(printf '%.9f' "$(table whole reproduce.csv "SELECT min(CAST(value AS REAL)) FROM t
         WHERE method = 'dv_psnr' AND measure = 'pearson' AND epochs = '6'")")"
+check "and the intervals that hold the mean" test "$(json '$.by_epochs[#-1].methods[0].interval_coverage.intervals')" = 36
 check "and what varied" test "$(json '$.vary'),$(json '$.seeds[2]'),$(json '$.photos')" = all,2,12
 
 check "two of the seeds, taken together" reproduce pair --seeds 2 --together 2
@@ -102,6 +103,12 @@ check "--vary pixels" varies pixels same same
 check "--vary init" varies init same other
 check "--vary all" varies all other other
 steps() { query "$1" 'SELECT val_psnr, image_id FROM step WHERE step > 0'; }
+losses='SELECT group_concat(train_loss) FROM step WHERE step > 0' # of the training alone
+check "--vary validation: the same training, seen on other pixels" eval 'reproduce validation --seeds 2 --vary validation &&
+    [[ $(same_of_seeds validation "$losses"),$(same_of_seeds validation "SELECT val_psnr FROM step WHERE step = 0") == same,other ]]'
+check "--vary all,validation: the trainings of all, on other pixels" eval 'reproduce fresh --seeds 2 --vary all,validation &&
+    [[ $(query fresh/seed_1 "$losses") == "$(query whole/seed_1 "$losses")" && $(steps fresh/seed_1) != "$(steps whole/seed_1)" ]]'
+check "validation pixels are those of a replay" "$program" verify "$folder/fresh/seed_1" --replay 5 --device llvmpipe --quiet
 check "the base seed's run has the same steps, whatever varies" eval '[[ -n $(steps all/seed_0) &&
     $(steps order/seed_0) == "$(steps all/seed_0)" ]]'
 check "what varies is taken again by a replay" "$program" verify "$folder/order/seed_1" --replay 5 --device llvmpipe --quiet
@@ -114,7 +121,7 @@ check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 92233
 check "one seed agrees with none" refused one '--seeds takes a whole number, 2 to 50' --seeds 1
 check "so does none" refused one '--seeds takes' --seeds 0
 check "a seed beyond the largest is refused" refused one 'pass 9223372036854775807' --seeds 3 --seed 9223372036854775806
-check "an unknown form is refused" refused one '"colour" is not one of all\|order\|pixels\|init' --vary colour
+check "an unknown form is refused" refused one '"colour" is not one of all\|order\|pixels\|init\|validation\|all,validation' --vary colour
 check "epochs that all burn in are refused" refused one 'leaves no epoch after --burn-in 6' --burn-in 6
 check "nothing is left of refusals" test ! -e "$folder/one"
 check "a folder that holds a run of value is refused" refused alone 'holds a single run; name another folder' --seeds 2

@@ -25,7 +25,7 @@ static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
     struct vw_config config = test_config();
     config.vary = vary;
     config.seed = seed;
-    config.base_seed = vary == VW_VARY_ALL ? 0 : BASE_SEED;
+    config.base_seed = vary == VW_VARY_ALL || vary == VW_VARY_ALL_VALIDATION ? 0 : BASE_SEED;
     return config;
 }
 
@@ -83,6 +83,38 @@ static void a_seed_varies_what_it_is_told_to(void **state) {
     vw_scene_close(&scene);
 }
 
+// Where validation looks. Nothing of the training depends on it.
+static void validation_pixels_vary_when_named(void **state) {
+    (void)state;
+    static const struct {
+        enum vw_vary vary;
+        bool training, start; // which of them stay
+    } forms[] = {{VW_VARY_VALIDATION, true, false}, {VW_VARY_ALL_VALIDATION, false, false}};
+    struct vw_scene *scene = test_scene();
+    struct vw_config plain = varying(VW_VARY_ALL, OTHER_SEED);
+    struct drawn usual, base, other;
+    draw(scene, &plain, &usual);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
+        struct vw_config config = varying(forms[i].vary, BASE_SEED);
+        draw(scene, &config, &base);
+        config.seed = OTHER_SEED;
+        draw(scene, &config, &other);
+        print_message("vary %s\n", vw_vary_name(forms[i].vary));
+        bool same_params = !memcmp(base.run->params, other.run->params, 4 * base.run->param_words);
+        assert_int_equal(same_params, forms[i].training);
+        assert_int_equal(!memcmp(base.order, other.order, sizeof base.order), forms[i].training);
+        assert_int_equal(same_start(&base, &other), forms[i].start);
+        if (!forms[i].training) { // the training is that of the seed alone, seen on other pixels
+            assert_memory_equal(usual.run->params, other.run->params, 4 * other.run->param_words);
+            assert_false(same_start(&usual, &other));
+        }
+        test_run_free(base.run);
+        test_run_free(other.run);
+    }
+    test_run_free(usual.run);
+    vw_scene_close(&scene);
+}
+
 // At the base seed all forms take the same run: that of the seed alone, as it was before there was a choice.
 static void at_the_base_seed_all_forms_agree(void **state) {
     (void)state;
@@ -114,12 +146,13 @@ static void all_is_said_by_saying_nothing(void **state) {
     assert_int_equal(read.vary, VW_VARY_ALL);
     for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++)
         assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
+    assert_int_equal(vw_config_seed_of(&read, VW_VARY_VALIDATION), 0); // all runs validate on the same pixels
     free(json);
 }
 
 static void a_form_is_kept_in_json(void **state) {
     (void)state;
-    for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_INIT; vary++) {
+    for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_VALIDATION; vary++) {
         struct vw_config config = varying(vary, OTHER_SEED), read;
         config.base_seed = INT64_MAX;
         char *json = vw_config_to_json(&config, false);
@@ -129,7 +162,10 @@ static void a_form_is_kept_in_json(void **state) {
         assert_true(read.base_seed == INT64_MAX);
         free(json);
     }
-    struct vw_config read;
+    struct vw_config read, fresh = varying(VW_VARY_ALL_VALIDATION, OTHER_SEED);
+    char *fresh_json = vw_config_to_json(&fresh, true);
+    assert_non_null(strstr(fresh_json, "\"vary\":\"all,validation\"")); // it is part of what a run is
+    free(fresh_json);
     char *json = vw_config_to_json(&(struct vw_config){.vary = VW_VARY_ORDER}, false),
          *form = strstr(json, "\"order\"");
     assert_non_null(form);
@@ -147,9 +183,8 @@ static void a_form_is_kept_in_json(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_seed_varies_what_it_is_told_to),
-        cmocka_unit_test(at_the_base_seed_all_forms_agree),
-        cmocka_unit_test(all_is_said_by_saying_nothing),
+        cmocka_unit_test(a_seed_varies_what_it_is_told_to), cmocka_unit_test(validation_pixels_vary_when_named),
+        cmocka_unit_test(at_the_base_seed_all_forms_agree), cmocka_unit_test(all_is_said_by_saying_nothing),
         cmocka_unit_test(a_form_is_kept_in_json),
     };
     return cmocka_run_group_tests_name("seeds", tests, NULL, test_gpu_close);

@@ -49,6 +49,32 @@ static void the_clean_are_compared_alone(void **state) {
     assert_real(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, "rho within the clean");
 }
 
+static void two_extremes_do_not_decide(void **state) {
+    (void)state;
+    // Without 50 and -40 (the second run's; 0 in the first): -2 -1 0 1 2 and -1 -2 1 0 2, as above.
+    const double a[] = {-2, 50, -1, 0, 1, 0, 2}, b[] = {-1, 60, -2, 1, 0, -40, 2};
+    struct vw_agreement agreement = compare(a, b, NULL, 7);
+    assert_real(agreement.values[VW_AGREEMENT_TRIMMED_PEARSON], 0.8, "r without two extremes");
+    assert_true(isnan(compare(a, b, NULL, 4).values[VW_AGREEMENT_TRIMMED_PEARSON]));
+    const double equal[] = {1, 1, 1, 1, 3}, other[] = {1, 2, 3, 4, 5}; // no spread: the last is farthest in the first
+    assert_true(isnan(compare(equal, other, NULL, 5).values[VW_AGREEMENT_TRIMMED_PEARSON]));
+}
+
+static void coverage_counts_intervals_that_hold_the_mean(void **state) {
+    (void)state;
+    // Of two runs, the mean is seen from a score at 1 / sqrt(2) of the way to the other one: 0.707 of 1.
+    double values[] = {0, 5, 1, NAN}, low[] = {-1, 0, 0.2, 0}, high[] = {0.71, 9, 2, 1};
+    struct vw_score_table table = {.values = values, .ci_low = low, .ci_high = high};
+    const struct vw_score_tables tables = {.run_count = 2, .photo_count = 2};
+    struct vw_coverage coverage = vw_agreement_coverage(&tables, &table);
+    assert_int_equal(coverage.intervals, 2); // the other photo has a score in one run only
+    assert_real(coverage.share, 1, "the share");
+    high[0] = 0.70;
+    assert_real(vw_agreement_coverage(&tables, &table).share, 0.5, "the share of one missed");
+    low[0] = low[2] = NAN;
+    assert_true(isnan(vw_agreement_coverage(&tables, &table).share));
+}
+
 static void missing_scores_are_left_out(void **state) {
     (void)state;
     const double a[] = {NAN, -2, -1, 0, 5, 1, 2, INFINITY}, b[] = {3, -1.5, -2.5, 0.5, NAN, -0.5, 1.5, 1};
@@ -225,6 +251,8 @@ int main(void) {
         cmocka_unit_test(numbers_worked_out_by_hand),
         cmocka_unit_test(ties_share_their_rank),
         cmocka_unit_test(the_clean_are_compared_alone),
+        cmocka_unit_test(two_extremes_do_not_decide),
+        cmocka_unit_test(coverage_counts_intervals_that_hold_the_mean),
         cmocka_unit_test(missing_scores_are_left_out),
         cmocka_unit_test(where_nothing_can_be_said),
         cmocka_unit_test(pairs_are_summarised),

@@ -18,6 +18,7 @@ static const struct {
 } columns[] = {
     {VW_AGREEMENT_PEARSON, "r"},
     {VW_AGREEMENT_SPEARMAN, "rho"},
+    {VW_AGREEMENT_TRIMMED_PEARSON, "r without 2 extremes"},
     {VW_AGREEMENT_CLEAN_PEARSON, "r within clean"},
     {VW_AGREEMENT_POSITIVE_JACCARD, "same positive set"},
 };
@@ -40,8 +41,10 @@ static struct vw_agreement_summary summarise(const struct vw_reproduction *repro
 
 // ---- Text ----
 
-// No blanks at the ends of lines.
-static int width_of(size_t column, size_t column_count) { return column + 1 < column_count ? CELL_WIDTH : 0; }
+// No blanks at the ends of lines. Coverage follows behind all columns.
+static int width_of(size_t column, size_t column_count) {
+    return column + 1 < column_count || column_count == VW_ARRAY_COUNT(columns) ? CELL_WIDTH : 0;
+}
 
 static void print_cell(const struct vw_agreement_summary *summary, int width) {
     char text[64] = "-";
@@ -57,12 +60,15 @@ static void print_row(const struct vw_reproduction *reproduction, const struct v
         struct vw_agreement_summary summary = summarise(reproduction, stop, method, columns[i].measure);
         print_cell(&summary, width_of(i, column_count));
     }
-    vw_print("\n");
+    struct vw_coverage coverage = vw_agreement_coverage(&stop->tables, &stop->tables.tables[method]);
+    if (column_count < VW_ARRAY_COUNT(columns)) vw_print("\n");
+    else if (coverage.intervals) vw_print("  %.3f of %u\n", coverage.share, coverage.intervals);
+    else vw_print("  -\n");
 }
 
 static void print_headings(size_t column_count) {
     for (size_t i = 0; i < column_count; i++) vw_print("  %-*s", width_of(i, column_count), columns[i].heading);
-    vw_print("\n");
+    vw_print(column_count < VW_ARRAY_COUNT(columns) ? "\n" : "  intervals that hold the mean\n");
 }
 
 static void print_by_epochs(const struct vw_reproduction *reproduction) {
@@ -83,7 +89,8 @@ static void print_text(const struct vw_reproduction *reproduction) {
     vw_print(
         "agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
         " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
-        "both / in either\n%-18s",
+        "both / in either\n2 extremes: the two photos farthest from the median; intervals that hold the mean: share of "
+        "the runs' 95 %% intervals that contain the mean over seeds\n%-18s",
         config->seed, config->seed + reproduction->params->seeds - 1, vw_vary_name(config->vary),
         stop->tables.photo_count, stop->epochs, stop->training_rays, reproduction->pair_count,
         reproduction->pair_count > 1 ? "s" : "", "method");
@@ -113,6 +120,10 @@ static json_t *method_to_json(const struct vw_reproduction *reproduction, const 
         struct vw_agreement_summary summary = summarise(reproduction, stop, method, measure);
         vw_json_set(&object, vw_agreement_name(measure), summary_to_json(&summary));
     }
+    struct vw_coverage coverage = vw_agreement_coverage(&stop->tables, table);
+    vw_json_set(
+        &object, "interval_coverage",
+        json_pack("{s:o, s:I}", "share", vw_json_real(coverage.share), "intervals", (json_int_t)coverage.intervals));
     return object;
 }
 

@@ -2,13 +2,14 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "base/statistics.h"
 
 const char *vw_agreement_name(enum vw_agreement_measure measure) {
-    static const char *const names[] = {"pearson",          "spearman",  "clean_pearson", "clean_spearman",
-                                        "positive_jaccard", "same_sign", "sign_kappa"};
+    static const char *const names[] = {"pearson",        "spearman",         "trimmed_pearson", "clean_pearson",
+                                        "clean_spearman", "positive_jaccard", "same_sign",       "sign_kappa"};
     _Static_assert(VW_ARRAY_COUNT(names) == VW_AGREEMENT_COUNT, "a measure has no name");
     return names[measure];
 }
@@ -28,6 +29,39 @@ static void compare_signs(const double *a, const double *b, uint32_t count, stru
     agreement->values[VW_AGREEMENT_POSITIVE_JACCARD] = ratio(both, of_a + of_b - both);
     agreement->values[VW_AGREEMENT_SAME_SIGN] = ratio(same, all);
     agreement->values[VW_AGREEMENT_SIGN_KAPPA] = ratio(all * same - by_chance, all * all - by_chance);
+}
+
+enum { EXTREME_PHOTOS = 2, TRIMMED_LEAST = 5 };
+
+// Raises distances[i] to that of value i; `sorted` is room for the values.
+static void add_distances(const double *values, uint32_t count, double *sorted, double *distances) {
+    memcpy(sorted, values, count * sizeof *sorted);
+    double median = vw_median(sorted, count);
+    double spread = vw_robust_spread(sorted, count);
+    for (uint32_t i = 0; i < count; i++)
+        distances[i] = fmax(distances[i], fabs(values[i] - median) / (spread > 0 ? spread : 1));
+}
+
+// Overwrites a and b.
+static enum vw_status trimmed_pearson(double *a, double *b, uint32_t count, double *r) {
+    *r = NAN;
+    if (count < TRIMMED_LEAST) return VW_OK;
+    double *distances = vw_allocate(count, 2 * sizeof *distances);
+    if (!distances) return VW_ERROR_MEMORY;
+    add_distances(a, count, distances + count, distances);
+    add_distances(b, count, distances + count, distances);
+    for (uint32_t gone = 0; gone < EXTREME_PHOTOS; gone++, count--) {
+        uint32_t farthest = 0;
+        for (uint32_t i = 1; i < count; i++)
+            if (distances[i] > distances[farthest]) farthest = i;
+        size_t behind_bytes = (count - farthest - 1) * sizeof *a;
+        memmove(distances + farthest, distances + farthest + 1, behind_bytes);
+        memmove(a + farthest, a + farthest + 1, behind_bytes);
+        memmove(b + farthest, b + farthest + 1, behind_bytes);
+    }
+    *r = vw_pearson(a, b, count);
+    free(distances);
+    return VW_OK;
 }
 
 // Keeps the photos that both runs have scores for, and of these, where asked, the clean. Returns how many.
@@ -51,6 +85,7 @@ enum vw_status vw_agreement_of_pair(const double *a, const double *b, const bool
     compare_signs(kept, kept + count, made.photos, &made);
     made.values[VW_AGREEMENT_PEARSON] = vw_pearson(kept, kept + count, made.photos);
     enum vw_status status = vw_spearman(kept, kept + count, made.photos, &made.values[VW_AGREEMENT_SPEARMAN]);
+    if (!status) status = trimmed_pearson(kept, kept + count, made.photos, &made.values[VW_AGREEMENT_TRIMMED_PEARSON]);
     if (!status && clean) {
         made.clean = keep(a, b, clean, count, kept, kept + count);
         made.values[VW_AGREEMENT_CLEAN_PEARSON] = vw_pearson(kept, kept + count, made.clean);
@@ -86,6 +121,27 @@ enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const
     *pairs = made;
     *pair_count = count;
     return VW_OK;
+}
+
+// A score lies sqrt(1 + 1 / (runs - 1)) times as far from the mean of the others as from the mean of all runs there
+// could be.
+struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, const struct vw_score_table *table) {
+    struct vw_coverage coverage = {.share = NAN};
+    uint32_t held = 0, runs = tables->run_count, photos = tables->photo_count;
+    for (uint32_t photo = 0; runs > 1 && photo < photos; photo++) {
+        double sum = 0;
+        for (uint32_t run = 0; run < runs; run++) sum += table->values[(size_t)run * photos + photo];
+        for (uint32_t run = 0; run < runs; run++) {
+            size_t place = (size_t)run * photos + photo;
+            double value = table->values[place], others = (sum - value) / (runs - 1);
+            double mean = value + (others - value) / sqrt(1 + 1.0 / (runs - 1));
+            if (isnan(mean) || isnan(table->ci_low[place]) || isnan(table->ci_high[place])) continue;
+            held += table->ci_low[place] <= mean && mean <= table->ci_high[place];
+            coverage.intervals++;
+        }
+    }
+    if (coverage.intervals) coverage.share = (double)held / coverage.intervals;
+    return coverage;
 }
 
 struct vw_agreement_summary vw_agreement_summarise(const struct vw_agreement *pairs, uint32_t pair_count,

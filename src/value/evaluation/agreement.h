@@ -9,10 +9,15 @@
 #include "viewworth/status.h"
 
 // Clean: photos whose ground-truth label is "clean". Agreement on which photos are corrupted is easy and raises the
-// correlation over all. Positive: photos with a score above 0, the set that the paper keeps.
+// correlation over all. Positive: photos with a score above 0, the set that the paper keeps. Most extreme: farthest
+// from the median by the scores of either run. The distance of a photo is the larger one of its two |score - median| /
+// spread, with median and robust spread (statistics.h) over the photos of that run; without the division for a run
+// whose spread is 0. Of equal distances the earlier photo is left out. One or two outliers raise r although the order
+// of the others is chance.
 enum vw_agreement_measure {
     VW_AGREEMENT_PEARSON,          // r, [-1,1]
     VW_AGREEMENT_SPEARMAN,         // rho: r of the ranks, ties share their mean
+    VW_AGREEMENT_TRIMMED_PEARSON,  // r without the two most extreme photos
     VW_AGREEMENT_CLEAN_PEARSON,    // r within the clean photos
     VW_AGREEMENT_CLEAN_SPEARMAN,   // rho likewise
     VW_AGREEMENT_POSITIVE_JACCARD, // photos positive in both runs / photos positive in either, [0,1]
@@ -23,9 +28,10 @@ enum vw_agreement_measure {
 };
 const char *vw_agreement_name(enum vw_agreement_measure measure); // "pearson", "clean_spearman", ...
 
-// Two runs. A measure is NaN where it is undefined: a correlation of fewer than two photos or of equal scores, within
-// clean photos without ground-truth labels, the Jaccard index where neither run has a positive photo, kappa where both
-// runs give all photos the same sign. Measures of signs are NaN for methods without a zero (vw_agreement_of_pairs).
+// Two runs. A measure is NaN where it is undefined: a correlation of fewer than two photos (the trimmed one: of
+// fewer than five) or of equal scores, within clean photos without ground-truth labels, the Jaccard index where neither
+// run has a positive photo, kappa where both runs give all photos the same sign. Measures of signs are NaN for methods
+// without a zero (vw_agreement_of_pairs).
 struct vw_agreement {
     double values[VW_AGREEMENT_COUNT];
     uint32_t photos, clean; // compared
@@ -42,6 +48,16 @@ struct vw_agreement_summary {
     double mean, lowest, highest;
     uint32_t pairs;
 };
+
+// How many of the 95 % intervals of single runs contain the photo's mean over seeds, estimated from the other runs.
+// That mean is known from few runs: it is moved towards the score by 1 / sqrt(1 + 1 / (runs - 1)), so that correct
+// intervals contain it in 95 of 100 cases whatever the number of runs. The intervals of one photo share runs: the share
+// is known less well than from as many independent ones.
+struct vw_coverage {
+    double share;       // NaN: no interval is known
+    uint32_t intervals; // one per photo and run
+};
+struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, const struct vw_score_table *table);
 
 // All pairs of a method's runs, (0,1), (0,2), ..., (1,2), ...: run_count * (run_count - 1) / 2, owned by the caller
 // (free).

@@ -69,9 +69,11 @@ static enum vw_status add_table(struct vw_score_tables *tables, size_t *capacity
         vw_grow((void **)&tables->tables, capacity, tables->count + (size_t)1, sizeof *tables->tables);
     if (status) return status;
     struct vw_score_table table = {
-        .method = score->method, .unit = score->unit, .values = vw_allocate(value_count, sizeof(double))};
+        .method = score->method, .unit = score->unit, .values = vw_allocate(value_count, 3 * sizeof(double))};
     if (!table.values) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < value_count; i++) table.values[i] = NAN;
+    for (size_t i = 0; i < 3 * value_count; i++) table.values[i] = NAN;
+    table.ci_low = table.values + value_count;
+    table.ci_high = table.ci_low + value_count;
     tables->tables[tables->count++] = table;
     return VW_OK;
 }
@@ -80,8 +82,11 @@ static void place(const struct vw_value_input *run, uint32_t run_index, const st
                   const struct vw_score_tables *tables, struct vw_score_table *table) {
     const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, score->image_id);
     uint32_t photo = image ? tables->photo_of_image[image - run->images] : UINT32_MAX;
-    if (photo < tables->photo_count)
-        table->values[(size_t)run_index * tables->photo_count + photo] = score->visits ? score->value : NAN;
+    size_t entry = (size_t)run_index * tables->photo_count + photo;
+    if (photo >= tables->photo_count || !score->visits) return;
+    table->values[entry] = score->value;
+    table->ci_low[entry] = score->ci_low;
+    table->ci_high[entry] = score->ci_high;
 }
 
 static enum vw_status add_run(const struct vw_value_input *run, uint32_t run_index, size_t *capacity,

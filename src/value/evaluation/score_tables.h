@@ -12,6 +12,7 @@ struct vw_score_table {
     const char *method, *unit;
     double *values; // owned; [run * photo_count + photo]; NaN where the run has no such score, or no visit that counts
                     // into it
+    double *ci_low, *ci_high; // within the allocation of values; 95 % intervals, NaN where unknown
 };
 
 struct vw_score_tables {
