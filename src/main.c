@@ -48,8 +48,10 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
-     "Without a rule, drops only photos whose score is a robust outlier (--outliers). --positive, --significant, "
-     "--not-harmful, --top and --drop are other rules. Needs neither a GPU nor the images.\n"
+     "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
+     "select it, and keeps all photos unless a list is better beyond noise. Writes retrainings.db to OUT.\n"
+     "Without --verify and without a rule, drops only photos whose score is a robust outlier (--outliers). --positive, "
+     "--significant, --not-harmful, --top and --drop are other rules. A rule needs neither a GPU nor the images.\n"
      "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. "
      "For transforms.json, a PATH that ends in .json becomes one file with nerfstudio's train_filenames, "
      "val_filenames and test_filenames; any other PATH becomes a folder with transforms_{train,val,test}.json. "
@@ -58,7 +60,7 @@ static const struct vw_command commands[] = {
      "so viewworth opens it as a scene if PATH is in the scene's folder or in a parent of it.\n"
      "The scene must still name all valued photos. This command does not check whether photos or poses have changed; "
      "verify --replay does. " NEEDS_SCENE_FOLDER,
-     VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
      "OUT is the --out folder of value, reproduce, benchmark, compare or tradeoff. The report shows thumbnails if "
      "the scene can be opened. " NEEDS_SCENE_FOLDER,

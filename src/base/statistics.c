@@ -93,11 +93,22 @@ enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, dou
     return status;
 }
 
-double vw_student_quantile(double degrees) {
-    const double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z, n = degrees;
-    if (n == 1) return 12.7062047361747; // tan(0.475 pi)
-    if (n == 2) return 4.30265272974946; // 0.95 / sqrt(2 * 0.975 * 0.025)
+// The expansion about the normal quantile z.
+static double expand_student(double z, double n) {
+    const double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z;
     return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) +
            (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / 384 / (n * n * n) +
            (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / 92160 / (n * n * n * n);
+}
+
+double vw_student_quantile(double degrees) {
+    if (degrees == 1) return 12.7062047361747; // tan(0.475 pi)
+    if (degrees == 2) return 4.30265272974946; // 0.95 / sqrt(2 * 0.975 * 0.025)
+    return expand_student(1.959963984540054, degrees);
+}
+
+double vw_student_quantile_95(double degrees) {
+    if (degrees == 1) return 6.31375151467504; // tan(0.45 pi)
+    if (degrees == 2) return 2.91998558035373; // 0.9 / sqrt(2 * 0.95 * 0.05)
+    return expand_student(1.644853626951473, degrees);
 }

@@ -33,5 +33,7 @@ enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 // Student's t, 97.5 % quantile (95 % are within +-t), for `degrees` >= 1 of freedom: exact for 1 and 2, otherwise by
 // the expansion of Cornish and Fisher, with an error of at most 0.2 %.
 double vw_student_quantile(double degrees);
+// The same for the 95 % quantile (90 % are within +-t).
+double vw_student_quantile_95(double degrees);
 
 #endif

@@ -48,6 +48,13 @@ const struct vw_option vw_option_table[] = {
      DEFAULT("report.html in the first OUT")},
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
+    {"verify", NULL,
+     "Recommended, needs the scene and a device: train on the lists of several rules and on all photos, with the "
+     "run's configuration, and keep all photos unless a list is better on validation photos that did not select it; "
+     "up to 25 lists with --seeds trainings each. The same command resumes",
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
+    {"seeds", "K", "Number of trainings of each list with --verify, one per seed", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
+     OPTION(COUNT, verify_seeds), RANGE(2, 50), COMMON},
     {"outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
      "and keep all others; with --method by that score alone (the rule without any of these options)",
@@ -83,7 +90,7 @@ const struct vw_option vw_option_table[] = {
     {"together", "K",
      "Number of trainings that take their steps at the same time, which changes no result; without this option one on "
      "a CPU, else as many as fit into half of the device's memory, at most 16",
-     VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
+     VW_OPTIONS_RUNS | VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",
@@ -235,7 +242,8 @@ const struct vw_option vw_option_table[] = {
 const int vw_option_count = VW_ARRAY_COUNT(vw_option_table);
 _Static_assert(VW_ARRAY_COUNT(vw_option_table) <= 128, "struct vw_options has a bit for each");
 
-const struct vw_options vw_options_default = {.downscale = 1, .seeds = 3, .subsets = 200, .halves = 24, .views = 2};
+const struct vw_options vw_options_default = {
+    .downscale = 1, .seeds = 3, .verify_seeds = 2, .subsets = 200, .halves = 24, .views = 2};
 
 const char *vw_option_section_title(enum vw_option_section section) {
     static const char *const titles[VW_SECTION_COUNT] = {

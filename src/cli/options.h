@@ -47,7 +47,8 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
-    bool outliers, positive, significant, not_harmful;
+    bool verify, outliers, positive, significant, not_harmful;
+    uint32_t verify_seeds; // trainings of every list that --verify tries
     const char *top, *drop;
     const char *method; // whose scores select photos
     struct vw_texts lists;

@@ -176,24 +176,26 @@ static enum vw_status measure_shares(struct vw_trainer *trainer, const struct vw
     return vw_trainer_measure_views(trainer, measured->views, measured->count, pixels, measured->errors);
 }
 
-// Both splits at once, since setting up costs most when few pixels are measured.
+static void free_measured(struct measured_views *measured) {
+    free(measured->views);
+    free(measured->errors);
+    free(measured->ssims);
+}
+
+// Both splits at once, since setting up costs most when few pixels are measured. Free what was measured also after a
+// failure.
 static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_trainer *trainer, const char *id,
-                              struct vw_retrain_result *result) {
+                              struct measured_views *measured, struct vw_retrain_result *result) {
     const struct vw_scene *scene = retrainer->params.session->scene;
-    struct measured_views measured;
-    enum vw_status status = list_measured_views(scene, &measured);
+    enum vw_status status = list_measured_views(scene, measured);
     if (!status && retrainer->params.whole_views)
-        status = vw_whole_views_measure(trainer, measured.views, measured.count, &retrainer->saved_views, id,
-                                        measured.errors, measured.ssims);
-    else if (!status) status = measure_shares(trainer, scene, &measured);
-    if (!status) {
-        average_split(scene, VW_SPLIT_VAL, &measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
-        average_split(scene, VW_SPLIT_TEST, &measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
-    }
-    free(measured.views);
-    free(measured.errors);
-    free(measured.ssims);
-    return status;
+        status = vw_whole_views_measure(trainer, measured->views, measured->count, &retrainer->saved_views, id,
+                                        measured->errors, measured->ssims);
+    else if (!status) status = measure_shares(trainer, scene, measured);
+    if (status) return status;
+    average_split(scene, VW_SPLIT_VAL, measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
+    average_split(scene, VW_SPLIT_TEST, measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
+    return VW_OK;
 }
 
 // Logs now and then, and at the end, what is done and what is left.
@@ -217,7 +219,9 @@ struct seat {
     const struct vw_retrain_params *retraining;
     struct vw_retrain_result *result;
     char id[VW_HASH_HEX_BYTES];
-    uint32_t ends, measured; // ends of epochs to measure, and of these, those that were
+    uint32_t ends, measured;       // ends of epochs to measure, and of these, those that were
+    struct vw_retrain_view *views; // owned; means over these ends
+    uint32_t view_count;
     double cpu_s;
 };
 
@@ -294,9 +298,23 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
     return true;
 }
 
+static enum vw_status add_views(struct seat *seat, const struct measured_views *measured) {
+    if (!seat->views) seat->views = vw_allocate(measured->count, sizeof *seat->views);
+    if (!seat->views) return VW_ERROR_MEMORY;
+    seat->view_count = measured->count;
+    for (uint32_t i = 0; i < measured->count; i++) {
+        seat->views[i].image_id = measured->views[i];
+        seat->views[i].psnr_db += vw_psnr_db(measured->errors[i].mse) / seat->ends;
+    }
+    return VW_OK;
+}
+
 static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct seat *seat) {
     struct vw_retrain_result measured, *mean = seat->result;
-    enum vw_status status = measure(retrainer, seat->trainer, seat->id, &measured);
+    struct measured_views views;
+    enum vw_status status = measure(retrainer, seat->trainer, seat->id, &views, &measured);
+    if (!status) status = add_views(seat, &views);
+    free_measured(&views);
     if (status) return status;
     mean->val_psnr += measured.val_psnr / seat->ends;
     mean->val_ssim += measured.val_ssim / seat->ends;
@@ -314,8 +332,8 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     made.epochs = epochs_of(retrainer, seat->retraining);
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
-    enum vw_status status =
-        vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result);
+    enum vw_status status = vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
+                                               seat->result, seat->views, seat->view_count);
     if (status) return status;
     retrainer->made++;
     report_progress(retrainer);
@@ -340,6 +358,7 @@ static void advance(struct work *work) {
         note(work, status);
         share_cpu_time(work);
         vw_trainer_destroy(&seat->trainer);
+        free(seat->views);
         work->busy--;
     }
 }
@@ -355,4 +374,11 @@ enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrain
     }
     if (work.status) vw_error_restore(&work.why);
     return work.status;
+}
+
+enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                       struct vw_retrain_view *views, uint32_t view_count) {
+    char id[VW_HASH_HEX_BYTES];
+    vw_retrainer_name(retrainer, retraining, id);
+    return vw_retrainings_find_views(retrainer->retrainings, id, views, view_count);
 }

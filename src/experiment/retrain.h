@@ -63,4 +63,9 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
+// What a retraining that was made reaches on single validation and test photos: fills psnr_db of the views, whose
+// image_ids are scene indices. VW_ERROR_MISMATCH when the store lacks one.
+enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
+                                       struct vw_retrain_view *views, uint32_t view_count);
+
 #endif

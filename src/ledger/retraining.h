@@ -31,6 +31,12 @@ struct vw_retrain_result {
     double seconds;             // CPU time; for display only
 };
 
+// The quality of the trained field on one validation or test photo.
+struct vw_retrain_view {
+    uint32_t image_id;
+    double psnr_db;
+};
+
 // Makes retrainings, in any order, or returns the recorded results of equal ones.
 typedef enum vw_status vw_retrain_function(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                                            struct vw_retrain_result *results);

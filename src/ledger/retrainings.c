@@ -12,19 +12,22 @@
 #include "base/text_stream.h"
 
 // In a series of its own: see vw_database_format.
-enum { RETRAININGS_VERSION = 1004 };
+enum { RETRAININGS_VERSION = 1005 };
 
 static const char schema_sql[] =
     "CREATE TABLE retraining ("
     " retraining_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, views TEXT NOT NULL,"
     " view_count INTEGER NOT NULL, seed INTEGER NOT NULL, epochs INTEGER NOT NULL, val_psnr REAL, val_ssim REAL,"
     " val_l1 REAL, test_psnr REAL, test_ssim REAL, test_l1 REAL, seconds REAL, row_hash TEXT NOT NULL);"
+    "CREATE TABLE view ("
+    " retraining_id TEXT NOT NULL, image_id INTEGER NOT NULL, psnr REAL, row_hash TEXT NOT NULL,"
+    " PRIMARY KEY (retraining_id, image_id));"
     "CREATE TABLE metric ("
     " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL,"
     " method TEXT NOT NULL, value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, "
     "config_hash, place));"
-    "PRAGMA user_version = 1004;";
-_Static_assert(RETRAININGS_VERSION == 1004, "write it into schema_sql, too");
+    "PRAGMA user_version = 1005;";
+_Static_assert(RETRAININGS_VERSION == 1005, "write it into schema_sql, too");
 
 static const struct vw_database_format format = {schema_sql, RETRAININGS_VERSION,
                                                  "the retrainings of a benchmark or comparison"};
@@ -86,6 +89,65 @@ enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const cha
     return status;
 }
 
+// In this order they are hashed.
+#define VIEW_COLUMNS "retraining_id, image_id, psnr"
+enum { PSNR = 2, VIEW_HASH = 3 };
+
+static const char view_hashed_as[] = "viewworth retraining view row 1";
+
+static enum vw_status find_view(struct vw_database *database, sqlite3_stmt *statement, const char *retraining_id,
+                                struct vw_retrain_view *view) {
+    bool there = false;
+    sqlite3_reset(statement);
+    if (sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK ||
+        sqlite3_bind_int64(statement, 2, view->image_id) != SQLITE_OK)
+        return vw_database_fail(database, "find a photo of a retraining");
+    enum vw_status status = vw_database_next(database, statement, &there);
+    if (status) return status;
+    if (!there || !vw_row_fits_hash(statement, VIEW_HASH, view_hashed_as))
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s: retraining %s: its row of photo %" PRIu32
+                       " in table view %s; delete the retraining's rows to train it again",
+                       database->path, retraining_id, view->image_id,
+                       there ? "was edited: its row_hash does not match" : "is missing");
+    view->psnr_db = vw_row_read_real(statement, PSNR);
+    return VW_OK;
+}
+
+enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                         struct vw_retrain_view *views, uint32_t view_count) {
+    sqlite3_stmt *statement = NULL;
+    enum vw_status status = vw_database_prepare(
+        &retrainings->database, "SELECT " VIEW_COLUMNS ", row_hash FROM view WHERE retraining_id = ? AND image_id = ?",
+        &statement);
+    for (uint32_t i = 0; !status && i < view_count; i++)
+        status = find_view(&retrainings->database, statement, retraining_id, &views[i]);
+    sqlite3_finalize(statement);
+    return status;
+}
+
+static enum vw_status add_views(struct vw_database *database, const char *retraining_id,
+                                const struct vw_retrain_view *views, uint32_t view_count) {
+    struct vw_hasher hasher;
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(
+        database, "INSERT OR REPLACE INTO view (" VIEW_COLUMNS ", row_hash) VALUES (?, ?, ?, ?)", &row.statement);
+    for (uint32_t i = 0; !status && i < view_count; i++) {
+        char hash[VW_HASH_HEX_BYTES];
+        row.hasher = &hasher;
+        vw_row_begin_hash(&hasher, view_hashed_as);
+        vw_row_add_text(&row, retraining_id);
+        vw_row_add_integer(&row, views[i].image_id);
+        vw_row_add_real(&row, views[i].psnr_db);
+        vw_row_end_hash(&hasher, hash);
+        row.hasher = NULL;
+        vw_row_add_text(&row, hash);
+        status = vw_row_write(&row, database, "record a photo of a retraining");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
 static char *list_views(const struct vw_retrain_params *retraining) {
     char *text = NULL;
     size_t size_bytes = 0;
@@ -97,13 +159,14 @@ static char *list_views(const struct vw_retrain_params *retraining) {
 }
 
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result) {
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
+                                  const struct vw_retrain_view *views, uint32_t view_count) {
     struct vw_database *database = &retrainings->database;
     struct vw_hasher hasher;
     struct vw_row row = {.hasher = &hasher};
     char hash[VW_HASH_HEX_BYTES];
-    char *views = list_views(retraining);
-    if (!views) return VW_ERROR_MEMORY;
+    char *list = list_views(retraining);
+    if (!list) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_begin(database);
     if (status) goto done;
     status = vw_database_prepare(database,
@@ -114,7 +177,7 @@ enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char
     vw_row_begin_hash(&hasher, hashed_as);
     vw_row_add_text(&row, retraining_id);
     vw_row_add_text(&row, scene_hash);
-    vw_row_add_text(&row, views);
+    vw_row_add_text(&row, list);
     vw_row_add_integer(&row, retraining->view_count);
     vw_row_add_integer(&row, (int64_t)retraining->seed);
     vw_row_add_integer(&row, retraining->epochs);
@@ -130,9 +193,10 @@ enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char
     vw_row_add_text(&row, hash);
     if (!status) status = vw_row_write(&row, database, "record a retraining");
     sqlite3_finalize(row.statement);
+    if (!status) status = add_views(database, retraining_id, views, view_count);
     status = vw_database_end(database, status);
 done:
-    free(views);
+    free(list);
     return status;
 }
 

@@ -4,6 +4,8 @@
 //   test_ssim, test_l1, seconds, row_hash): a training on some photos. retraining_id: 64 hex digits, hash of all that
 //   decides its bits. views: image_ids, ascending, separated by spaces. NULL: no value. row_hash: hash of the other
 //   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew.
+// - view(retraining_id, image_id, psnr, row_hash): what the retraining reaches on each validation and test photo, in
+// dB.
 // - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): the results of the
 // benchmark,
 //   as in benchmark.csv.
@@ -37,9 +39,14 @@ void vw_retrainings_close(struct vw_retrainings **retrainings);
 // Whether a retraining of that id is recorded, and its result. VW_ERROR_MISMATCH when its row was edited.
 enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
                                    struct vw_retrain_result *result);
+// Reads what a recorded retraining reaches on single photos: fills psnr_db of views[0 ... view_count - 1].
+// VW_ERROR_MISMATCH when a row was edited, or when one is missing.
+enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                         struct vw_retrain_view *views, uint32_t view_count);
 // Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result.
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result);
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
+                                  const struct vw_retrain_view *views, uint32_t view_count);
 // Replaces the metrics of a scene and config.
 enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
                                           const char *config_hash, const struct vw_metric *metrics, uint32_t count);

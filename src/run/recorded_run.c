@@ -38,6 +38,25 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
                    run->row.scene_path, run->out);
 }
 
+// run_id covers the photos by the hash of the scene, which image rows must not contradict.
+enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
+    bool same = count == run->scene->view_count;
+    for (uint32_t i = 0; i < count && same && !status; i++) {
+        const struct vw_view *view = &run->scene->views[i];
+        char sha256[VW_HASH_HEX_BYTES];
+        vw_hash_to_hex(view->sha256, sha256);
+        same = images[i].image_id == i && strcmp(view->name, images[i].name) == 0 &&
+               strcmp(vw_split_name(view->split), images[i].split) == 0 && images[i].sha256 &&
+               strcmp(sha256, images[i].sha256) == 0;
+    }
+    if (status || same) return status;
+    return vw_fail(VW_ERROR_MISMATCH, "%s: its image rows are not the photos of %s: an image row was edited",
+                   run->ledger_path, run->row.scene_path);
+}
+
 void vw_recorded_close(struct vw_recorded_run *run) {
     vw_scene_close(&run->scene);
     (void)vw_gpu_close(&run->gpu); // reports only what validation layers said, which are off here

@@ -25,6 +25,9 @@ enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
 // Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the
 // run was trained on.
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device);
+// Whether the ledger's image rows are the photos of the open scene: an image_id is then an index of its views.
+// VW_ERROR_MISMATCH.
+enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 void vw_recorded_close(struct vw_recorded_run *run);
 
 #endif

@@ -115,29 +115,11 @@ static bool is_validated(const struct vw_value_input *input) {
     return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
 }
 
-// run_id covers the photos by the hash of the scene, which image rows must not contradict.
-static enum vw_status check_images(struct vw_recorded_run *run) {
-    const struct vw_ledger_image *images = NULL;
-    uint32_t count = 0;
-    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
-    bool same = count == run->scene->view_count;
-    for (uint32_t i = 0; i < count && same && !status; i++) {
-        const struct vw_view *view = &run->scene->views[i];
-        char sha256[VW_HASH_HEX_BYTES];
-        vw_hash_to_hex(view->sha256, sha256);
-        same = strcmp(view->name, images[i].name) == 0 && strcmp(vw_split_name(view->split), images[i].split) == 0 &&
-               images[i].sha256 && strcmp(sha256, images[i].sha256) == 0;
-    }
-    if (status || same) return status;
-    return vw_fail(VW_ERROR_MISMATCH, "%s: its image rows are not the photos of %s: an image row was edited",
-                   run->ledger_path, run->row.scene_path);
-}
-
 static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify_params *params, bool validated,
                              uint64_t *compared) {
     struct vw_trainer *trainer = NULL;
     enum vw_status status = vw_recorded_open_scene(run, params->device ? params->device : run->row.device);
-    if (!status) status = check_images(run);
+    if (!status) status = vw_recorded_check_images(run);
     if (status) return status;
     const struct vw_trainer_params of_trainer = {.gpu = run->gpu,
                                                  .scene = run->scene,

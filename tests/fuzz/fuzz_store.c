@@ -41,6 +41,8 @@ static void use_retrainings(const char *path) {
     static const uint32_t views[] = {1, 3, 17};
     const struct vw_retrain_params params = {.views = views, .view_count = 3, .seed = 5, .epochs = 30};
     const struct vw_retrain_result outcome = {.val_psnr = 20, .val_ssim = NAN, .seconds = 1};
+    const struct vw_retrain_view view = {.image_id = 4, .psnr_db = 19};
+    struct vw_retrain_view found_view = {.image_id = 4};
     const struct vw_metric metric = {.metric = "auc/blur", .method = "dv_psnr", .value = 0.5, .ci_low = NAN};
     struct vw_retrain_result result = {0};
     struct vw_retrainings *retrainings = NULL;
@@ -49,7 +51,8 @@ static void use_retrainings(const char *path) {
     fuzz_check_message(vw_retrainings_open(path, &retrainings));
     if (!retrainings) return;
     fuzz_check_message(vw_retrainings_find(retrainings, HEX_A, &found, &result));
-    fuzz_check_message(vw_retrainings_add(retrainings, HEX_A, HEX_B, &params, &outcome));
+    fuzz_check_message(vw_retrainings_find_views(retrainings, HEX_A, &found_view, 1));
+    fuzz_check_message(vw_retrainings_add(retrainings, HEX_A, HEX_B, &params, &outcome, &view, 1));
     fuzz_check_message(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, &metric, 1));
     vw_retrainings_close(&retrainings);
 }

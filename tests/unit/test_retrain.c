@@ -89,6 +89,18 @@ static void results_are_means_over_the_ends_of_the_last_epochs(void **state) {
     assert_true(fabs(all.val_psnr - (first.val_psnr + second.val_psnr + third.val_psnr) / 3) < 1e-9);
 }
 
+// tiny.json has two validation photos, 6 and 7.
+static void single_photos_add_up_to_the_result(void **state) {
+    struct fixture *f = *state;
+    struct vw_retrain_view views[] = {{6, 0}, {7, 0}};
+    struct vw_retrain_result result = retrain(f, VW_EQUAL_STEPS, 2, PHOTOS - 1, 0);
+    const struct vw_retrain_params retraining = {
+        .views = f->retrainer.train_views, .view_count = PHOTOS - 1, .seed = 3};
+    ASSERT_OK(vw_retrainer_find_views(&f->retrainer, &retraining, views, 2));
+    assert_true(views[0].psnr_db != views[1].psnr_db);
+    assert_true(fabs(0.5 * (views[0].psnr_db + views[1].psnr_db) - result.val_psnr) < 1e-9); // rounding of doubles
+}
+
 static void without_photos_the_untrained_field_is_measured(void **state) {
     struct vw_retrain_result none = retrain(*state, VW_EQUAL_STEPS, 2, 0, 0);
     struct vw_retrain_result again = retrain(*state, VW_EQUAL_EPOCHS, 1, 0, 1);
@@ -101,6 +113,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(all_photos_are_the_same_in_both_ways, set_up, tear_down),
         cmocka_unit_test_setup_teardown(equal_steps_train_longer_than_equal_epochs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(single_photos_add_up_to_the_result, set_up, tear_down),
         cmocka_unit_test_setup_teardown(without_photos_the_untrained_field_is_measured, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -28,13 +28,33 @@ static const struct vw_retrain_result outcome = {.val_psnr = 20.125,
                                                  .test_l1 = 1.0 / 3,
                                                  .seconds = 2.5};
 
+static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
+
+static void what_single_photos_reach_comes_back(void **state) {
+    struct vw_retrain_view views[] = {{9, 0}, {4, 0}};
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, views, 2));
+    assert_true(views[0].psnr_db == 20.75 && views[1].psnr_db == 19.5);
+    char *path = vw_path_join(*state, "retrainings.db");
+    sql_change(path, "UPDATE view SET psnr = 30 WHERE image_id = 4");
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, views, 1));
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, views, 2), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "photo 4 in table view was edited"));
+    views[0].image_id = 5;
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, views, 1), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "photo 5 in table view is missing"));
+    vw_retrainings_close(&retrainings);
+    free(path);
+}
+
 static void retrainings_come_back(void **state) {
     struct vw_retrainings *retrainings = open_retrainings(*state);
     struct vw_retrain_result found_outcome = {0};
     bool found = true;
     ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
     assert_false(found);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     vw_retrainings_close(&retrainings);
     assert_null(retrainings);
     retrainings = open_retrainings(*state);
@@ -55,8 +75,8 @@ static void the_first_outcome_of_a_retraining_stays(void **state) {
     struct vw_retrain_result other = outcome, found_outcome = {0};
     bool found = false;
     other.val_psnr = 1;
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome));
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &other));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &other, reached, 2));
     assert_count(*state, "1");
     ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
     assert_true(found_outcome.val_psnr == outcome.val_psnr);
@@ -76,7 +96,7 @@ static void an_edited_retraining_is_not_recalled(void **state) {
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         struct vw_retrain_result found_outcome;
         bool found = false;
-        ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome));
+        ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
         ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
         sql_change(path, edits[i]);
         if (vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH)
@@ -93,7 +113,7 @@ static void rows_are_plain_tables(void **state) {
     struct vw_retrainings *retrainings = open_retrainings(*state);
     const struct vw_metric metrics[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
                                         {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
     ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
     vw_retrainings_close(&retrainings);
@@ -126,7 +146,7 @@ static void what_is_no_file_of_retrainings_is_refused(void **state) {
     void *bytes = NULL;
     size_t size_bytes = 0;
     struct vw_retrainings *retrainings = open_retrainings(*state);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     vw_retrainings_close(&retrainings);
     ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
     unsigned char *damaged = bytes;
@@ -159,6 +179,7 @@ static void an_empty_file_is_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(what_single_photos_reach_comes_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(retrainings_come_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(the_first_outcome_of_a_retraining_stays, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(an_edited_retraining_is_not_recalled, test_set_up, test_tear_down),

@@ -64,6 +64,13 @@ static void students_quantiles(void **state) {
         if (!(fabs(quantile - tables[i][1]) <= tolerance * tables[i][1]))
             fail_msg("%g degrees: %.6f, not %.6f", tables[i][0], quantile, tables[i][1]);
     }
+    static const double tables_95[][2] = {{1, 6.31375}, {2, 2.91999}, {3, 2.35336},
+                                          {4, 2.13185}, {9, 1.83311}, {1e6, 1.64485}};
+    for (size_t i = 0; i < sizeof tables_95 / sizeof tables_95[0]; i++) {
+        double quantile = vw_student_quantile_95(tables_95[i][0]), tolerance = tables_95[i][0] < 3 ? 1e-5 : 2e-3;
+        if (!(fabs(quantile - tables_95[i][1]) <= tolerance * tables_95[i][1]))
+            fail_msg("%g degrees: %.6f, not %.6f", tables_95[i][0], quantile, tables_95[i][1]);
+    }
 }
 
 int main(void) {

@@ -3,12 +3,17 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
+#include "cli/interrupt.h"
+#include "cli/output/verified_selection_output.h"
+#include "cli/parse_options.h"
+#include "experiment/verified_selection.h"
 #include "run/imported.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/scored_run.h"
 #include "run/selection_list.h"
 #include "ledger/find_image.h"
+#include "base/file.h"
 #include "base/memory.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -18,6 +23,7 @@ struct selection_job {
     struct vw_selection_params params;
     struct vw_scored_run run;
     struct vw_selection selection;
+    struct vw_verified_selection verified; // with --verify, where the selection is a part of it
     struct vw_selection_list list;
 };
 
@@ -29,6 +35,16 @@ static enum vw_status read_amount(const char *option, const char *text, struct v
                    option, text);
 }
 
+// Before hours of training: what cannot be asked for, and what could not be written.
+static enum vw_status check_verify(const struct vw_options *options, int rule_count) {
+    if (rule_count || options->method)
+        return vw_fail(VW_ERROR_USAGE, "select: --verify tries rules and methods itself; leave out %s, or --verify",
+                       rule_count ? "the rule" : "--method");
+    if (vw_file_exists(options->to) && !vw_folder_exists(options->to))
+        return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
+    return VW_OK;
+}
+
 static enum vw_status read_rule(const struct vw_options *options, struct vw_selection_params *params) {
     int count = options->outliers + options->positive + options->significant + options->not_harmful +
                 (options->top != NULL) + (options->drop != NULL);
@@ -37,6 +53,10 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
                                        "--top K|P%% and --drop K|P%%, not several");
     if (!options->to || !*options->to)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
+    if (options->verify) return check_verify(options, count);
+    if (vw_options_have(options, "seeds"))
+        return vw_fail(VW_ERROR_USAGE,
+                       "select: --seeds counts the trainings of --verify; add --verify, or leave it out");
     *params = (struct vw_selection_params){.method = options->method,
                                            .rule = options->positive      ? VW_SELECT_POSITIVE
                                                    : options->significant ? VW_SELECT_SIGNIFICANT
@@ -56,13 +76,14 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
 
 // By which scores photos are selected, in words.
 static const char *methods_of(const struct selection_job *job) {
+    if (job->options->verify) return job->verified.candidates.list[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
     return job->params.rule == VW_SELECT_OUTLIERS ? "dv_psnr, dv_loss, quality" : vw_value_default_method;
 }
 
 static json_t *left_out_to_json(const struct selection_job *job) {
     json_t *photos = json_array();
-    if (job->params.rule != VW_SELECT_OUTLIERS) {
+    if (job->options->verify || job->params.rule != VW_SELECT_OUTLIERS) {
         json_decref(photos);
         return NULL;
     }
@@ -78,8 +99,9 @@ static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
     for (uint32_t i = 0; i < job->selection.count; i++)
         vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
-    return json_pack("{s:s, s:s, s:s, s:o, s:o*}", "path", job->options->to, "format", job->list.format, "method",
-                     methods_of(job), "selected", names, "left_out", left_out_to_json(job));
+    return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*}", "path", job->options->to, "format", job->list.format, "method",
+                     methods_of(job), "selected", names, "left_out", left_out_to_json(job), "verified",
+                     job->options->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
 // Those options of the scene that the list does not say. Only known ones: a ledger may come from anybody, and this is
@@ -141,18 +163,50 @@ static void print_outliers(const struct selection_job *job) {
     }
 }
 
-static void print_text(const struct selection_job *job) {
+static void print_kept(const struct selection_job *job) {
     const struct vw_selection *selection = &job->selection;
-    vw_print("kept     %u of %u photos to train on, by %s: ", selection->count, job->list.train_count, methods_of(job));
+    vw_print("kept     %u of %u photos to train on", selection->count, job->list.train_count);
+    if (job->options->verify) {
+        vw_print("\n");
+        return;
+    }
+    vw_print(", by %s: ", methods_of(job));
     print_rule(&job->params);
     print_outliers(job);
     if (job->params.rule != VW_SELECT_OUTLIERS && selection->scored_count < job->list.train_count)
         vw_print("         %u photos have no such score and were left out\n",
                  job->list.train_count - selection->scored_count);
+}
+
+static void print_text(const struct selection_job *job) {
+    print_kept(job);
     vw_print("list    ");
     vw_print_shell_path(job->options->to);
     vw_print(" (%s)\n", job->list.format);
     print_next(job);
+}
+
+static enum vw_status verify(struct selection_job *job) {
+    const struct vw_verified_selection_params params = {.run = &job->run,
+                                                        .device = job->options->device,
+                                                        .seeds = job->options->verify_seeds,
+                                                        .together = job->options->together,
+                                                        .interrupt = vw_interrupt_watch()};
+    enum vw_status status = vw_verified_selection_make(&params, &job->verified);
+    if (status) return status;
+    job->selection = job->verified.candidates.list[job->verified.chosen].selections[VW_HALF_BOTH];
+    return VW_OK;
+}
+
+static enum vw_status print(const struct selection_job *job) {
+    if (job->options->positive)
+        vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
+                       "photo is good, so that this rule drops a third of a clean scene; leave --positive out to drop "
+                       "only outliers");
+    if (job->options->json) return vw_json_print(to_json(job));
+    if (job->options->verify) vw_verified_selection_print(&job->verified, job->options->verify_seeds);
+    print_text(job);
+    return VW_OK;
 }
 
 enum vw_status vw_command_select(const struct vw_options *options) {
@@ -161,15 +215,11 @@ enum vw_status vw_command_select(const struct vw_options *options) {
     if (status) return status;
     status = vw_scored_run_open(options->operand, &job.run);
     if (!status) vw_scored_run_warn(&job.run, 0); // no file that the list names was corrupted
-    if (!status) status = vw_scored_run_select(&job.run, &job.params, &job.selection);
+    if (!status) status = options->verify ? verify(&job) : vw_scored_run_select(&job.run, &job.params, &job.selection);
     if (!status) status = vw_selection_list_write(&job.run, &job.selection, options->to, &job.list);
-    if (!status && options->positive)
-        vw_log_warning("--positive: late in training the credits of all photos add up to about zero even if every "
-                       "photo is good, so that this rule drops a third of a clean scene; leave --positive out to drop "
-                       "only outliers");
-    if (!status && options->json) status = vw_json_print(to_json(&job));
-    else if (!status) print_text(&job);
-    vw_selection_free(&job.selection);
+    if (!status) status = print(&job);
+    if (options->verify) vw_verified_selection_free(&job.verified);
+    else vw_selection_free(&job.selection);
     vw_scored_run_close(&job.run);
     return status;
 }

@@ -1,0 +1,14 @@
+// What select --verify found, as a table and as JSON.
+#ifndef VIEWWORTH_CLI_VERIFIED_SELECTION_OUTPUT_H
+#define VIEWWORTH_CLI_VERIFIED_SELECTION_OUTPUT_H
+
+#include <jansson.h>
+
+#include "experiment/verified_selection.h"
+
+// {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}; NULL when memory is short.
+json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified);
+// A table of the candidates, and a sentence on what was chosen and why.
+void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds);
+
+#endif

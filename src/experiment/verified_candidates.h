@@ -1,0 +1,40 @@
+// The lists of photos that a verified selection tries: each is a rule, applied to the scores of either half of the
+// validation photos and to those of all of them.
+#ifndef VIEWWORTH_VERIFIED_CANDIDATES_H
+#define VIEWWORTH_VERIFIED_CANDIDATES_H
+
+#include <stdint.h>
+
+#include "value/halves.h"
+#include "viewworth/selection.h"
+#include "viewworth/status.h"
+
+enum { VW_CANDIDATES_MAX = 16, VW_HALF_BOTH = VW_HALVES, VW_SCORINGS };
+
+// The scores by half A, by half B, and by all validation photos (VW_HALF_BOTH).
+struct vw_scorings {
+    const struct vw_ledger_image *images;
+    uint32_t image_count;
+    struct vw_ledger_score *scores[VW_SCORINGS]; // owned by the caller
+    uint32_t score_counts[VW_SCORINGS];
+};
+
+struct vw_candidate {
+    const char *name;   // static: "all", "outliers", "top:75%:dv_psnr", ...
+    const char *method; // static; whose scores select: "dv_psnr"; "none" of all photos
+    char *same_as;      // owned: names of the rules with the same lists, with commas between; NULL: none
+    struct vw_selection selections[VW_SCORINGS]; // owned; by the scores of each half and of both
+};
+
+struct vw_candidates {
+    struct vw_candidate list[VW_CANDIDATES_MAX]; // the first one is all photos
+    uint32_t count;
+};
+
+// Makes the candidates. Rules whose lists are all equal become one; a rule that keeps fewer than two photos by any of
+// the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT where there are no
+// scores, VW_ERROR_MEMORY.
+enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_candidates *candidates);
+void vw_candidates_free(struct vw_candidates *candidates);
+
+#endif

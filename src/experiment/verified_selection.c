@@ -1,0 +1,202 @@
+#include "experiment/verified_selection.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "experiment/retrain.h"
+#include "run/out_lock.h"
+#include "run/scoring.h"
+#include "train/submissions.h"
+#include "viewworth/log.h"
+
+// A verified selection while it is made.
+struct work {
+    const struct vw_verified_selection_params *params;
+    struct vw_verified_selection *result;
+    struct vw_config config; // of the run, with the epochs that it took
+    struct vw_out_lock *lock;
+    struct vw_value_input input; // the run's steps
+    uint8_t *halves;             // owned; of every image
+    struct vw_scorings scorings;
+    struct vw_session session; // device and scene are the run's
+    struct vw_retrainer retrainer;
+    struct vw_retrain_view *judges; // owned; the validation photos
+    uint32_t judge_count;
+    double *psnr_db; // owned; [candidate][seed][judge]: of the list that the judge's scores did not select
+};
+
+// ---- Scores of halves ----
+
+static enum vw_status score(struct work *work) {
+    struct vw_ledger *ledger = work->params->run->recorded.ledger;
+    struct vw_scorings *scorings = &work->scorings;
+    enum vw_status status =
+        vw_value_score(&work->input, &scorings->scores[VW_HALF_BOTH], &scorings->score_counts[VW_HALF_BOTH]);
+    for (uint8_t half = 0; !status && half < VW_HALVES; half++)
+        status = vw_halves_score(ledger, &work->input, work->halves, half, &scorings->scores[half],
+                                 &scorings->score_counts[half]);
+    return status;
+}
+
+// A budget or --until-stable may have ended the run before all of its epochs.
+static void take_epochs(struct work *work) {
+    const struct vw_value_input *input = &work->input;
+    uint32_t last = input->record_count ? input->records[input->record_count - 1].epoch : 0;
+    if (last < work->config.epochs) work->config.epochs = last + 1;
+    work->config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less
+    work->config.base_seed = 0;
+}
+
+static enum vw_status prepare(struct work *work) {
+    const struct vw_scored_run *run = work->params->run;
+    struct vw_verified_selection *result = work->result;
+    work->config = run->recorded.config;
+    work->scorings.images = run->images;
+    work->scorings.image_count = run->image_count;
+    work->halves = vw_allocate(run->image_count, sizeof *work->halves);
+    if (!work->halves) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_scoring_load(run->recorded.ledger, &work->config, &work->input);
+    if (!status)
+        status = vw_halves_split(run->images, run->image_count, work->config.seed, work->halves, result->half_sizes);
+    if (status) return status;
+    if (result->half_sizes[VW_HALF_B] == 0)
+        return vw_fail(VW_ERROR_INPUT,
+                       "the run has %u validation photo%s, but --verify needs at least 2: one half selects, the other "
+                       "judges; value the scene with more photos in --val, or select without --verify",
+                       result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
+    take_epochs(work);
+    status = score(work);
+    return status ? status : vw_candidates_make(&work->scorings, &result->candidates);
+}
+
+// ---- Training ----
+
+// Device, scene and effects are the run's: they stay its own.
+static enum vw_status open_session(struct work *work) {
+    struct vw_recorded_run *recorded = &work->params->run->recorded;
+    const char *device = work->params->device ? work->params->device : recorded->row.device;
+    enum vw_status status = vw_recorded_open_scene(recorded, device);
+    if (!status) status = vw_recorded_check_images(recorded);
+    if (status) return status;
+    work->session.gpu = recorded->gpu;
+    work->session.scene = recorded->scene;
+    work->session.effect_count = recorded->effect_count;
+    memcpy(work->session.effects, recorded->effects, sizeof work->session.effects);
+    return vw_submissions_create(recorded->gpu, &work->session.submissions);
+}
+
+static enum vw_status open_retrainer(struct work *work) {
+    const struct vw_retrainer_params params = {.session = &work->session,
+                                               .config = &work->config,
+                                               .out = work->params->run->recorded.out,
+                                               .together = work->params->together,
+                                               .equal = VW_EQUAL_STEPS,
+                                               .averaged_epochs = VW_TRUTH_EPOCHS,
+                                               .interrupt = work->params->interrupt};
+    return vw_retrainer_open(&params, &work->retrainer);
+}
+
+// The lists that are trained on: of every candidate by the scores of either half. Selections have the best photo first,
+// a retraining has its photos in order.
+static void sort_lists(struct vw_candidates *candidates) {
+    for (uint32_t c = 0; c < candidates->count; c++)
+        for (int half = 0; half < VW_HALVES; half++)
+            vw_sort_places(candidates->list[c].selections[half].image_ids, candidates->list[c].selections[half].count);
+}
+
+static struct vw_retrain_params retraining_of(const struct work *work, uint32_t candidate, uint8_t half,
+                                              uint32_t seed) {
+    const struct vw_selection *selection = &work->result->candidates.list[candidate].selections[half];
+    return (struct vw_retrain_params){
+        .views = selection->image_ids, .view_count = selection->count, .seed = work->result->first_seed + seed};
+}
+
+// Seed by seed, so that an interrupted verification has whole pairs.
+static enum vw_status train(struct work *work) {
+    struct vw_retrain_params retrainings[VW_CANDIDATES_MAX * VW_HALVES];
+    struct vw_retrain_result results[VW_CANDIDATES_MAX * VW_HALVES];
+    enum vw_status status = VW_OK;
+    work->retrainer.planned = (uint64_t)work->params->seeds * work->result->candidates.count * VW_HALVES;
+    for (uint32_t s = 0; !status && s < work->params->seeds; s++) {
+        uint32_t count = 0;
+        for (uint32_t c = 0; c < work->result->candidates.count; c++)
+            for (uint8_t half = 0; half < VW_HALVES; half++) retrainings[count++] = retraining_of(work, c, half, s);
+        status = vw_retrain(&work->retrainer, retrainings, count, results);
+    }
+    return status;
+}
+
+// ---- Judging ----
+
+static enum vw_status list_judges(struct work *work) {
+    const struct vw_scorings *scorings = &work->scorings;
+    size_t trainings = (size_t)work->result->candidates.count * work->params->seeds;
+    work->judges = vw_allocate(scorings->image_count, sizeof *work->judges);
+    if (!work->judges) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < scorings->image_count; i++)
+        if (work->halves[i] != VW_HALF_NONE) work->judges[work->judge_count++].image_id = scorings->images[i].image_id;
+    work->psnr_db = vw_allocate(trainings, work->judge_count * sizeof *work->psnr_db);
+    return work->psnr_db ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// The photos of one half judge the list that the scores of the other half select.
+static enum vw_status judge(struct work *work, uint32_t candidate, uint32_t seed, uint8_t half) {
+    double *psnr_db = &work->psnr_db[((size_t)candidate * work->params->seeds + seed) * work->judge_count];
+    const struct vw_retrain_params retraining = retraining_of(work, candidate, VW_HALF_B - half, seed);
+    enum vw_status status = vw_retrainer_find_views(&work->retrainer, &retraining, work->judges, work->judge_count);
+    for (uint32_t j = 0; !status && j < work->judge_count; j++)
+        if (work->halves[work->judges[j].image_id] == half) psnr_db[j] = work->judges[j].psnr_db;
+    return status;
+}
+
+static enum vw_status choose(struct work *work) {
+    struct vw_verified_selection *result = work->result;
+    enum vw_status status = list_judges(work);
+    for (uint32_t c = 0; c < result->candidates.count; c++)
+        for (uint32_t s = 0; s < work->params->seeds; s++)
+            for (uint8_t half = 0; !status && half < VW_HALVES; half++) status = judge(work, c, s, half);
+    if (!status)
+        status = vw_gains_estimate(work->psnr_db, result->candidates.count, work->params->seeds, work->judge_count,
+                                   result->gains);
+    if (!status) result->chosen = vw_gains_choose(result->gains, result->candidates.count);
+    return status;
+}
+
+// ---- All of it ----
+
+// Trainings with the run's own seed would favour what its scores select.
+static uint64_t first_seed_after(uint64_t own, uint32_t count) {
+    return own < (uint64_t)INT64_MAX - count ? own + 1 : 0;
+}
+
+static enum vw_status make(struct work *work) {
+    enum vw_status status = prepare(work);
+    if (status || work->result->candidates.count == 1) return status;
+    sort_lists(&work->result->candidates);
+    work->result->first_seed = first_seed_after(work->config.seed, work->params->seeds);
+    status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
+    if (!status) status = open_session(work);
+    if (!status) status = open_retrainer(work);
+    if (!status) status = train(work);
+    return status ? status : choose(work);
+}
+
+enum vw_status vw_verified_selection_make(const struct vw_verified_selection_params *params,
+                                          struct vw_verified_selection *result) {
+    struct work work = {.params = params, .result = result};
+    *result = (struct vw_verified_selection){0};
+    enum vw_status status = make(&work);
+    vw_retrainer_close(&work.retrainer);
+    vw_submissions_destroy(&work.session.submissions);
+    vw_out_lock_release(&work.lock);
+    vw_scoring_unload(&work.input);
+    for (int s = 0; s < VW_SCORINGS; s++) free(work.scorings.scores[s]);
+    free(work.halves);
+    free(work.judges);
+    free(work.psnr_db);
+    return status;
+}
+
+void vw_verified_selection_free(struct vw_verified_selection *result) { vw_candidates_free(&result->candidates); }

@@ -1,0 +1,137 @@
+// Gains of lists over all photos: a case by hand, and games whose gain is known.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/random.h"
+#include "value/evaluation/gains.h"
+
+#define ROUNDING 1e-12
+
+// Two lists, two seeds, three photos. Differences, means over seeds: 1, 2, 3; so gain 2 and variance over photos 1, of
+// which a third counts. Means of trainings: 10 and 12 of all, 13 and 13 of the list: residuals of the two-way table are
+// +-0.5, their squares add up to 1 with 1 degree of freedom; 2 / 2 times 1 counts. Degrees of freedom:
+// (4/3)^2 / ((1/3)^2 / 2 + 1 / 1) = 1.68, rounded down to 1, where t is 6.31375.
+static void both_noises_count(void **state) {
+    (void)state;
+    static const double psnr_db[] = {
+        9,  10, 11, 11, 12, 13, // all photos
+        11, 13, 15, 11, 13, 15,
+    };
+    struct vw_gain gains[2];
+    assert_int_equal(vw_gains_estimate(psnr_db, 2, 2, 3, gains), VW_OK);
+    assert_true(gains[0].gain_db == 0 && gains[0].ci_low == 0 && gains[0].ci_high == 0);
+    assert_near(gains[1].gain_db, 2, ROUNDING);
+    assert_near(gains[1].standard_error, sqrt(4.0 / 3), ROUNDING);
+    assert_near(gains[1].ci_low, 2 - 6.31375151467504 * sqrt(4.0 / 3), 1e-9);
+    assert_near(gains[1].ci_high, 2 + 6.31375151467504 * sqrt(4.0 / 3), 1e-9);
+}
+
+// A second list with the same results adds no degree of freedom; one with those of all photos has no noise.
+static void equal_lists_are_counted_once(void **state) {
+    (void)state;
+    static const double psnr_db[] = {
+        9,  10, 11, 11, 12, 13, // all photos
+        11, 13, 15, 11, 13, 15, 11, 13, 15, 11, 13, 15, 9, 10, 11, 11, 12, 13,
+    };
+    struct vw_gain gains[4];
+    assert_int_equal(vw_gains_estimate(psnr_db, 4, 2, 3, gains), VW_OK);
+    assert_near(gains[1].standard_error, sqrt(4.0 / 3), ROUNDING);
+    assert_near(gains[2].ci_low, 2 - 6.31375151467504 * sqrt(4.0 / 3), 1e-9);
+    assert_true(gains[3].gain_db == 0 && gains[3].ci_low == 0 && gains[3].ci_high == 0);
+}
+
+static void too_little_data_proves_nothing(void **state) {
+    (void)state;
+    static const double psnr_db[] = {10, 10, 12, 12.5}, unknown[] = {9, 10, 11, 11, 12, 13, 11, NAN, 15, 11, 13, 15};
+    struct vw_gain gains[2];
+    assert_int_equal(vw_gains_estimate(psnr_db, 2, 1, 2, gains), VW_OK); // one seed
+    assert_near(gains[1].gain_db, 2.25, ROUNDING);
+    assert_true(isnan(gains[1].ci_low) && isnan(gains[1].ci_high));
+    assert_int_equal(vw_gains_choose(gains, 2), 0);
+    assert_int_equal(vw_gains_estimate(psnr_db, 2, 2, 1, gains), VW_OK); // one photo
+    assert_true(isnan(gains[1].ci_low));
+    assert_int_equal(vw_gains_estimate(unknown, 2, 2, 3, gains), VW_OK);
+    assert_true(isnan(gains[1].gain_db) && isnan(gains[1].ci_low));
+    assert_int_equal(vw_gains_choose(gains, 2), 0);
+}
+
+static void the_best_of_those_that_are_sure_is_chosen(void **state) {
+    (void)state;
+    const struct vw_gain gains[] = {
+        {0, 0, 0, 0}, {3, 2, -0.1, 6}, {1, 0.1, 0.8, 1.2}, {1.5, 0.5, 0.5, 2.5}, {2, 1, 0, 4}};
+    assert_int_equal(vw_gains_choose(gains, 5), 3);
+    assert_int_equal(vw_gains_choose(gains, 3), 2);
+    assert_int_equal(vw_gains_choose(gains, 2), 0);
+}
+
+// ---- Games ----
+// A list's result: its gain, what the photo adds to it, and the noise of its training, which all photos share.
+
+enum { LISTS = 9, SEEDS = 2, VIEWS = 6, GAMES = 400 };
+
+static double normal(uint32_t game, uint32_t use, uint32_t a) {
+    uint32_t words[4];
+    vw_random_words(game, VW_RANDOM_RECIPE, use, a, 0, words);
+    double radius = sqrt(-2 * log((words[0] + 0.5) / 4294967296.0));
+    return radius * cos(6.283185307179586 * words[1] / 4294967296.0);
+}
+
+// The gain of the list that is chosen in a game; `gains_db` has the true gains.
+static double play(uint32_t game, const double gains_db[LISTS]) {
+    static double psnr_db[LISTS * SEEDS * VIEWS];
+    struct vw_gain gains[LISTS];
+    for (uint32_t i = 0; i < LISTS * SEEDS * VIEWS; i++) {
+        uint32_t list = i / (SEEDS * VIEWS), training = i / VIEWS, view = i % VIEWS;
+        psnr_db[i] = 20 + 3 * normal(game, 0, view) + gains_db[list] +
+                     (list ? 0.1 * normal(game, 1, list * VIEWS + view) : 0) + 0.15 * normal(game, 2, training) +
+                     0.05 * normal(game, 3, i);
+    }
+    assert_int_equal(vw_gains_estimate(psnr_db, LISTS, SEEDS, VIEWS, gains), VW_OK);
+    return gains_db[vw_gains_choose(gains, LISTS)];
+}
+
+// The share of games in which a list of that gain is chosen.
+static double share_of(const double gains_db[LISTS], double gain_db) {
+    uint32_t chosen = 0;
+    for (uint32_t game = 0; game < GAMES; game++) chosen += play(game, gains_db) == gain_db;
+    return (double)chosen / GAMES;
+}
+
+static void no_worse_list_is_chosen(void **state) {
+    (void)state;
+    static const double worse[LISTS] = {0, -0.3, -0.3, -0.4, -0.5, -0.3, -0.6, -0.8, -1};
+    double share = share_of(worse, 0);
+    if (share < 0.99) fail_msg("all photos are kept in %g of the games", share);
+}
+
+// Eight lists have eight chances.
+static void no_gain_is_seldom_found(void **state) {
+    (void)state;
+    static const double none[LISTS] = {0, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9};
+    double share = share_of(none, 0);
+    if (share < 0.75) fail_msg("all photos are kept in %g of the games", share);
+}
+
+// Without a harmful photo the second list gains 1 dB; other lists drop good photos, too.
+static void a_large_gain_is_found(void **state) {
+    (void)state;
+    static const double large[LISTS] = {0, 1, -0.2, 0.2, 0.1, 0, -0.3, -0.5, -0.5};
+    double share = share_of(large, 1);
+    if (share < 0.99) fail_msg("the list without the harmful photo is chosen in %g of the games", share);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(both_noises_count),
+        cmocka_unit_test(equal_lists_are_counted_once),
+        cmocka_unit_test(too_little_data_proves_nothing),
+        cmocka_unit_test(the_best_of_those_that_are_sure_is_chosen),
+        cmocka_unit_test(no_worse_list_is_chosen),
+        cmocka_unit_test(no_gain_is_seldom_found),
+        cmocka_unit_test(a_large_gain_is_found),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
