@@ -31,18 +31,18 @@ static const struct vw_retrain_result outcome = {.val_psnr = 20.125,
 static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
 
 static void what_single_photos_reach_comes_back(void **state) {
-    struct vw_retrain_view views[] = {{9, 0}, {4, 0}};
+    struct vw_retrain_view found[] = {{9, 0}, {4, 0}};
     struct vw_retrainings *retrainings = open_retrainings(*state);
     ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, views, 2));
-    assert_true(views[0].psnr_db == 20.75 && views[1].psnr_db == 19.5);
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 2));
+    assert_true(found[0].psnr_db == 20.75 && found[1].psnr_db == 19.5);
     char *path = vw_path_join(*state, "retrainings.db");
     sql_change(path, "UPDATE view SET psnr = 30 WHERE image_id = 4");
-    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, views, 1));
-    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, views, 2), VW_ERROR_MISMATCH);
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 1));
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH);
     assert_non_null(strstr(vw_error_message(), "photo 4 in table view was edited"));
-    views[0].image_id = 5;
-    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, views, 1), VW_ERROR_MISMATCH);
+    found[0].image_id = 5;
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH);
     assert_non_null(strstr(vw_error_message(), "photo 5 in table view is missing"));
     vw_retrainings_close(&retrainings);
     free(path);
