@@ -107,8 +107,9 @@ const struct vw_option vw_option_table[] = {
     {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
     {"equal", NULL,
-     "What lists of different lengths have in common: the number of steps, or the number of epochs (as in the paper)",
-     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
+     "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as in "
+     "the paper)",
+     VW_OPTIONS_COMPARE | VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
     {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
     {"parameters", "LIST", "Parameters to change, with commas between: " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF,
@@ -117,10 +118,17 @@ const struct vw_option vw_option_table[] = {
      "Number of random halves of the train photos that evaluate the scores, each trained on twice; 0: none; LDS needs "
      "at least 3",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, halves), RANGE(0, 10000), COMMON},
-    {"subsets", "N", "Number of random halves of the train photos, each trained on twice", VW_OPTIONS_BENCHMARK,
-     VW_SECTION_MAIN, OPTION(COUNT, subsets), RANGE(8, 10000), COMMON},
-    {"leave-one-out", NULL, "Also train without each photo in turn: two more trainings per train photo",
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(FLAG, leave_one_out), COMMON},
+    {"subsets", "N|all",
+     "Number of subsets of the train photos to train on, 8 to 10000: one half of them are random halves, the others have "
+     "random sizes of 40 to 100 %; all: every subset of at most 10 photos, for exact Shapley and Banzhaf values",
+     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, subsets), COMMON, DEFAULT("200"), .words = "all"},
+    {"retraining-seeds", "K",
+     "Number of trainings of each subset, one per seed; their mean is what scores should predict", VW_OPTIONS_BENCHMARK,
+     VW_SECTION_MAIN, OPTION(COUNT, retraining_seeds), RANGE(1, 8), COMMON},
+    {"valued-seeds", "K", "Number of runs that are valued, one per seed", VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN,
+     OPTION(COUNT, valued_seeds), RANGE(1, 8), COMMON},
+    {"leave-one-out", NULL, "Also train without each photo in turn, with each retraining seed", VW_OPTIONS_BENCHMARK,
+     VW_SECTION_MAIN, OPTION(FLAG, leave_one_out), COMMON},
     {"curves", "LIST|all|none", "Methods with removal and addition curves, with commas between", VW_OPTIONS_BENCHMARK,
      VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"), .words = "all none"},
     {"measure", NULL,
@@ -243,7 +251,7 @@ const int vw_option_count = VW_ARRAY_COUNT(vw_option_table);
 _Static_assert(VW_ARRAY_COUNT(vw_option_table) <= 128, "struct vw_options has a bit for each");
 
 const struct vw_options vw_options_default = {
-    .downscale = 1, .seeds = 3, .verify_seeds = 2, .subsets = 200, .halves = 24, .views = 2};
+    .downscale = 1, .seeds = 3, .verify_seeds = 2, .retraining_seeds = 2, .valued_seeds = 2, .halves = 24, .views = 2};
 
 const char *vw_option_section_title(enum vw_option_section section) {
     static const char *const titles[VW_SECTION_COUNT] = {

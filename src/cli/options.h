@@ -40,7 +40,8 @@ struct vw_options {
     const char *expect;
     const char *sign, *key; // files of a secret and of a public key
     uint32_t replay_steps;
-    uint32_t subsets;
+    const char *subsets; // a number, or "all"
+    uint32_t retraining_seeds, valued_seeds;
     uint32_t halves;        // random halves of the train photos, by which a sweep evaluates scores
     const char *parameters; // names of what a sweep changes
     bool leave_one_out;

@@ -5,14 +5,15 @@
 #include <string.h>
 
 #include "run/out_lock.h"
-#include "base/csv.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/word_list.h"
+#include "experiment/benchmark_files.h"
 #include "experiment/retrain.h"
 #include "experiment/scorers.h"
 #include "experiment/seed_runs.h"
+#include "value/evaluation/leave_one_out.h"
 
 // A benchmark while it is made.
 struct work {
@@ -22,13 +23,28 @@ struct work {
     struct vw_retrainer retrainer;
     struct vw_scorers scorers;
     struct vw_subsets subsets;
+    struct vw_worths worths[VW_TRUTH_COUNT];
+    struct vw_left_out left_out;
 };
 
 // Retrainings that evaluate scores have other seeds than the valued runs: a shared initialisation would raise their
 // agreement. Leave-one-out is both evaluated and compared with, so it has seeds of its own.
-enum { EVALUATION_SEED = VW_SUBSET_SEEDS, LEAVE_ONE_OUT_SEED = 2 * VW_SUBSET_SEEDS, SEED_COUNT = 3 * VW_SUBSET_SEEDS };
+static uint64_t evaluation_seed(const struct work *work) {
+    return work->params->common.config->seed + work->params->common.seeds;
+}
 
-static uint64_t evaluation_seed(const struct work *work) { return work->params->common.config->seed + EVALUATION_SEED; }
+static uint64_t leave_one_out_seed(const struct work *work) {
+    return evaluation_seed(work) + work->params->retraining_seeds;
+}
+
+// It is a scorer of the valued seeds, and a truth of the retraining seeds.
+static uint32_t leave_one_out_seeds(const struct vw_benchmark_params *params) {
+    return params->common.seeds > params->retraining_seeds ? params->common.seeds : params->retraining_seeds;
+}
+
+static uint32_t count_seeds(const struct vw_benchmark_params *params) {
+    return params->common.seeds + params->retraining_seeds + leave_one_out_seeds(params);
+}
 
 // ---- Curves ----
 
@@ -68,24 +84,29 @@ static bool has_curve(const struct work *work, const struct vw_scorer *scorer) {
 
 static enum vw_status evaluate_curves(struct work *work, struct vw_metrics *metrics) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
-    uint64_t seed = evaluation_seed(work);
+    const struct vw_curve_params params = {.evaluation = evaluation,
+                                           .first_seed = evaluation_seed(work),
+                                           .seed_count = work->params->retraining_seeds,
+                                           .retrain = vw_retrain,
+                                           .context = &work->retrainer};
     if (work->params->curves == VW_CURVES_NONE) return VW_OK;
-    enum vw_status status = vw_evaluate_random_curve(evaluation, seed, vw_retrain, &work->retrainer, metrics);
+    enum vw_status status = vw_evaluate_random_curve(&params, metrics);
     for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++)
         if (has_curve(work, &evaluation->scorers[i]))
-            status =
-                vw_evaluate_curve(evaluation, &evaluation->scorers[i], seed, vw_retrain, &work->retrainer, metrics);
+            status = vw_evaluate_curve(&params, &evaluation->scorers[i], metrics);
     return status;
 }
 
 // ---- Retrainings ----
 
 static uint64_t count_retrainings(const struct work *work) {
+    const struct vw_benchmark_params *params = work->params;
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
-    uint32_t curves = work->params->curves == VW_CURVES_NONE ? 0 : VW_CURVE_ORDERS;
+    uint32_t curves = params->curves == VW_CURVES_NONE ? 0 : VW_CURVE_ORDERS;
     for (uint32_t i = 0; i < evaluation->scorer_count; i++) curves += has_curve(work, &evaluation->scorers[i]);
-    uint64_t count = 1 + (uint64_t)work->subsets.count * VW_SUBSET_SEEDS + (uint64_t)curves * vw_curve_trainings();
-    if (work->params->leave_one_out) count += (uint64_t)evaluation->seed_count * (evaluation->photo_count + 1);
+    uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
+                     (uint64_t)curves * vw_curve_trainings(params->retraining_seeds);
+    if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;
 }
 
@@ -100,13 +121,45 @@ static enum vw_status train_on_all(struct work *work, double *seconds) {
     return status;
 }
 
+static enum vw_status draw_subsets(struct work *work) {
+    const struct vw_benchmark_params *params = work->params;
+    uint32_t photo_count = work->retrainer.train_count;
+    const struct vw_subsets_params drawn = {.photo_count = photo_count,
+                                            .halves = (params->subsets + 1) / 2,
+                                            .random_sizes = params->subsets / 2,
+                                            .seed_count = params->retraining_seeds};
+    return params->all_subsets ? vw_subsets_list_all(photo_count, params->retraining_seeds, &work->subsets)
+                               : vw_subsets_draw(&drawn, &work->subsets);
+}
+
+// Trains on the subsets, and adds the worths that follow from validation photos as a scorer.
+static enum vw_status find_worths(struct work *work) {
+    const struct vw_evaluation *evaluation = &work->scorers.evaluation;
+    uint32_t photos = evaluation->photo_count, seeds = work->params->retraining_seeds;
+    enum vw_status status =
+        vw_subsets_retrain(&work->subsets, evaluation->photos, evaluation_seed(work), vw_retrain, &work->retrainer);
+    for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++)
+        status = vw_worths_fit(&work->subsets, vw_truths[truth], &work->worths[truth]);
+    if (status) return status;
+    const struct vw_scorer scorer = {.name = vw_subset_worth_name, .of_subsets = true};
+    double *scores = vw_scorers_add(&work->scorers, scorer, work->subsets.count * seeds);
+    if (!scores) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < evaluation->seed_count * photos; i++) scores[i] = work->worths[0].values[i % photos];
+    return VW_OK;
+}
+
 static enum vw_status leave_one_out(struct work *work) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
+    const struct vw_scorer scorer = {.name = vw_leave_one_out_scorer, .has_sign = true};
     if (!work->params->leave_one_out) return VW_OK;
-    double *scores = vw_scorers_add(&work->scorers, vw_leave_one_out_scorer, evaluation->photo_count + 1);
+    double *scores = vw_scorers_add(&work->scorers, scorer, evaluation->photo_count + 1);
     if (!scores) return VW_ERROR_MEMORY;
-    uint64_t first_seed = work->params->common.config->seed + LEAVE_ONE_OUT_SEED;
-    return vw_leave_one_out(evaluation, first_seed, vw_retrain, &work->retrainer, scores);
+    enum vw_status status = vw_leave_one_out(evaluation, leave_one_out_seeds(work->params), leave_one_out_seed(work),
+                                             vw_retrain, &work->retrainer, &work->left_out);
+    if (!status)
+        memcpy(scores, work->left_out.worths[0],
+               (size_t)evaluation->seed_count * evaluation->photo_count * sizeof *scores);
+    return status;
 }
 
 // ---- Metrics ----
@@ -124,21 +177,39 @@ static enum vw_status add_costs(const struct vw_scorers *scorers, struct vw_metr
     return status;
 }
 
+static enum vw_status evaluate_worths(const struct work *work, struct vw_metrics *metrics) {
+    const struct vw_evaluation *evaluation = &work->scorers.evaluation;
+    enum vw_status status = vw_evaluate_harm(evaluation, &work->worths[0], metrics);
+    for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++) {
+        const char *name = vw_quality_name(vw_truths[truth]);
+        if (!work->worths[truth].count) continue; // for instance without test photos
+        status = vw_evaluate_worths(&work->worths[truth], name, metrics);
+        if (!status) status = vw_evaluate_signs(evaluation, &work->worths[truth], name, metrics);
+    }
+    return status;
+}
+
+// Leave-one-out, the last scorer, is not compared with itself.
+static enum vw_status evaluate_leave_one_out(const struct work *work, struct vw_metrics *metrics) {
+    struct vw_evaluation others = work->scorers.evaluation;
+    if (!work->params->leave_one_out) return VW_OK;
+    others.scorer_count--;
+    return vw_evaluate_leave_one_out(&others, &work->left_out, metrics);
+}
+
 static enum vw_status evaluate(struct work *work, struct vw_metrics *metrics) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     enum vw_status status = vw_evaluate_detection(evaluation, metrics);
     if (!status) status = vw_evaluate_seeds(evaluation, metrics);
-    if (!status) status = vw_evaluate_subsets(evaluation, &work->subsets, metrics);
-    if (!status) status = vw_evaluate_harm(evaluation, &work->subsets, metrics);
+    if (!status) status = vw_evaluate_subsets(evaluation, &work->subsets, work->worths, metrics);
+    if (!status) status = evaluate_worths(work, metrics);
     if (!status) status = vw_evaluate_harmful(evaluation, metrics);
-    if (!status && work->params->leave_one_out)
-        status =
-            vw_evaluate_leave_one_out(evaluation, evaluation->scorers[evaluation->scorer_count - 1].scores, metrics);
+    if (!status) status = evaluate_leave_one_out(work, metrics);
     if (!status) status = evaluate_curves(work, metrics);
     return status ? status : add_costs(&work->scorers, metrics);
 }
 
-// Metrics of the same photos, config and number of subsets replace one another.
+// Metrics of the same photos, config and numbers of subsets and seeds replace one another.
 static enum vw_status record_metrics(struct work *work, const struct vw_metrics *metrics) {
     const struct vw_config *config = work->params->common.config;
     struct vw_hasher hasher;
@@ -151,35 +222,23 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     vw_hasher_add_integer(&hasher, config->val_rays);
     vw_hasher_add_integer(&hasher, config->burn_in_epochs);
     vw_hasher_add_integer(&hasher, work->subsets.count);
+    vw_hasher_add_integer(&hasher, work->params->common.seeds);
+    vw_hasher_add_integer(&hasher, work->params->retraining_seeds);
+    vw_hasher_add_integer(&hasher, work->params->equal);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
     return vw_retrainings_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
                                       metrics->rows, (uint32_t)metrics->count);
 }
 
-static void print_csv(FILE *stream, const void *context) {
-    const struct vw_benchmark *benchmark = context;
-    fputs("scene,metric,method,value,ci_low,ci_high,count\n", stream);
-    for (size_t i = 0; i < benchmark->metrics.count; i++) {
-        const struct vw_metric *row = &benchmark->metrics.rows[i];
-        const char *const texts[] = {benchmark->params->common.scene.path, row->metric, row->method};
-        const double values[] = {row->value, row->ci_low, row->ci_high};
-        for (int t = 0; t < 3; t++) {
-            vw_csv_write_text(stream, texts[t]);
-            fputc(',', stream);
-        }
-        for (int v = 0; v < 3; v++) {
-            vw_csv_write_real(stream, values[v]);
-            fputc(',', stream);
-        }
-        fprintf(stream, "%u\n", row->count);
-    }
-}
-
 static enum vw_status write_results(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
+    const struct vw_subsets *subsets = &work->subsets;
     benchmark->photo_count = evaluation->photo_count;
-    benchmark->subset_count = work->subsets.count;
+    benchmark->half_count = subsets->halves.end - subsets->halves.begin;
+    benchmark->size_count = work->params->all_subsets ? subsets->count : subsets->sizes.end - subsets->sizes.begin;
+    benchmark->truth_epochs = work->retrainer.params.averaged_epochs;
+    benchmark->has_tests = work->session.scene->split_count[VW_SPLIT_TEST] > 0;
     benchmark->methods = vw_allocate(evaluation->scorer_count, sizeof *benchmark->methods);
     benchmark->csv_path = vw_path_join(work->params->common.out, "benchmark.csv");
     if (!benchmark->methods || !benchmark->csv_path) return VW_ERROR_MEMORY;
@@ -187,39 +246,39 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
         benchmark->methods[benchmark->method_count++] =
             (struct vw_benchmark_method){evaluation->scorers[i].name, work->scorers.trainings[i]};
     enum vw_status status = record_metrics(work, &benchmark->metrics);
-    return status ? status : vw_csv_write_file(benchmark->csv_path, print_csv, benchmark);
+    if (!status) status = vw_benchmark_write_metrics(benchmark);
+    return status ? status
+                  : vw_benchmark_write_worths(work->params->common.out, work->session.scene, evaluation->photos,
+                                              work->worths);
 }
 
 // ---- All of it ----
 
-static enum vw_status make_runs(struct work *work) {
-    struct vw_experiment_params runs = work->params->common;
-    runs.seeds = VW_SUBSET_SEEDS;
-    return vw_seed_runs_make(&runs, &work->session);
-}
-
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_experiment_params *common = &work->params->common;
+    const struct vw_config *config = common->config;
     const struct vw_retrainer_params params = {.session = &work->session,
-                                               .config = common->config,
+                                               .config = config,
                                                .out = common->out,
                                                .together = common->together,
+                                               .equal = work->params->equal,
+                                               .averaged_epochs =
+                                                   config->epochs < VW_TRUTH_EPOCHS ? config->epochs : VW_TRUTH_EPOCHS,
                                                .interrupt = common->interrupt};
     return vw_retrainer_open(&params, &work->retrainer);
 }
 
 static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
+    const struct vw_experiment_params *common = &work->params->common;
     struct vw_retrainer *retrainer = &work->retrainer;
-    enum vw_status status = make_runs(work);
+    enum vw_status status = vw_seed_runs_make(common, &work->session);
     if (!status) status = open_retrainer(work);
-    if (!status) status = vw_scorers_make(&work->params->common, retrainer, VW_SUBSET_SEEDS, &work->scorers);
-    if (!status) status = vw_subsets_draw(retrainer->train_count, work->params->subsets, &work->subsets);
+    if (!status) status = vw_scorers_make(common, retrainer, common->seeds, &work->scorers);
+    if (!status) status = draw_subsets(work);
     if (status) return status;
     retrainer->planned = count_retrainings(work);
     status = train_on_all(work, &benchmark->training_seconds);
-    if (!status)
-        status =
-            vw_subsets_retrain(&work->subsets, retrainer->train_views, evaluation_seed(work), vw_retrain, retrainer);
+    if (!status) status = find_worths(work);
     if (!status) status = leave_one_out(work);
     if (!status) status = evaluate(work, &benchmark->metrics);
     return status ? status : write_results(work, benchmark);
@@ -230,10 +289,12 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     struct work *work = vw_allocate(1, sizeof *work);
     if (!work) return VW_ERROR_MEMORY;
     work->params = params;
-    enum vw_status status = vw_experiment_check(&params->common, SEED_COUNT, true);
+    enum vw_status status = vw_experiment_check(&params->common, count_seeds(params), true);
     if (!status) status = check_curves(params);
     if (!status) status = vw_out_lock_take(params->common.out, &work->lock);
     if (!status) status = make(work, benchmark);
+    for (uint32_t truth = 0; truth < VW_TRUTH_COUNT; truth++) vw_worths_free(&work->worths[truth]);
+    vw_left_out_free(&work->left_out);
     vw_subsets_free(&work->subsets);
     vw_scorers_free(&work->scorers);
     vw_retrainer_close(&work->retrainer);

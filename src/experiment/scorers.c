@@ -9,6 +9,7 @@
 #include "experiment/seed_runs.h"
 #include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
+#include "value/evaluation/worth_regression.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -21,10 +22,10 @@ bool vw_scorer_exists(const char *name) {
         if (!strcmp(methods[i].name, name)) return true;
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
-    return !strcmp(name, vw_leave_one_out_scorer);
+    return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
 }
 
-double *vw_scorers_add(struct vw_scorers *scorers, const char *name, uint32_t trainings) {
+double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     size_t count = (size_t)evaluation->seed_count * evaluation->photo_count;
     uint32_t place = evaluation->scorer_count;
@@ -35,22 +36,27 @@ double *vw_scorers_add(struct vw_scorers *scorers, const char *name, uint32_t tr
     double *scores = scorers->scores[place] = vw_allocate(count, sizeof *scores);
     if (!scores) return NULL;
     for (size_t i = 0; i < count; i++) scores[i] = NAN;
-    scorers->list[place] = (struct vw_scorer){.name = name, .scores = scores};
+    scorer.scores = scores;
+    scorers->list[place] = scorer;
     scorers->trainings[place] = trainings;
     evaluation->scorer_count++;
     return scores;
 }
 
-static double *find_or_add(struct vw_scorers *scorers, const char *name, uint32_t trainings) {
+static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings) {
     for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++)
-        if (!strcmp(scorers->list[i].name, name)) return scorers->scores[i];
-    return vw_scorers_add(scorers, name, trainings);
+        if (!strcmp(scorers->list[i].name, scorer.name)) return scorers->scores[i];
+    return vw_scorers_add(scorers, scorer, trainings);
 }
+
+// `quality` is a share of ranks, which is never below 0.
+static bool has_sign(const char *method) { return strcmp(method, "quality") != 0; }
 
 static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t seed, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
     for (uint32_t i = 0; i < scoring->score_count; i++) {
-        double *scores = find_or_add(scorers, scoring->scores[i].method, 1);
+        const char *method = scoring->scores[i].method;
+        double *scores = find_or_add(scorers, (struct vw_scorer){.name = method, .has_sign = has_sign(method)}, 1);
         if (!scores) return VW_ERROR_MEMORY;
         if (!scoring->scores[i].visits) continue; // without a visit the score is unknown, not 0
         for (uint32_t photo = 0; photo < evaluation->photo_count; photo++)
@@ -71,7 +77,8 @@ static enum vw_status take_baselines(const struct vw_scene *scene, const struct 
                                             .seed = run_seed};
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < vw_baseline_count; i++) {
-        double *scores = find_or_add(scorers, vw_baselines[i].name, vw_baselines[i].trainings);
+        double *scores =
+            find_or_add(scorers, (struct vw_scorer){.name = vw_baselines[i].name}, vw_baselines[i].trainings);
         status =
             scores ? vw_baselines[i].score(&input, scores + (size_t)seed * evaluation->photo_count) : VW_ERROR_MEMORY;
     }

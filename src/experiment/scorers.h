@@ -20,15 +20,15 @@ struct vw_scorers {
 
 extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retraining without each photo
 
-// Whether a method, a baseline or leave-one-out has that name.
+// Whether a method, a baseline, leave-one-out or the worths from subsets have that name.
 bool vw_scorer_exists(const char *name);
 // Reads the runs of the first `seed_count` seeds in params->out and computes the baselines. Methods without a score for
 // some photo are left out. Free it also after a failure.
 enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer,
                                uint32_t seed_count, struct vw_scorers *scorers);
-// Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `name` is
-// borrowed.
-double *vw_scorers_add(struct vw_scorers *scorers, const char *name, uint32_t trainings);
+// Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `scorer`
+// gives all but the scores.
+double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings);
 void vw_scorers_free(struct vw_scorers *scorers);
 
 #endif

@@ -16,21 +16,27 @@ row() { grep -c "^$folder/tiny.json,$1," "$folder/whole/benchmark.csv"; } # row 
 # ---- What it leaves ----
 
 check "a benchmark without interruption" benchmark whole --subsets 8 --leave-one-out
-check "the table names methods and baselines" grep -qE '^dv_psnr +[01]\.' "$folder/stdout"
+check "the table names methods and baselines" grep -qE '^dv_psnr +-?[01]\.' "$folder/stdout"
+check "it says what the truth is" grep -q '4 random halves and 4 subsets of 40 to 100 %, 2 trainings of each at equal steps, by test PSNR' "$folder/stdout"
+check "and that it is a mean over epochs" grep -q 'the ends of the last 3 epochs' "$folder/stdout"
 check "and the noise ceiling" grep -q '^noise ceiling' "$folder/stdout"
 check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder/whole/seed_1/scores.csv"
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,metric,method,value,ci_low,ci_high,count
 for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/corrupted,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
     seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,ground_truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
+    lds_sizes/test_psnr,dv_psnr lds_mean/val_psnr,dv_psnr lds_sizes/val_psnr,subset_worth "lds_sizes/val_psnr,chance" \
+    left_out_r2/test_psnr,subset_worth sign_accuracy/test_psnr,dv_psnr harmful_recall/val_psnr,dv_loss \
     harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,ground_truth \
-    leave_one_out/spearman,sfm_points cost/trainings,leave_one_out agreement/test_psnr,outcomes; do
+    leave_one_out/test_psnr,sfm_points leave_one_out_mean/val_psnr,dv_psnr "leave_one_out/val_psnr,noise ceiling" \
+    cost/trainings,leave_one_out agreement_lds/test_psnr,outcomes; do
     check "a row $wanted" test "$(row "$wanted")" = 1
 done
 rows=$(wc -l <"$folder/whole/benchmark.csv")
 check "every row is in the database" test "$(ask whole 'SELECT count(*) FROM metric')" = "$((rows - 1))"
-check "ground truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,,,8$" "$folder/whole/benchmark.csv"
-check "8 halves, each twice" test "$(ask whole 'SELECT count(*) FROM retraining WHERE view_count = 3 AND retraining_id IN
-    (SELECT retraining_id FROM retraining ORDER BY rowid LIMIT 17)')" = 16
+check "ground truth finds all corrupted photos" grep -q "^$folder/tiny.json,auc/corrupted,ground_truth,1,1,1,8$" "$folder/whole/benchmark.csv"
+check "a baseline has no sign" test "$(row sign_accuracy/val_psnr,random)" = 0
+check "worths of all photos" test "$(wc -l <"$folder/whole/worths.csv")" = 7
+check "with their header" test "$(head -n 1 "$folder/whole/worths.csv")" = name,worth_db,ci_low,ci_high,test_worth_db,test_ci_low,test_ci_high
 check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (
     SELECT views FROM retraining WHERE view_count = 3 GROUP BY views HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
 check "no retraining has a seed whose scores are evaluated" test "$(ask whole 'SELECT count(*) FROM retraining WHERE seed < 2')" = 0

@@ -1,5 +1,7 @@
 #include "experiment/benchmark.h"
 
+#include <ctype.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli/commands/commands.h"
@@ -12,15 +14,34 @@ static enum vw_curves curves_of(const char *list) {
     return strcmp(list, "all") ? VW_CURVES_LISTED : VW_CURVES_ALL;
 }
 
+enum { SUBSETS_LEAST = 8, SUBSETS_MOST = 10000 };
+
+static enum vw_status read_subsets(const char *text, struct vw_benchmark_params *params) {
+    char *end = NULL;
+    params->subsets = 200;
+    if (!text) return VW_OK;
+    params->all_subsets = !strcmp(text, "all");
+    if (params->all_subsets) return VW_OK;
+    long number = isdigit((unsigned char)text[0]) ? strtol(text, &end, 10) : 0;
+    if (!end || *end || number < SUBSETS_LEAST || number > SUBSETS_MOST)
+        return vw_fail(VW_ERROR_USAGE, "--subsets takes all or a whole number, %d to %d, not \"%s\"", SUBSETS_LEAST,
+                       SUBSETS_MOST, text);
+    params->subsets = (uint32_t)number;
+    return VW_OK;
+}
+
 enum vw_status vw_command_benchmark(const struct vw_options *options) {
     struct vw_progress progress = {0};
-    const struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &progress),
-                                               .subsets = options->subsets,
-                                               .leave_one_out = options->leave_one_out,
-                                               .curves = curves_of(options->curves),
-                                               .curve_scorers = options->curves};
-    struct vw_benchmark benchmark;
-    enum vw_status status = vw_benchmark_make(&params, &benchmark);
+    struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &progress),
+                                         .retraining_seeds = options->retraining_seeds,
+                                         .equal = options->equal,
+                                         .leave_one_out = options->leave_one_out,
+                                         .curves = curves_of(options->curves),
+                                         .curve_scorers = options->curves};
+    struct vw_benchmark benchmark = {0};
+    enum vw_status status = read_subsets(options->subsets, &params);
+    params.common.seeds = options->valued_seeds;
+    if (!status) status = vw_benchmark_make(&params, &benchmark);
     vw_progress_end(&progress);
     if (!status) status = vw_benchmark_print(&benchmark, options->json);
     vw_benchmark_free(&benchmark);

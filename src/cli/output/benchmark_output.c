@@ -16,14 +16,20 @@ struct column {
     bool interval;
 };
 
-static const struct column columns[] = {
-    {"AUC all", "auc", "corrupted", 2, false},         {"AUC harmful", "auc", "harmful", 2, false},
-    {"r seeds", "seed_pearson", "all", 2, false},      {"r clean", "seed_pearson", "clean", 2, false},
-    {"LDS val (95 %)", "lds", "val_psnr", 2, true},    {"LDS test (95 %)", "lds", "test_psnr", 2, true},
-    {"less dv_psnr", "lds_gain", "val_psnr", 2, true}, {"LOO rho", "leave_one_out", "spearman", 2, false},
-    {"-20 % low, dB", "removal_low", "20", 2, false},  {"-20 % high", "removal_high", "20", 2, false},
-};
-enum { COLUMN_COUNT = sizeof columns / sizeof columns[0], CELL_BYTES = 40, NAME_WIDTH = 22 };
+// Scores are shown against test photos, and against validation photos where there are no others.
+static const struct column columns[2][6] = {{{"LDS halves (95 %)", "lds", "val_psnr", 2, true},
+                                             {"LDS sizes (95 %)", "lds_sizes", "val_psnr", 2, true},
+                                             {"LOO (95 %)", "leave_one_out", "val_psnr", 2, true},
+                                             {"AUC (95 %)", "auc", "corrupted", 2, true},
+                                             {"sign", "sign_accuracy", "val_psnr", 2, false},
+                                             {"-20 % low, dB", "removal_low", "20", 2, true}},
+                                            {{"LDS halves (95 %)", "lds", "test_psnr", 2, true},
+                                             {"LDS sizes (95 %)", "lds_sizes", "test_psnr", 2, true},
+                                             {"LOO (95 %)", "leave_one_out", "test_psnr", 2, true},
+                                             {"AUC (95 %)", "auc", "corrupted", 2, true},
+                                             {"sign", "sign_accuracy", "test_psnr", 2, false},
+                                             {"-20 % low, dB", "removal_low", "20", 2, true}}};
+enum { COLUMN_COUNT = 6, CELL_BYTES = 40, NAME_WIDTH = 18 };
 
 static bool is_used(const struct vw_metrics *metrics, const struct column *column) {
     char metric[VW_METRIC_BYTES];
@@ -34,7 +40,7 @@ static bool is_used(const struct vw_metrics *metrics, const struct column *colum
 }
 
 static int width_of(const struct column *column) {
-    int title = (int)strlen(column->title), cell = column->interval ? 19 : 6;
+    int title = (int)strlen(column->title), cell = column->interval ? 22 : 6;
     return title > cell ? title : cell;
 }
 
@@ -47,19 +53,21 @@ static void format_cell(const struct vw_metric *row, const struct column *column
 }
 
 static void print_header(const struct vw_benchmark *benchmark) {
+    const struct column *shown = columns[benchmark->has_tests];
     vw_print("%-*s", NAME_WIDTH, "method");
     for (int c = 0; c < COLUMN_COUNT; c++)
-        if (is_used(&benchmark->metrics, &columns[c])) vw_print("  %*s", width_of(&columns[c]), columns[c].title);
+        if (is_used(&benchmark->metrics, &shown[c])) vw_print("  %*s", width_of(&shown[c]), shown[c].title);
     vw_print("  trainings  CPU s\n");
 }
 
 static void print_method(const struct vw_benchmark *benchmark, const char *method, int64_t trainings) {
+    const struct column *shown = columns[benchmark->has_tests];
     vw_print("%-*s", NAME_WIDTH, method);
     for (int c = 0; c < COLUMN_COUNT; c++) {
         char text[CELL_BYTES];
-        if (!is_used(&benchmark->metrics, &columns[c])) continue;
-        format_cell(vw_metrics_find(&benchmark->metrics, columns[c].group, columns[c].name, method), &columns[c], text);
-        vw_print("  %*s", width_of(&columns[c]), text);
+        if (!is_used(&benchmark->metrics, &shown[c])) continue;
+        format_cell(vw_metrics_find(&benchmark->metrics, shown[c].group, shown[c].name, method), &shown[c], text);
+        vw_print("  %*s", width_of(&shown[c]), text);
     }
     if (trainings < 0) vw_print("\n");
     else
@@ -72,17 +80,26 @@ static void print_scene_rows(const struct vw_metrics *metrics) {
     for (size_t i = 0; i < metrics->count; i++) {
         const struct vw_metric *row = &metrics->rows[i];
         if (!strncmp(row->metric, "harm/", 5))
-            vw_print("a photo with %s adds %.2f dB (%.2f to %.2f) less validation PSNR than a clean one (%u photos)\n",
+            vw_print("a photo with %s is worth %.2f dB (%.2f to %.2f) less than a clean one (%u photos)\n",
                      row->metric + 5, row->value, row->ci_low, row->ci_high, row->count);
-        else if (!strncmp(row->metric, "agreement/", 10))
-            vw_print("two trainings on the same photos agree in %s by rho = %.2f over %u subsets\n", row->metric + 10,
-                     row->value, row->count);
     }
 }
 
+static void print_truth(const struct vw_benchmark *benchmark) {
+    const struct vw_benchmark_params *params = benchmark->params;
+    vw_print("%s: %u photos, %u valued runs\n", params->common.scene.path, benchmark->photo_count,
+             params->common.seeds);
+    if (params->all_subsets) vw_print("truth: all %u subsets", benchmark->size_count);
+    else
+        vw_print("truth: %u random halves and %u subsets of %d to 100 %%", benchmark->half_count, benchmark->size_count,
+                 VW_SUBSETS_LOWEST_PERCENT);
+    vw_print(", %u trainings of each at equal %s, by %s PSNR,\n       mean over the ends of the last %u epochs\n",
+             params->retraining_seeds, vw_equal_name(params->equal), benchmark->has_tests ? "test" : "validation",
+             benchmark->truth_epochs);
+}
+
 static void print_text(const struct vw_benchmark *benchmark) {
-    vw_print("%s: %u photos, %u subsets of %u, each trained on twice\n", benchmark->params->common.scene.path,
-             benchmark->photo_count, benchmark->subset_count, benchmark->photo_count / 2);
+    print_truth(benchmark);
     print_scene_rows(&benchmark->metrics);
     vw_print("\n");
     print_header(benchmark);
@@ -90,7 +107,8 @@ static void print_text(const struct vw_benchmark *benchmark) {
         print_method(benchmark, benchmark->methods[i].name, benchmark->methods[i].trainings);
     print_method(benchmark, "noise ceiling", -1);
     print_method(benchmark, "chance", -1);
-    vw_print("\ntable    %s\n", benchmark->csv_path);
+    vw_print("\nNo score can exceed the noise ceiling; a score within the interval of chance shows nothing.\n");
+    vw_print("table    %s\n", benchmark->csv_path);
 }
 
 // ---- JSON ----
@@ -116,10 +134,14 @@ static json_t *costs_to_json(const struct vw_benchmark *benchmark) {
 enum vw_status vw_benchmark_print(const struct vw_benchmark *benchmark, bool json) {
     if (json)
         return vw_json_print(
-            json_pack("{s:s, s:I, s:I, s:s, s:o, s:o, s:o}", "scene", benchmark->params->common.scene.path, "photos",
-                      (json_int_t)benchmark->photo_count, "subsets", (json_int_t)benchmark->subset_count, "table",
-                      benchmark->csv_path, "seconds_per_training", vw_json_real(benchmark->training_seconds),
-                      "trainings", costs_to_json(benchmark), "metrics", metrics_to_json(&benchmark->metrics)));
+            json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:I, s:s, s:o, s:o, s:o}", "scene",
+                      benchmark->params->common.scene.path, "photos", (json_int_t)benchmark->photo_count, "halves",
+                      (json_int_t)benchmark->half_count, "subsets_of_all_sizes", (json_int_t)benchmark->size_count,
+                      "valued_seeds", (json_int_t)benchmark->params->common.seeds, "retraining_seeds",
+                      (json_int_t)benchmark->params->retraining_seeds, "equal", vw_equal_name(benchmark->params->equal),
+                      "truth_epochs", (json_int_t)benchmark->truth_epochs, "table", benchmark->csv_path,
+                      "seconds_per_training", vw_json_real(benchmark->training_seconds), "trainings",
+                      costs_to_json(benchmark), "metrics", metrics_to_json(&benchmark->metrics)));
     print_text(benchmark);
     return VW_OK;
 }

@@ -81,7 +81,9 @@ static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint
         bool complete = true;
         for (size_t j = 0; j < (size_t)tables->run_count * tables->photo_count; j++)
             complete &= isfinite(tables->tables[i].values[j]) != 0;
-        if (complete) scorers[(*count)++] = (struct vw_scorer){tables->tables[i].method, tables->tables[i].values};
+        if (complete)
+            scorers[(*count)++] =
+                (struct vw_scorer){.name = tables->tables[i].method, .scores = tables->tables[i].values};
     }
     return scorers;
 }
@@ -100,7 +102,7 @@ static enum vw_status evaluate(const struct vw_sweep_state *state, const struct 
                                              .seed_count = tables->run_count};
     enum vw_status status = scorers ? VW_OK : VW_ERROR_MEMORY;
     if (!status && tables->clean) status = vw_evaluate_detection(&evaluation, &evaluated);
-    if (!status && state->subsets.count) status = vw_evaluate_subsets(&evaluation, &state->subsets, &evaluated);
+    if (!status && state->subsets.count) status = vw_evaluate_subsets(&evaluation, &state->subsets, NULL, &evaluated);
     for (uint32_t i = 0; i < tables->count && !status; i++) {
         const struct vw_metric *auc = vw_metrics_find(&evaluated, "auc", "corrupted", metrics[i].method);
         const struct vw_metric *lds = vw_metrics_find(&evaluated, "lds", "val_psnr", metrics[i].method);

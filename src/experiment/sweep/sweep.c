@@ -14,6 +14,8 @@
 #include "run/outputs/report_folder.h"
 #include "viewworth/log.h"
 
+enum { RETRAINING_SEEDS = 2 }; // trainings of each half
+
 // Trainings on halves have other seeds than the valued runs: a shared initialisation would raise their agreement.
 static uint64_t first_evaluation_seed(const struct vw_experiment_params *common) {
     return common->config->seed + common->seeds;
@@ -73,18 +75,17 @@ static enum vw_status open_sweep(struct vw_sweep_state *state) {
 
 // ---- Runs ----
 
-// Estimated from the time of steps; setting up and measuring are not in it. Trainings on halves take half the base's
-// steps.
+// Estimated from the time of steps; setting up and measuring are not in it. Trainings on halves take the base's steps.
 static void log_duration(const struct vw_sweep_state *state) {
     const struct vw_sweep_params *params = state->params;
-    uint32_t count = state->configurations->count, retrainings = params->halves * VW_SUBSET_SEEDS;
+    uint32_t count = state->configurations->count, retrainings = params->halves * RETRAINING_SEEDS;
     double seconds = 0, train_ms, value_ms;
     for (uint32_t i = 0; i < count; i++) {
         vw_sweep_step_ms(state, i, &train_ms, &value_ms);
         seconds += 1e-3 * value_ms * (double)vw_sweep_steps(state, i) * params->common.seeds;
     }
     vw_sweep_step_ms(state, 0, &train_ms, &value_ms);
-    seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) / 2 * retrainings;
+    seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) * retrainings;
     vw_log_info(
         "tradeoff %u configurations with %u seeds each, and %u trainings on halves: about %.0f min in all, less "
         "what is done already",
@@ -139,9 +140,11 @@ static enum vw_status make_configurations(struct vw_sweep_state *state) {
 static enum vw_status retrain_on_halves(struct vw_sweep_state *state) {
     struct vw_retrainer *retrainer = &state->retrainer;
     if (!state->params->halves) return VW_OK;
-    enum vw_status status = vw_subsets_draw(retrainer->train_count, state->params->halves, &state->subsets);
+    const struct vw_subsets_params params = {
+        .photo_count = retrainer->train_count, .halves = state->params->halves, .seed_count = RETRAINING_SEEDS};
+    enum vw_status status = vw_subsets_draw(&params, &state->subsets);
     if (status) return status;
-    retrainer->planned = (uint64_t)state->subsets.count * VW_SUBSET_SEEDS;
+    retrainer->planned = (uint64_t)state->subsets.count * RETRAINING_SEEDS;
     return vw_subsets_retrain(&state->subsets, retrainer->train_views, first_evaluation_seed(&state->params->common),
                               vw_retrain, retrainer);
 }
@@ -188,7 +191,7 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
 
 static enum vw_status make(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const struct vw_experiment_params *common = &state->params->common;
-    enum vw_status status = vw_experiment_check(common, common->seeds + VW_SUBSET_SEEDS, true);
+    enum vw_status status = vw_experiment_check(common, common->seeds + RETRAINING_SEEDS, true);
     if (!status) status = vw_out_lock_take(common->out, &state->lock);
     if (!status) status = open_sweep(state);
     if (!status) status = vw_sweep_time_steps(state);

@@ -1,5 +1,4 @@
-// Removal and addition curves: retrainings after photos are removed, or added, in the order of their scores. And
-// leave-one-out.
+// Removal and addition curves: retrainings after photos are removed, or added, in the order of their scores.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +8,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/statistics.h"
+#include "value/measure.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};
 static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // no training has it
@@ -23,10 +23,11 @@ static const struct end ends[] = {{"removal_low", true, false},
                                   {"addition_high", false, true},
                                   {"addition_low", false, false}};
 
-// Retrainings of a curve: those of a point with VW_SUBSET_SEEDS seeds, point after point.
+// Retrainings of a curve: those of a point with all seeds, point after point.
 struct curve {
-    const struct vw_evaluation *evaluation;
-    uint64_t first_seed;
+    const struct vw_curve_params *params;
+    const struct vw_evaluation *evaluation; // of the params, as the seeds
+    uint32_t seeds;
     const uint32_t *orders; // several of all photos, lowest score first
     uint32_t order_count;
     uint32_t *views; // owned, as the next two
@@ -39,28 +40,14 @@ static double quality_of(const struct vw_retrain_result *result) {
     return isnan(result->test_psnr) ? result->val_psnr : result->test_psnr;
 }
 
-static bool all_finite(const double *values, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!isfinite(values[i])) return false;
-    return true;
-}
-
 // Adds a point: training on these photos.
 static void add_point(struct curve *curve, const uint32_t *photos, uint32_t count) {
-    uint32_t *views = curve->views + (size_t)(curve->count / VW_SUBSET_SEEDS) * curve->evaluation->photo_count;
+    uint32_t *views = curve->views + (size_t)(curve->count / curve->seeds) * curve->evaluation->photo_count;
     for (uint32_t i = 0; i < count; i++) views[i] = curve->evaluation->photos[photos[i]];
     vw_sort_places(views, count);
-    for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++)
+    for (uint32_t seed = 0; seed < curve->seeds; seed++)
         curve->retrainings[curve->count++] =
-            (struct vw_retrain_params){.views = views, .view_count = count, .seed = curve->first_seed + seed};
-}
-
-// The PSNR of the next point, mean over its seeds.
-static double take_point(struct curve *curve) {
-    double psnr_db = 0;
-    for (uint32_t seed = 0; seed < VW_SUBSET_SEEDS; seed++)
-        psnr_db += quality_of(&curve->results[curve->read++]) / VW_SUBSET_SEEDS;
-    return psnr_db;
+            (struct vw_retrain_params){.views = views, .view_count = count, .seed = curve->params->first_seed + seed};
 }
 
 static uint32_t moved_photos(const struct curve *curve, uint32_t percent) {
@@ -74,13 +61,45 @@ static void add_end(struct curve *curve, const struct end *end, uint32_t percent
     add_point(curve, order + (from_start ? 0 : count - kept), kept);
 }
 
-static enum vw_status add_row(const struct end *end, uint32_t percent, const char *method, double gain_db,
-                              uint32_t trainings, struct vw_metrics *metrics) {
+// What the next point gains over training on all photos, in dB: means over its orders by seed, and over the seeds by
+// order. The retrainings of all photos come first.
+static void take_gains(struct curve *curve, struct vw_spread *over_seeds, struct vw_spread *over_orders) {
+    const struct vw_retrain_result *results = curve->results + curve->read;
+    uint32_t seeds = curve->seeds, orders = curve->order_count;
+    for (uint32_t seed = 0; seed < seeds; seed++) {
+        double gain_db = -quality_of(&curve->results[seed]);
+        for (uint32_t i = 0; i < orders; i++) gain_db += quality_of(&results[(size_t)i * seeds + seed]) / orders;
+        vw_spread_add(over_seeds, gain_db);
+    }
+    for (uint32_t i = 0; i < orders; i++) {
+        double psnr_db = 0;
+        for (uint32_t seed = 0; seed < seeds; seed++) psnr_db += quality_of(&results[(size_t)i * seeds + seed]) / seeds;
+        vw_spread_add(over_orders, psnr_db);
+    }
+    curve->read += seeds * orders;
+}
+
+// Half the width of a 95 % interval of a mean; NaN of a single value.
+static double half_interval(const struct vw_spread *spread) {
+    if (spread->count < 2) return NAN;
+    double count = (double)spread->count;
+    return vw_student_quantile(count - 1) * sqrt(vw_spread_variance(spread) / count);
+}
+
+static enum vw_status add_row(struct curve *curve, const struct end *end, uint32_t percent, const char *method,
+                              struct vw_metrics *metrics) {
+    struct vw_spread over_seeds = {0}, over_orders = {0};
     char name[8];
     snprintf(name, sizeof name, "%u", percent);
-    return vw_metrics_add(
-        metrics, end->group, name,
-        (struct vw_metric){.method = method, .value = gain_db, .ci_low = NAN, .ci_high = NAN, .count = trainings});
+    take_gains(curve, &over_seeds, &over_orders);
+    double half = half_interval(&over_seeds);
+    if (curve->order_count > 1) half = hypot(half, half_interval(&over_orders));
+    return vw_metrics_add(metrics, end->group, name,
+                          (struct vw_metric){.method = method,
+                                             .value = over_seeds.mean,
+                                             .ci_low = over_seeds.mean - half,
+                                             .ci_high = over_seeds.mean + half,
+                                             .count = curve->seeds * curve->order_count});
 }
 
 // Both ends of a random order are equivalent: one of each pair is enough.
@@ -95,39 +114,41 @@ static void add_points(struct curve *curve) {
                 add_end(curve, &ends[e], percents[p], curve->orders + (size_t)i * photo_count);
 }
 
-// Means over the orders.
 static enum vw_status add_rows(struct curve *curve, const char *method, struct vw_metrics *metrics) {
-    double whole_db = take_point(curve);
     enum vw_status status = VW_OK;
+    curve->read = curve->seeds;
     for (size_t e = 0; !status && e < VW_ARRAY_COUNT(ends); e += end_stride(curve))
-        for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++) {
-            double gain_db = 0;
-            if (!moved_photos(curve, percents[p])) continue; // too few photos to remove any
-            for (uint32_t i = 0; i < curve->order_count; i++)
-                gain_db += (take_point(curve) - whole_db) / curve->order_count;
-            status = add_row(&ends[e], percents[p], method, gain_db, VW_SUBSET_SEEDS * curve->order_count, metrics);
-        }
+        for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++)
+            if (moved_photos(curve, percents[p])) // else too few photos to remove any
+                status = add_row(curve, &ends[e], percents[p], method, metrics);
     return status;
 }
 
-static enum vw_status evaluate_orders(struct curve *curve, const char *method, vw_retrain_function *retrain,
-                                      void *context, struct vw_metrics *metrics) {
-    size_t points = 1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents) * (size_t)curve->order_count;
-    curve->views = vw_allocate(points * curve->evaluation->photo_count, sizeof *curve->views);
-    curve->retrainings = vw_allocate(points * VW_SUBSET_SEEDS, sizeof *curve->retrainings);
-    curve->results = vw_allocate(points * VW_SUBSET_SEEDS, sizeof *curve->results);
-    bool enough = curve->views && curve->retrainings && curve->results;
+static enum vw_status evaluate_orders(const struct vw_curve_params *params, const uint32_t *orders,
+                                      uint32_t order_count, const char *method, struct vw_metrics *metrics) {
+    struct curve curve = {.params = params,
+                          .evaluation = params->evaluation,
+                          .seeds = params->seed_count,
+                          .orders = orders,
+                          .order_count = order_count};
+    size_t points = 1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents) * (size_t)order_count;
+    curve.views = vw_allocate(points * curve.evaluation->photo_count, sizeof *curve.views);
+    curve.retrainings = vw_allocate(points * curve.seeds, sizeof *curve.retrainings);
+    curve.results = vw_allocate(points * curve.seeds, sizeof *curve.results);
+    bool enough = curve.views && curve.retrainings && curve.results;
     enum vw_status status = enough ? VW_OK : VW_ERROR_MEMORY;
-    if (enough) add_points(curve);
-    if (!status) status = retrain(context, curve->retrainings, curve->count, curve->results);
-    if (!status) status = add_rows(curve, method, metrics);
-    free(curve->views);
-    free(curve->retrainings);
-    free(curve->results);
+    if (enough) add_points(&curve);
+    if (!status) status = params->retrain(params->context, curve.retrainings, curve.count, curve.results);
+    if (!status) status = add_rows(&curve, method, metrics);
+    free(curve.views);
+    free(curve.retrainings);
+    free(curve.results);
     return status;
 }
 
-uint32_t vw_curve_trainings(void) { return VW_SUBSET_SEEDS * (1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents)); }
+uint32_t vw_curve_trainings(uint32_t seed_count) {
+    return seed_count * (1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents));
+}
 
 // Lowest score first; of equal ones the earlier photo.
 static void order_by(const double *scores, uint32_t count, uint32_t *order) {
@@ -138,88 +159,25 @@ static void order_by(const double *scores, uint32_t count, uint32_t *order) {
     }
 }
 
-enum vw_status vw_evaluate_curve(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
-                                 uint64_t first_seed, vw_retrain_function *retrain, void *context,
+enum vw_status vw_evaluate_curve(const struct vw_curve_params *params, const struct vw_scorer *scorer,
                                  struct vw_metrics *metrics) {
-    if (!all_finite(scorer->scores, evaluation->photo_count)) return VW_OK; // they give no order
-    uint32_t *order = vw_allocate(evaluation->photo_count, sizeof *order);
+    uint32_t photos = params->evaluation->photo_count;
+    if (!vw_all_finite(scorer->scores, photos)) return VW_OK; // they give no order
+    uint32_t *order = vw_allocate(photos, sizeof *order);
     if (!order) return VW_ERROR_MEMORY;
-    struct curve curve = {.evaluation = evaluation, .first_seed = first_seed, .orders = order, .order_count = 1};
-    order_by(scorer->scores, evaluation->photo_count, order);
-    enum vw_status status = evaluate_orders(&curve, scorer->name, retrain, context, metrics);
+    order_by(scorer->scores, photos, order);
+    enum vw_status status = evaluate_orders(params, order, 1, scorer->name, metrics);
     free(order);
     return status;
 }
 
-enum vw_status vw_evaluate_random_curve(const struct vw_evaluation *evaluation, uint64_t first_seed,
-                                        vw_retrain_function *retrain, void *context, struct vw_metrics *metrics) {
-    uint32_t *orders = vw_allocate(evaluation->photo_count, VW_CURVE_ORDERS * sizeof *orders);
+enum vw_status vw_evaluate_random_curve(const struct vw_curve_params *params, struct vw_metrics *metrics) {
+    uint32_t photos = params->evaluation->photo_count;
+    uint32_t *orders = vw_allocate(photos, VW_CURVE_ORDERS * sizeof *orders);
     if (!orders) return VW_ERROR_MEMORY;
-    struct curve curve = {
-        .evaluation = evaluation, .first_seed = first_seed, .orders = orders, .order_count = VW_CURVE_ORDERS};
     for (uint32_t i = 0; i < VW_CURVE_ORDERS; i++)
-        vw_random_order(RANDOM_ORDER_SEED, i, evaluation->photo_count, orders + (size_t)i * evaluation->photo_count);
-    enum vw_status status = evaluate_orders(&curve, "random", retrain, context, metrics);
+        vw_random_order(RANDOM_ORDER_SEED, i, photos, orders + (size_t)i * photos);
+    enum vw_status status = evaluate_orders(params, orders, VW_CURVE_ORDERS, "random", metrics);
     free(orders);
-    return status;
-}
-
-// ---- Leave one out ----
-
-// Training on all photos but one, whose place is left_out; on all of them when it is the number of photos.
-static struct vw_retrain_params retraining_without(const struct vw_evaluation *evaluation, uint32_t left_out,
-                                                   uint64_t seed, uint32_t *views) {
-    struct vw_retrain_params retraining = {.views = views, .seed = seed};
-    for (uint32_t i = 0; i < evaluation->photo_count; i++)
-        if (i != left_out) views[retraining.view_count++] = evaluation->photos[i];
-    return retraining;
-}
-
-enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint64_t first_seed,
-                                vw_retrain_function *retrain, void *context, double *scores) {
-    uint32_t photos = evaluation->photo_count, of_seed = photos + 1, count = evaluation->seed_count * of_seed;
-    uint32_t *views = vw_allocate((size_t)count * photos, sizeof *views);
-    struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
-    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
-    enum vw_status status = views && retrainings && results ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < count; i++) // of each seed first that on all photos
-        retrainings[i] = retraining_without(evaluation, i % of_seed ? i % of_seed - 1 : photos,
-                                            first_seed + i / of_seed, views + (size_t)i * photos);
-    if (!status) status = retrain(context, retrainings, count, results);
-    for (uint32_t i = 0; !status && i < count; i++)
-        if (i % of_seed)
-            scores[(size_t)(i / of_seed) * photos + i % of_seed - 1] =
-                results[i / of_seed * of_seed].val_psnr - results[i].val_psnr;
-    free(views);
-    free(retrainings);
-    free(results);
-    return status;
-}
-
-static void mean_over_seeds(const struct vw_evaluation *evaluation, const double *scores, double *means) {
-    for (uint32_t i = 0; i < evaluation->photo_count; i++) {
-        means[i] = 0;
-        for (uint32_t seed = 0; seed < evaluation->seed_count; seed++)
-            means[i] += scores[(size_t)seed * evaluation->photo_count + i] / evaluation->seed_count;
-    }
-}
-
-enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const double *scores,
-                                         struct vw_metrics *metrics) {
-    double *worths = vw_allocate(evaluation->photo_count, 2 * sizeof *worths);
-    if (!worths) return VW_ERROR_MEMORY;
-    double *said = worths + evaluation->photo_count;
-    enum vw_status status = VW_OK;
-    mean_over_seeds(evaluation, scores, worths);
-    for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++) {
-        struct vw_metric row = {
-            .method = evaluation->scorers[i].name, .ci_low = NAN, .ci_high = NAN, .count = evaluation->photo_count};
-        mean_over_seeds(evaluation, evaluation->scorers[i].scores, said);
-        row.value = NAN;
-        if (all_finite(worths, evaluation->photo_count) && all_finite(said, evaluation->photo_count))
-            status = vw_spearman(worths, said, evaluation->photo_count, &row.value);
-        if (!status) status = vw_metrics_add(metrics, "leave_one_out", "spearman", row);
-    }
-    free(worths);
     return status;
 }

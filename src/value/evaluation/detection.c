@@ -5,6 +5,7 @@
 
 #include "value/evaluation/agreement.h"
 #include "value/evaluation/evaluation.h"
+#include "value/evaluation/resampling.h"
 #include "base/memory.h"
 
 static const char clean[] = "clean";
@@ -31,6 +32,61 @@ double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_k
     return *pairs ? won / *pairs : NAN;
 }
 
+// How often the clean photo of each pair has the higher score, mean over the valued seeds; wins[corrupted][clean].
+static void find_wins(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer, double *wins) {
+    uint32_t photos = evaluation->photo_count, seeds = evaluation->seed_count;
+    for (uint32_t i = 0; i < photos; i++)
+        for (uint32_t j = 0; j < photos; j++) {
+            double sum = 0;
+            for (uint32_t seed = 0; seed < seeds; seed++) {
+                double corrupted = scorer->scores[(size_t)seed * photos + i];
+                double clean_one = scorer->scores[(size_t)seed * photos + j];
+                sum += clean_one > corrupted ? 1 : clean_one == corrupted ? 0.5 : 0;
+            }
+            wins[(size_t)i * photos + j] = sum / seeds;
+        }
+}
+
+// The AUC over the photos drawn.
+static double auc_drawn(const struct vw_evaluation *evaluation, const double *wins, const bool *counted,
+                        const uint16_t *times) {
+    double won = 0, pairs = 0;
+    for (uint32_t i = 0; i < evaluation->photo_count; i++) {
+        if (!counted[i] || !times[i]) continue;
+        for (uint32_t j = 0; j < evaluation->photo_count; j++) {
+            if (!vw_photo_is_clean(evaluation, j)) continue;
+            double weight = (double)times[i] * times[j];
+            won += weight * wins[(size_t)i * evaluation->photo_count + j];
+            pairs += weight;
+        }
+    }
+    return pairs > 0 ? won / pairs : NAN;
+}
+
+// Over resampled photos.
+static enum vw_status set_auc_interval(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
+                                       vw_kind_filter *counts, const void *context, struct vw_metric *row) {
+    uint32_t photos = evaluation->photo_count;
+    double *wins = vw_allocate((size_t)photos * photos + VW_RESAMPLES, sizeof *wins);
+    bool *counted = vw_allocate(photos, sizeof *counted);
+    uint16_t *times = vw_resamples_draw(photos);
+    enum vw_status status = wins && counted && times ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) {
+        double *drawn = wins + (size_t)photos * photos;
+        find_wins(evaluation, scorer, wins);
+        for (uint32_t i = 0; i < photos; i++)
+            counted[i] =
+                !vw_photo_is_clean(evaluation, i) && (!counts || counts(context, evaluation->ground_truths[i]));
+        for (uint32_t r = 0; r < VW_RESAMPLES; r++)
+            drawn[r] = auc_drawn(evaluation, wins, counted, times + (size_t)(1 + r) * photos);
+        vw_resampling_interval(drawn, &row->ci_low, &row->ci_high);
+    }
+    free(wins);
+    free(counted);
+    free(times);
+    return status;
+}
+
 static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_filter *counts, const void *context,
                               const char *name, struct vw_metrics *metrics) {
     enum vw_status status = VW_OK;
@@ -41,7 +97,8 @@ static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_fi
             const double *scores = scorer->scores + (size_t)seed * evaluation->photo_count;
             row.value += vw_auc(evaluation, scores, counts, context, &row.count) / evaluation->seed_count;
         }
-        status = vw_metrics_add(metrics, "auc", name, row);
+        if (isfinite(row.value)) status = set_auc_interval(evaluation, scorer, counts, context, &row);
+        if (!status) status = vw_metrics_add(metrics, "auc", name, row);
     }
     return status;
 }
@@ -103,7 +160,8 @@ enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct 
     for (uint32_t photo = 0; !status && photo < evaluation->photo_count; photo++)
         is_clean[photo] = vw_photo_is_clean(evaluation, photo);
     for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++)
-        status = evaluate_seeds_of(evaluation, &evaluation->scorers[i], is_clean, metrics);
+        if (!evaluation->scorers[i].of_subsets) // which no valued seed changes
+            status = evaluate_seeds_of(evaluation, &evaluation->scorers[i], is_clean, metrics);
     free(is_clean);
     return status;
 }

@@ -1,5 +1,6 @@
 #include "value/evaluation/evaluation.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -24,4 +25,27 @@ const struct vw_metric *vw_metrics_find(const struct vw_metrics *metrics, const 
         if (!strcmp(metrics->rows[i].metric, metric) && !strcmp(metrics->rows[i].method, method))
             return &metrics->rows[i];
     return NULL;
+}
+
+const struct vw_scorer *vw_find_scorer(const struct vw_evaluation *evaluation, const char *name) {
+    for (uint32_t i = 0; i < evaluation->scorer_count; i++)
+        if (!strcmp(evaluation->scorers[i].name, name)) return &evaluation->scorers[i];
+    return NULL;
+}
+
+bool vw_all_finite(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
+void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means) {
+    for (uint32_t i = 0; i < column_count; i++) {
+        means[i] = 0;
+        for (uint32_t row = 0; row < row_count; row++) means[i] += values[(size_t)row * column_count + i] / row_count;
+    }
+}
+
+void vw_mean_over_seeds(const struct vw_evaluation *evaluation, const double *scores, double *means) {
+    vw_mean_of_rows(scores, evaluation->seed_count, evaluation->photo_count, means);
 }

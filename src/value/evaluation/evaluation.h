@@ -15,6 +15,8 @@ extern const char vw_reference_scorer[]; // the scorer that others are compared 
 struct vw_scorer {
     const char *name;     // borrowed, as the scores
     const double *scores; // [valued seed][photo]; positive = helps
+    bool has_sign;        // a score below 0 says that the photo harms
+    bool of_subsets;      // worths of photos from trainings on subsets: such a scorer predicts these by its own fits
 };
 
 struct vw_evaluation {
@@ -37,6 +39,14 @@ enum vw_status vw_metrics_add(struct vw_metrics *metrics, const char *group, con
 const struct vw_metric *vw_metrics_find(const struct vw_metrics *metrics, const char *group, const char *name,
                                         const char *method);
 
+// NULL when there is none.
+const struct vw_scorer *vw_find_scorer(const struct vw_evaluation *evaluation, const char *name);
+bool vw_all_finite(const double *values, uint32_t count);
+// means[column]: over the rows of values[row][column].
+void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means);
+// means[photo]: of scores[valued seed][photo].
+void vw_mean_over_seeds(const struct vw_evaluation *evaluation, const double *scores, double *means);
+
 // ---- detection.c ----
 
 bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo);
@@ -45,7 +55,8 @@ bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo);
 typedef bool vw_kind_filter(const void *context, const char *kind);
 double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_kind_filter *counts, const void *context,
               uint32_t *pairs);
-// auc/<kind> for every kind there is, and auc/corrupted; the mean over the valued seeds.
+// auc/<kind> for every kind there is, and auc/corrupted; the mean over the valued seeds, and the middle 95 % over
+// resampled photos.
 enum vw_status vw_evaluate_detection(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
 // auc/harmful: over the kinds with a harm/<kind> whose interval lies above 0 (vw_evaluate_harm).
 enum vw_status vw_evaluate_harmful(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
@@ -56,48 +67,61 @@ enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct 
 // ---- lds.c ----
 
 // Rows for val_psnr and test_psnr. Subsets whose trainings have no value are left out.
-// - lds/<quality>: Spearman's correlation over the subsets between the sum of their photos' scores and the quality of
+// - lds/<quality>: Spearman's correlation over the halves between the sum of their photos' scores and the quality of
 //   training on them (mean of its seeds); the mean over the valued seeds.
-// - lds_gain/<quality>: the LDS of a method less that of the reference scorer.
-// - lds/<quality> of "noise ceiling": the largest LDS that noise permits: the square root of the correlation between
-// the
-//   mean of two trainings and that of two others (Spearman-Brown formula).
-// - agreement/<quality>: Spearman's correlation between the two trainings on the same subset.
-// - lds/<quality> of "chance": the mean LDS of random scores, and its middle 95 %.
+// - lds_sizes/<quality>: the same over the subsets of random sizes, with the mean of their photos' scores: trainings of
+//   equal steps share these among the photos, so that a photo's part falls with the number of photos.
+// - lds_mean/<quality>, lds_sizes_mean/<quality>: the LDS of the mean scores of all valued seeds.
+// - lds_gain/<quality>, lds_sizes_gain/<quality>: the LDS of a method less that of the reference scorer.
+// - of "subset_worth" (with worths, one per truth): each subset as a regression over the other subsets predicts it; the
+//   LDS within reach of a linear score.
+// - of "noise ceiling", and agreement_lds/, agreement_lds_sizes/: see outcomes.h.
+// - of "chance": the mean LDS of random scores, and its middle 95 %.
 // Intervals are the middle 95 % over resampled subsets, the same resamples for all methods. They hold for these photos;
-// other scenes vary more.
+// other scenes vary more. `worths`: NULL for none.
+struct vw_worths;
 enum vw_status vw_evaluate_subsets(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
-                                   struct vw_metrics *metrics);
-// harm/<kind>, method "retrainings", in dB of val_psnr: how much less a photo of that kind adds to a training than a
-// clean one. What a photo adds: the mean over the subsets with it less that over the subsets without it. Intervals as
-// above.
-enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
+                                   const struct vw_worths *worths, struct vw_metrics *metrics);
+
+// ---- worths.c ----
+
+// harm/<kind>, method "retrainings", in dB: how much less a photo of that kind is worth than a clean one. Intervals
+// over resampled subsets.
+enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const struct vw_worths *worths,
                                 struct vw_metrics *metrics);
+// How well signs of scores tell helpful from harmful photos, for every scorer that has_sign. A photo is known to be
+// harmful, or helpful, if the interval of its worth lies below, or above, 0. Shares over all valued seeds; NaN where
+// they are of no photo.
+// - sign_accuracy/<name>: of the known photos, those whose score has the sign of their worth.
+// - harmful_precision/<name>: of those with a score below 0, those that are known to be harmful.
+// - harmful_recall/<name>, helpful_recall/<name>: of the photos known to be so, those whose score has that sign.
+enum vw_status vw_evaluate_signs(const struct vw_evaluation *evaluation, const struct vw_worths *worths,
+                                 const char *name, struct vw_metrics *metrics);
+// left_out_pearson/<name>, left_out_r2/<name> of "subset_worth": how well the worths predict subsets that they were not
+// fitted to.
+enum vw_status vw_evaluate_worths(const struct vw_worths *worths, const char *name, struct vw_metrics *metrics);
 
 // ---- curves.c ----
 
 // Trains without the 10, 20, 30 and 50 % of photos with the lowest scores, without those with the highest, and on these
 // shares alone. Rows removal_low/<%>, removal_high/<%>, addition_low/<%>, addition_high/<%>: test PSNR (validation PSNR
-// without test photos), mean of two seeds, less that of the training on all photos with the same seeds. The order is by
-// the scores of the first valued seed; when one is not finite there are no rows and no training.
+// without test photos) less that of the training on all photos with the same seed; mean over the seeds, with a 95 %
+// interval by Student's t over these differences. The order is by the scores of the first valued seed; when one is not
+// finite there are no rows and no training.
 // vw_evaluate_random_curve: the mean over VW_CURVE_ORDERS random orders, rows removal_low and addition_high of the
-// baseline "random".
+// baseline "random"; the interval adds the spread over the orders.
 enum { VW_CURVE_ORDERS = 3 };
-enum vw_status vw_evaluate_curve(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
-                                 uint64_t first_seed, vw_retrain_function *retrain, void *context,
+struct vw_curve_params {
+    const struct vw_evaluation *evaluation;
+    uint64_t first_seed;
+    uint32_t seed_count; // retrainings of each set of photos
+    vw_retrain_function *retrain;
+    void *context; // of `retrain`
+};
+enum vw_status vw_evaluate_curve(const struct vw_curve_params *params, const struct vw_scorer *scorer,
                                  struct vw_metrics *metrics);
-enum vw_status vw_evaluate_random_curve(const struct vw_evaluation *evaluation, uint64_t first_seed,
-                                        vw_retrain_function *retrain, void *context, struct vw_metrics *metrics);
+enum vw_status vw_evaluate_random_curve(const struct vw_curve_params *params, struct vw_metrics *metrics);
 // The most trainings that the curve of one order takes, those on all photos included.
-uint32_t vw_curve_trainings(void);
-
-// Trains without each photo in turn, with as many seeds as are valued. scores[seed][photo]: the val_psnr of training on
-// all photos less that without the photo, with the same seed.
-enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint64_t first_seed,
-                                vw_retrain_function *retrain, void *context, double *scores);
-// leave_one_out/spearman: Spearman's correlation over the photos between a method's scores and those, both as means
-// over the seeds.
-enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const double *scores,
-                                         struct vw_metrics *metrics);
+uint32_t vw_curve_trainings(uint32_t seed_count);
 
 #endif

@@ -8,46 +8,111 @@
 #include "base/random.h"
 #include "base/statistics.h"
 
-static const uint64_t SUBSET_SEED = 0x73756273657473; // no training has it: --seed counts up from small numbers
+// No training has these seeds: --seed counts up from small numbers.
+static const uint64_t SUBSET_SEED = 0x73756273657473, SIZES_SEED = 0x73697a6573;
 enum { DRAWS_PER_SUBSET = 100 };
 
-static bool is_known(const struct vw_subsets *subsets, const uint32_t *places) {
+static uint32_t smallest_size(uint32_t photo_count) { return (photo_count * VW_SUBSETS_LOWEST_PERCENT + 99) / 100; }
+
+static enum vw_status allocate_subsets(uint32_t photo_count, uint32_t most, uint32_t seed_count, size_t members,
+                                       struct vw_subsets *subsets) {
+    *subsets = (struct vw_subsets){.photo_count = photo_count, .seed_count = seed_count};
+    subsets->offsets = vw_allocate((size_t)most + 1, sizeof *subsets->offsets);
+    subsets->places = vw_allocate(members, sizeof *subsets->places);
+    subsets->results = vw_allocate((size_t)most * seed_count, sizeof *subsets->results);
+    return subsets->offsets && subsets->places && subsets->results ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// ---- Random subsets ----
+
+static bool is_known(const struct vw_subsets *subsets, const uint32_t *places, uint32_t size) {
     for (uint32_t i = 0; i < subsets->count; i++)
-        if (!memcmp(subsets->places + (size_t)i * subsets->size, places, subsets->size * sizeof *places)) return true;
+        if (vw_subset_size(subsets, i) == size &&
+            !memcmp(subsets->places + subsets->offsets[i], places, size * sizeof *places))
+            return true;
     return false;
 }
 
-enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets) {
-    *subsets = (struct vw_subsets){.size = photo_count / 2};
-    subsets->places = vw_allocate((size_t)count * subsets->size, sizeof *subsets->places);
-    subsets->results = vw_allocate((size_t)count * VW_SUBSET_SEEDS, sizeof *subsets->results);
-    uint32_t *order = vw_allocate(photo_count, sizeof *order);
-    if (!subsets->places || !subsets->results || !order) {
-        free(order);
-        return VW_ERROR_MEMORY;
-    }
-    for (uint64_t draw = 0; subsets->count < count && draw < (uint64_t)count * DRAWS_PER_SUBSET; draw++) {
-        vw_random_order(SUBSET_SEED, draw, photo_count, order);
-        vw_sort_places(order, subsets->size);
-        if (is_known(subsets, order)) continue;
-        memcpy(subsets->places + (size_t)subsets->count++ * subsets->size, order, subsets->size * sizeof *order);
-    }
-    free(order);
-    return VW_OK;
+static void add_subset(struct vw_subsets *subsets, const uint32_t *places, uint32_t size) {
+    uint32_t first = subsets->offsets[subsets->count];
+    memcpy(subsets->places + first, places, size * sizeof *places);
+    subsets->offsets[++subsets->count] = first + size;
 }
+
+static uint32_t draw_size(uint64_t draw, uint32_t photo_count) {
+    uint32_t words[4], lowest = smallest_size(photo_count);
+    vw_random_words(SIZES_SEED, VW_RANDOM_ORDER, draw, 0, 1, words);
+    return lowest + vw_random_below(words[0], photo_count - lowest + 1);
+}
+
+// Draws `count` more subsets; `order` has room for all photos.
+static struct vw_subset_range draw(struct vw_subsets *subsets, uint32_t count, bool halves, uint32_t *order) {
+    uint32_t photo_count = subsets->photo_count;
+    struct vw_subset_range drawn = {subsets->count, subsets->count};
+    for (uint64_t i = 0; subsets->count - drawn.begin < count && i < (uint64_t)count * DRAWS_PER_SUBSET; i++) {
+        uint32_t size = halves ? photo_count / 2 : draw_size(i, photo_count);
+        vw_random_order(halves ? SUBSET_SEED : SIZES_SEED, i, photo_count, order);
+        vw_sort_places(order, size);
+        if (!is_known(subsets, order, size)) add_subset(subsets, order, size);
+    }
+    drawn.end = subsets->count;
+    return drawn;
+}
+
+enum vw_status vw_subsets_draw(const struct vw_subsets_params *params, struct vw_subsets *subsets) {
+    uint32_t most = params->halves + params->random_sizes;
+    uint32_t *order = vw_allocate(params->photo_count, sizeof *order);
+    enum vw_status status =
+        allocate_subsets(params->photo_count, most, params->seed_count, (size_t)most * params->photo_count, subsets);
+    if (!order) status = VW_ERROR_MEMORY;
+    if (!status) subsets->halves = draw(subsets, params->halves, true, order);
+    if (!status) subsets->sizes = draw(subsets, params->random_sizes, false, order);
+    free(order);
+    return status;
+}
+
+// ---- All subsets ----
+
+static void add_subsets_of_size(struct vw_subsets *subsets, uint32_t size) {
+    for (uint32_t mask = 0; mask < UINT32_C(1) << subsets->photo_count; mask++) {
+        uint32_t places[VW_SUBSETS_ALL_PHOTOS_MAX], members = 0;
+        for (uint32_t photo = 0; photo < subsets->photo_count; photo++)
+            if (mask >> photo & 1) places[members++] = photo;
+        if (members == size) add_subset(subsets, places, size);
+    }
+}
+
+// Smaller ones first, so that both ranges are without gaps.
+enum vw_status vw_subsets_list_all(uint32_t photo_count, uint32_t seed_count, struct vw_subsets *subsets) {
+    *subsets = (struct vw_subsets){0};
+    if (photo_count > VW_SUBSETS_ALL_PHOTOS_MAX)
+        return vw_fail(VW_ERROR_USAGE, "--subsets all: %u photos have too many subsets; at most %d photos are possible",
+                       photo_count, VW_SUBSETS_ALL_PHOTOS_MAX);
+    uint32_t count = UINT32_C(1) << photo_count;
+    enum vw_status status = allocate_subsets(photo_count, count, seed_count, (size_t)count * photo_count, subsets);
+    for (uint32_t size = 0; !status && size <= photo_count; size++) {
+        if (size == photo_count / 2) subsets->halves.begin = subsets->count;
+        if (size == smallest_size(photo_count)) subsets->sizes.begin = subsets->count;
+        add_subsets_of_size(subsets, size);
+        if (size == photo_count / 2) subsets->halves.end = subsets->count;
+    }
+    subsets->sizes.end = subsets->count;
+    return status;
+}
+
+// ---- Trainings ----
 
 enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
                                   vw_retrain_function *retrain, void *context) {
-    uint32_t count = subsets->count * VW_SUBSET_SEEDS;
-    size_t members = (size_t)subsets->count * subsets->size;
+    uint32_t seeds = subsets->seed_count, count = subsets->count * seeds, members = subsets->offsets[subsets->count];
     uint32_t *views = vw_allocate(members, sizeof *views);
     struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
     enum vw_status status = views && retrainings ? VW_OK : VW_ERROR_MEMORY;
-    for (size_t member = 0; !status && member < members; member++) views[member] = photos[subsets->places[member]];
+    for (uint32_t member = 0; !status && member < members; member++) views[member] = photos[subsets->places[member]];
     for (uint32_t i = 0; !status && i < count; i++)
-        retrainings[i] = (struct vw_retrain_params){.views = views + (size_t)(i / VW_SUBSET_SEEDS) * subsets->size,
-                                                    .view_count = subsets->size,
-                                                    .seed = first_seed + i % VW_SUBSET_SEEDS};
+        retrainings[i] = (struct vw_retrain_params){.views = views + subsets->offsets[i / seeds],
+                                                    .view_count = vw_subset_size(subsets, i / seeds),
+                                                    .seed = first_seed + i % seeds};
     if (!status) status = retrain(context, retrainings, count, subsets->results);
     free(views);
     free(retrainings);
@@ -55,6 +120,7 @@ enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *ph
 }
 
 void vw_subsets_free(struct vw_subsets *subsets) {
+    free(subsets->offsets);
     free(subsets->places);
     free(subsets->results);
 }

@@ -1,4 +1,4 @@
-// Trainings on random halves of the photos, each with two seeds, which scores should predict.
+// Trainings on random subsets of the photos, which scores should predict.
 #ifndef VIEWWORTH_VALUE_SUBSETS_H
 #define VIEWWORTH_VALUE_SUBSETS_H
 
@@ -6,18 +6,41 @@
 
 #include "ledger/retraining.h"
 
-enum { VW_SUBSET_SEEDS = 2 };
+enum {
+    VW_SUBSETS_ALL_PHOTOS_MAX = 10, // photos of which all subsets can be listed
+    VW_SUBSETS_LOWEST_PERCENT = 40, // smallest share of the photos in a subset of random size
+};
+
+// Subsets begin ... end - 1.
+struct vw_subset_range {
+    uint32_t begin, end;
+};
 
 struct vw_subsets {
-    uint32_t count, size;              // subsets, and photos in each: half of all, rounded down
-    uint32_t *places;                  // owned; [subset][member], ascending: which of the photos
+    uint32_t count, photo_count, seed_count;
+    struct vw_subset_range halves; // of half the photos, rounded down
+    struct vw_subset_range sizes; // of random sizes; of all subsets those of 40 to 100 % of the photos, halves included
+    uint32_t *offsets;            // owned; [count + 1]: subset i has places[offsets[i]] ... places[offsets[i + 1] - 1]
+    uint32_t *places;             // owned; members of subset after subset, ascending: which of the photos
     struct vw_retrain_result *results; // owned; [subset][seed]
 };
 
-// Draws up to `count` different halves of `photo_count` photos (at least 2); fewer where there are no more. The same
-// for every seed of trainings, so that benchmarks of the same photos compare. Free them also after a failure.
-enum vw_status vw_subsets_draw(uint32_t photo_count, uint32_t count, struct vw_subsets *subsets);
-// Trains on every subset with seeds `first_seed` and the one after it, which no run should have whose scores are
+static inline uint32_t vw_subset_size(const struct vw_subsets *subsets, uint32_t subset) {
+    return subsets->offsets[subset + 1] - subsets->offsets[subset];
+}
+
+struct vw_subsets_params {
+    uint32_t photo_count;          // at least 2
+    uint32_t halves, random_sizes; // how many to draw of each
+    uint32_t seed_count;           // trainings of each subset
+};
+// Draws different subsets: halves, then subsets whose size is uniform on 40 to 100 % of the photos; fewer where there
+// are no more. The same for every seed of trainings, so that benchmarks of the same photos compare. Free them also
+// after a failure.
+enum vw_status vw_subsets_draw(const struct vw_subsets_params *params, struct vw_subsets *subsets);
+// Lists all 2^photo_count subsets, the empty one included, of at most VW_SUBSETS_ALL_PHOTOS_MAX photos.
+enum vw_status vw_subsets_list_all(uint32_t photo_count, uint32_t seed_count, struct vw_subsets *subsets);
+// Trains on every subset with seed_count seeds from `first_seed` on, which no run should have whose scores are
 // evaluated by it. `photos`: the image_id of each photo.
 enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
                                   vw_retrain_function *retrain, void *context);
