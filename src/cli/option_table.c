@@ -107,8 +107,8 @@ const struct vw_option vw_option_table[] = {
     {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
      VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
     {"equal", NULL,
-     "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as in "
-     "the paper)",
+     "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as "
+     "in the paper)",
      VW_OPTIONS_COMPARE | VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
     {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
@@ -119,8 +119,8 @@ const struct vw_option vw_option_table[] = {
      "at least 3",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, halves), RANGE(0, 10000), COMMON},
     {"subsets", "N|all",
-     "Number of subsets of the train photos to train on, 8 to 10000: one half of them are random halves, the others have "
-     "random sizes of 40 to 100 %; all: every subset of at most 10 photos, for exact Shapley and Banzhaf values",
+     "Number of subsets of the train photos to train on, 8 to 10000: one half of them are random halves, the others "
+     "have random sizes of 40 to 100 %; all: every subset of at most 10 photos, for exact Shapley and Banzhaf values",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, subsets), COMMON, DEFAULT("200"), .words = "all"},
     {"retraining-seeds", "K",
      "Number of trainings of each subset, one per seed; their mean is what scores should predict", VW_OPTIONS_BENCHMARK,

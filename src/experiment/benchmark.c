@@ -246,7 +246,8 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
         benchmark->methods[benchmark->method_count++] =
             (struct vw_benchmark_method){evaluation->scorers[i].name, work->scorers.trainings[i]};
     enum vw_status status = record_metrics(work, &benchmark->metrics);
-    if (!status) status = vw_benchmark_write_metrics(benchmark);
+    if (!status)
+        status = vw_benchmark_write_metrics(benchmark->csv_path, work->params->common.scene.path, &benchmark->metrics);
     return status ? status
                   : vw_benchmark_write_worths(work->params->common.out, work->session.scene, evaluation->photos,
                                               work->worths);

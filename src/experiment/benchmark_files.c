@@ -13,12 +13,17 @@ static enum vw_status write_file(const char *out, const char *name, void (*print
     return status;
 }
 
+struct scene_metrics {
+    const char *scene;
+    const struct vw_metrics *metrics;
+};
+
 static void print_metrics(FILE *stream, const void *context) {
-    const struct vw_benchmark *benchmark = context;
+    const struct scene_metrics *rows = context;
     fputs("scene,metric,method,value,ci_low,ci_high,count\n", stream);
-    for (size_t i = 0; i < benchmark->metrics.count; i++) {
-        const struct vw_metric *row = &benchmark->metrics.rows[i];
-        const char *const texts[] = {benchmark->params->common.scene.path, row->metric, row->method};
+    for (size_t i = 0; i < rows->metrics->count; i++) {
+        const struct vw_metric *row = &rows->metrics->rows[i];
+        const char *const texts[] = {rows->scene, row->metric, row->method};
         const double values[] = {row->value, row->ci_low, row->ci_high};
         for (int t = 0; t < 3; t++) {
             vw_csv_write_text(stream, texts[t]);
@@ -32,8 +37,8 @@ static void print_metrics(FILE *stream, const void *context) {
     }
 }
 
-enum vw_status vw_benchmark_write_metrics(const struct vw_benchmark *benchmark) {
-    return vw_csv_write_file(benchmark->csv_path, print_metrics, benchmark);
+enum vw_status vw_benchmark_write_metrics(const char *path, const char *scene, const struct vw_metrics *metrics) {
+    return vw_csv_write_file(path, print_metrics, &(struct scene_metrics){scene, metrics});
 }
 
 struct photo_worths {

@@ -2,12 +2,11 @@
 #ifndef VIEWWORTH_BENCHMARK_FILES_H
 #define VIEWWORTH_BENCHMARK_FILES_H
 
-#include "experiment/benchmark.h"
 #include "value/evaluation/worth_regression.h"
 #include "viewworth/scene.h"
 
-// benchmark.csv, header scene,metric,method,value,ci_low,ci_high,count: a row per metric.
-enum vw_status vw_benchmark_write_metrics(const struct vw_benchmark *benchmark);
+// The file `path`, header scene,metric,method,value,ci_low,ci_high,count: a row per metric.
+enum vw_status vw_benchmark_write_metrics(const char *path, const char *scene, const struct vw_metrics *metrics);
 // worths.csv, header name,worth_db,ci_low,ci_high,test_worth_db,test_ci_low,test_ci_high: a row per photo (`photos`:
 // views of the scene) with its worths by validation and by test photos, empty where they are unknown. `worths`: one per
 // truth.

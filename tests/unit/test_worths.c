@@ -69,8 +69,8 @@ static void an_additive_game_is_recovered(void **state) {
     vw_subsets_free(&subsets);
 }
 
-// Every photo adds 10 dB beside its worth. Few and noisy trainings do not tell the photos apart: their worths are shrunk
-// to their mean, 10.18, and not to 0.
+// Every photo adds 10 dB beside its worth. Few and noisy trainings do not tell the photos apart: their worths are
+// shrunk to their mean, 10.18, and not to 0.
 static void shrinking_keeps_the_level(void **state) {
     (void)state;
     struct game game = {.noise_db = 2, .each_db = 10};
