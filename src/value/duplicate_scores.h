@@ -1,4 +1,4 @@
-// The scores of near-duplicates, by group: a copy shares the credit of its original.
+// The scores of near-duplicates, by group.
 #ifndef VIEWWORTH_DUPLICATE_SCORES_H
 #define VIEWWORTH_DUPLICATE_SCORES_H
 
