@@ -32,8 +32,8 @@ static const struct vw_command commands[] = {
      "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
-     "A positive score means that the photo helps. With --resume, a finished run is not trained again: the report "
-     "and the tables are written again, except scores.csv, and --sign signs it.",
+     "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
+     "not trained again: the report and the tables are written again, except scores.csv, and --sign signs it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},

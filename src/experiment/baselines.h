@@ -18,7 +18,7 @@ struct vw_baseline_input {
     uint64_t seed; // of that run
 };
 
-// `score` fills in a score per photo, positive = helps.
+// `score` fills in a score per photo, more = better.
 struct vw_baseline {
     const char *name, *meaning;
     enum vw_status (*score)(const struct vw_baseline_input *input, double *scores);

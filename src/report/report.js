@@ -242,7 +242,7 @@ function binsOf(values) {
   return {bins, decimals: Math.max(0, -Math.floor(Math.log10(width) + 1e-9))};
 }
 
-// Harm is hatched, so that it is told apart in grey as well.
+// Negative scores are hatched, so that they are told apart in grey as well.
 function hatched(name) {
   const tile = document.createElement('canvas'), pen = tile.getContext('2d');
   tile.width = tile.height = 8;
@@ -261,7 +261,7 @@ function fillDistribution() {
   if (!values.length) return;
   const {bins, decimals: digits} = binsOf(values), decimals = decimalsFor(values), unit = unitOf(run());
   const range = bin => signed(bin.from, digits) + ' to ' + signed(bin.to, digits);
-  const counts = harm => bins.map(bin => bin.from < 0 === harm ? bin.count : null);
+  const counts = negative => bins.map(bin => bin.from < 0 === negative ? bin.count : null);
   const ordered = [...values].sort((a, b) => a - b), middle = ordered.length / 2;
   const median = (ordered[Math.ceil(middle) - 1] + ordered[Math.floor(middle)]) / 2;
   drawChart('distribution-chart', {

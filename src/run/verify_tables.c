@@ -129,7 +129,7 @@ static enum vw_status make_by_provider(const struct vw_table_sources *sources, c
     struct vw_payout *payouts = NULL;
     uint32_t group_count = 0, payout_count = 0;
     uint64_t cents = 0;
-    bool nobody_helped = false;
+    bool none_positive = false;
     enum vw_status status = provide(sources, &provided);
     if (!status && provided.some)
         status = vw_providers_score(sources->scores, sources->score_count, provided.images, provided.count, &groups,
@@ -139,7 +139,7 @@ static enum vw_status make_by_provider(const struct vw_table_sources *sources, c
         status = vw_table_make_providers(path, groups, group_count, &derived->made);
     if (!status && group_count > 0 && cents > 0 && cents <= VW_PAYOUT_CENTS_MAX) {
         status = vw_payout_divide(groups, group_count, vw_value_default_method, cents, &payouts, &payout_count,
-                                  &nobody_helped);
+                                  &none_positive);
         if (!status) status = vw_table_make_payout(path, payouts, payout_count, &derived->made);
     }
     free(payouts);

@@ -40,23 +40,23 @@ static int compare_claims(const void *left, const void *right) {
 }
 
 // Claims in units of 2^-52 of the largest; all equal if no sum is positive. Returns their sum.
-static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *nobody_helped) {
+static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *none_positive) {
     double largest = 0;
     unsigned __int128 sum = 0; // of 2^52 each
     for (uint32_t i = 0; i < count; i++) largest = fmax(largest, claims[i].payout->group->value);
-    *nobody_helped = !(largest > 0);
+    *none_positive = !(largest > 0);
     for (uint32_t i = 0; i < count; i++) {
         double value = claims[i].payout->group->value;
-        claims[i].weight = *nobody_helped ? 1 : value > 0 ? (uint64_t)llround(value / largest * 0x1p52) : 0;
+        claims[i].weight = *none_positive ? 1 : value > 0 ? (uint64_t)llround(value / largest * 0x1p52) : 0;
         sum += claims[i].weight;
     }
     return sum;
 }
 
-static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, bool *nobody_helped) {
-    unsigned __int128 sum = weigh(claims, count, nobody_helped);
+static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, bool *none_positive) {
+    unsigned __int128 sum = weigh(claims, count, none_positive);
     uint64_t left_cents = amount_cents;
-    assert(sum > 0 || count == 0); // whoever helped most weighs 2^52, and if nobody did, everybody weighs 1
+    assert(sum > 0 || count == 0); // the largest sum weighs 2^52; if none is positive, all weigh 1
     for (uint32_t i = 0; i < count; i++) {
         unsigned __int128 product = (unsigned __int128)amount_cents * claims[i].weight;
         claims[i].remainder = product % sum;
@@ -71,7 +71,7 @@ static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, 
 
 enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,
                                 uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
-                                bool *nobody_helped) {
+                                bool *none_positive) {
     uint32_t count = 0;
     struct vw_payout *made = vw_allocate(group_count, sizeof *made);
     struct claim *claims = vw_allocate(group_count, sizeof *claims);
@@ -84,7 +84,7 @@ enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t
     }
     if (!status && count == 0)
         status = vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
-    if (!status) divide(claims, count, amount_cents, nobody_helped);
+    if (!status) divide(claims, count, amount_cents, none_positive);
     free(claims);
     if (status) {
         free(made);

@@ -43,12 +43,12 @@ bool vw_payout_parse(const char *text, uint64_t *cents);
 
 // Divides the amount among the named providers of `method`, in the order of their groups. Photos without a provider get
 // no share. A provider whose sum is not positive gets nothing; the others share in proportion to their sums. If no sum
-// is positive, the scores do not tell who helped: all share equally, and `*nobody_helped` is set. The cents add up to
+// is positive, the scores do not divide the amount: all share equally, and `*none_positive` is set. The cents add up to
 // the amount exactly: each provider gets the whole cents of its share, and the remaining cents go to the largest
 // fractions, ties by name. `*payouts` is owned by the caller (free) and borrows from `groups`. VW_ERROR_INPUT if the
 // method has no named provider.
 enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,
                                 uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
-                                bool *nobody_helped);
+                                bool *none_positive);
 
 #endif

@@ -65,7 +65,7 @@ check "--resume --payout pays" prints '^payout of 1000\.01 by dv_psnr' "${resume
 check "it takes no step and leaves the ledger as it was" test "$(query run 'SELECT group_concat(row_hash) FROM step')$(query run \
     'SELECT final_hash FROM run')" = "$steps$head"
 check "payout.csv adds up to the cent" test "$(table payout.csv "SELECT printf('%.2f', sum(amount)), count(*) FROM t")" = '1000.01|3'
-check "who harms gets nothing, the others in proportion" test "$(table payout.csv "SELECT max(CASE WHEN value + 0 > 0
+check "a sum that is not positive gets nothing, the others are in proportion" test "$(table payout.csv "SELECT max(CASE WHEN value + 0 > 0
     THEN abs(amount - 1000.01 * value / (SELECT sum(value) FROM t WHERE value + 0 > 0)) ELSE amount + 0 END) <= 0.01 FROM t")" = 1
 cp "$out/payout.csv" "$folder/payout.csv"
 check "paying again pays the same" prints '^payout of ' "${resume[@]}" --providers "$folder/providers.csv" --payout 1000.01

@@ -53,17 +53,17 @@ static void sums_are_of_the_photos(void **state) {
 
     struct vw_payout *payouts = NULL;
     uint32_t payout_count = 0;
-    bool nobody_helped = true;
-    ASSERT_OK(vw_payout_divide(groups, count, "dv_psnr", 10000, &payouts, &payout_count, &nobody_helped));
+    bool none_positive = true;
+    ASSERT_OK(vw_payout_divide(groups, count, "dv_psnr", 10000, &payouts, &payout_count, &none_positive));
     assert_int_equal(payout_count, 2); // nobody is paid for the photo without a provider
-    assert_false(nobody_helped);
+    assert_false(none_positive);
     assert_true(payouts[0].group == &groups[1] && payouts[0].cents == 6667);
     assert_true(payouts[1].group == &groups[2] && payouts[1].cents == 3333);
     assert_near(payouts[0].share, 2.0 / 3, 1e-15);
     free(payouts);
-    assert_int_equal(vw_payout_divide(groups, 1, "dv_psnr", 10000, &payouts, &payout_count, &nobody_helped),
+    assert_int_equal(vw_payout_divide(groups, 1, "dv_psnr", 10000, &payouts, &payout_count, &none_positive),
                      VW_ERROR_INPUT);
-    assert_int_equal(vw_payout_divide(groups, count, "other", 10000, &payouts, &payout_count, &nobody_helped),
+    assert_int_equal(vw_payout_divide(groups, count, "other", 10000, &payouts, &payout_count, &none_positive),
                      VW_ERROR_INPUT);
     free(groups);
     groups = NULL;
@@ -78,14 +78,14 @@ enum { PROVIDERS_MOST = 7 };
 static const char *const names[PROVIDERS_MOST] = {"a", "b", "c", "d", "e", "f", "g"};
 
 static uint64_t divide(const double *values, uint32_t count, uint64_t amount_cents, uint64_t *cents,
-                       bool *nobody_helped) {
+                       bool *none_positive) {
     struct vw_provider_score groups[PROVIDERS_MOST] = {0};
     struct vw_payout *payouts = NULL;
     uint32_t payout_count = 0;
     uint64_t sum = 0;
     for (uint32_t i = 0; i < count; i++)
         groups[i] = (struct vw_provider_score){.provider = names[i], .method = "m", .value = values[i]};
-    ASSERT_OK(vw_payout_divide(groups, count, "m", amount_cents, &payouts, &payout_count, nobody_helped));
+    ASSERT_OK(vw_payout_divide(groups, count, "m", amount_cents, &payouts, &payout_count, none_positive));
     assert_int_equal(payout_count, count);
     for (uint32_t i = 0; i < count; i++) sum += cents[i] = payouts[i].cents;
     free(payouts);
@@ -98,7 +98,7 @@ static void amounts_are_divided_to_the_cent(void **state) {
         double values[PROVIDERS_MOST];
         uint32_t count;
         uint64_t amount_cents, expected[PROVIDERS_MOST];
-        bool nobody_helped;
+        bool none_positive;
     } cases[] = {
         {{1}, 1, 1, {1}, false},
         {{1, 1, 1}, 3, 100, {34, 33, 33}, false},         // a tie: by name
@@ -124,14 +124,14 @@ static void amounts_are_divided_to_the_cent(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         uint64_t cents[PROVIDERS_MOST];
         const uint64_t *expected = cases[i].expected;
-        bool nobody_helped = !cases[i].nobody_helped;
-        assert_int_equal(divide(cases[i].values, cases[i].count, cases[i].amount_cents, cents, &nobody_helped),
+        bool none_positive = !cases[i].none_positive;
+        assert_int_equal(divide(cases[i].values, cases[i].count, cases[i].amount_cents, cents, &none_positive),
                          cases[i].amount_cents);
         for (uint32_t p = 0; p < cases[i].count; p++)
             if (cents[p] != expected[p])
                 fail_msg("case %zu: %s gets %llu cents, not %llu", i, names[p], (unsigned long long)cents[p],
                          (unsigned long long)expected[p]);
-        assert_int_equal(nobody_helped, cases[i].nobody_helped);
+        assert_int_equal(none_positive, cases[i].none_positive);
     }
 }
 
@@ -143,7 +143,7 @@ static void any_amount_adds_up(void **state) {
         double values[PROVIDERS_MOST], positive = 0;
         uint64_t cents[PROVIDERS_MOST];
         uint32_t words[4];
-        bool nobody_helped = false;
+        bool none_positive = false;
         vw_random_words(seed, VW_RANDOM_JITTER, round, 0, 0, words);
         uint32_t count = 1 + words[0] % PROVIDERS_MOST;
         uint64_t amount = 1 + ((uint64_t)words[1] << 16) % (round % 2 ? 1000 : VW_PAYOUT_CENTS_MAX);
@@ -152,11 +152,11 @@ static void any_amount_adds_up(void **state) {
             values[i] = 2 * vw_random_unit(words[0]) - 0.5;
             positive += fmax(values[i], 0);
         }
-        uint64_t sum = divide(values, count, amount, cents, &nobody_helped);
+        uint64_t sum = divide(values, count, amount, cents, &none_positive);
         if (sum != amount)
             fail_msg("seed 7, round %u: %llu of %llu cents", round, (unsigned long long)sum,
                      (unsigned long long)amount);
-        for (uint32_t i = 0; i < count && !nobody_helped; i++) {
+        for (uint32_t i = 0; i < count && !none_positive; i++) {
             double share = (double)amount * fmax(values[i], 0) / positive;
             assert_near((double)cents[i], share, 1 + 1e-12 * (double)amount); // and the rounding of this sum in double
             if (values[i] <= 0) assert_int_equal(cents[i], 0);

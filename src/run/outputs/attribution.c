@@ -71,7 +71,7 @@ static enum vw_status make_payout(struct vw_attribution *attribution) {
         return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
     enum vw_status status =
         vw_payout_divide(attribution->groups, attribution->group_count, attribution->method, attribution->amount_cents,
-                         &attribution->payouts, &attribution->payout_count, &attribution->nobody_helped);
+                         &attribution->payouts, &attribution->payout_count, &attribution->none_positive);
     return status ? status
                   : vw_table_write_payout(attribution->payout_path, attribution->payouts, attribution->payout_count);
 }
@@ -111,7 +111,7 @@ static void warn(const struct vw_attribution *attribution) {
                        "scores high by being "
                        "known; exclude one side",
                        leaked_count, leaked->image->name);
-    if (attribution->nobody_helped)
+    if (attribution->none_positive)
         vw_log_warning("--payout: no provider's sum is positive, so that all share equally");
 }
 

@@ -19,7 +19,7 @@ struct vw_attribution {
     uint64_t amount_cents;
     struct vw_payout *payouts; // none unless asked for
     uint32_t payout_count;
-    bool nobody_helped;
+    bool none_positive;
     struct vw_duplicate_score *duplicates;
     uint32_t duplicate_count;
     char *providers_path, *payout_path, *duplicates_path; // owned
