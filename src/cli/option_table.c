@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "experiment/comparison_data.h"
 #include "experiment/sweep/configurations.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
@@ -83,8 +84,14 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON, DEFAULT("dv_psnr; of outliers dv_psnr, dv_loss and quality")},
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN,
      OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
-    {"seeds", "K", "Number of trainings of each list, one per seed; seeds count up from --seed", VW_OPTIONS_COMPARE,
-     VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50), COMMON},
+    {"seeds", "K",
+     "Number of trainings of each list, one per seed (with --valuation-seeds of each valuation); seeds count up from "
+     "--seed",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50), COMMON},
+    {"valuation-seeds", "K",
+     "Value the scene K times, with other seeds and in OUT/seed_N, and select the lists by each in turn, in place of "
+     "--scores: intervals are over valuations and hold the noise of selection",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, valuation_seeds), RANGE(2, VW_VALUATIONS_MAX)},
     {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"together", "K",

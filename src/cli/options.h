@@ -54,7 +54,8 @@ struct vw_options {
     const char *method; // whose scores select photos
     struct vw_texts lists;
     enum vw_equal equal;
-    const char *scores; // OUT of a valued run
+    const char *scores;       // OUT of a valued run
+    uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
     bool no_thumbnails;
     bool paper_methods;

@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
+#include "experiment/seed_runs.h"
 #include "experiment/side_by_side.h"
 #include "run/outputs/report_folder.h"
 
@@ -28,10 +29,68 @@ struct work {
 
 static enum vw_status check(const struct vw_comparison_params *params) {
     const struct vw_experiment_params *common = &params->common;
-    enum vw_status status = vw_photo_sets_check(&params->sets);
+    struct vw_photo_sets_params sets = params->sets;
+    if (common->seeds > VW_COMPARISON_SAMPLES_MAX || params->valuation_seeds > VW_VALUATIONS_MAX)
+        return vw_fail(VW_ERROR_USAGE, "--seeds: at most %d can be compared, and by at most %d valuations",
+                       VW_COMPARISON_SAMPLES_MAX, VW_VALUATIONS_MAX);
+    if (params->valuation_seeds && sets.scores)
+        return vw_fail(VW_ERROR_USAGE, "--valuation-seeds: values the scene itself; leave out --scores");
+    if (params->valuation_seeds) sets.scores = common->out; // valued there
+    enum vw_status status = vw_photo_sets_check(&sets);
     if (!status && !vw_text_is_clean(common->scene.path))
         status = vw_fail(VW_ERROR_USAGE, "the scene's path is not UTF-8 or holds control characters; rename it");
-    return status ? status : vw_experiment_check(common, common->seeds, false);
+    uint32_t valuations = params->valuation_seeds,
+             seeds = valuations ? valuations * (common->seeds + 1) : common->seeds;
+    return status ? status : vw_experiment_check(common, seeds, valuations > 0);
+}
+
+// ---- Valuations ----
+
+// Their seeds come after those of the trainings.
+static struct vw_config valuation_config(const struct vw_comparison_params *params) {
+    struct vw_config config = *params->common.config;
+    config.seed += (uint64_t)params->valuation_seeds * params->common.seeds;
+    return config;
+}
+
+static enum vw_status value_scene(struct work *work) {
+    struct vw_experiment_params valuations = work->params->common;
+    const struct vw_config config = valuation_config(work->params);
+    valuations.config = &config;
+    valuations.seeds = work->params->valuation_seeds;
+    return vw_seed_runs_make(&valuations, &work->comparison->session);
+}
+
+// The lists by one valuation; without valuations those that the params name.
+static enum vw_status make_sets(const struct vw_comparison_params *params, const struct vw_scene *scene,
+                                uint32_t valuation, struct vw_photo_sets *sets) {
+    struct vw_photo_sets_params valued = params->sets;
+    char *folder = NULL;
+    if (params->valuation_seeds) {
+        folder = vw_seed_run_path(params->common.out, valuation_config(params).seed + valuation, "");
+        if (!folder) return VW_ERROR_MEMORY;
+        valued.scores = folder;
+        valued.varies = true;
+    }
+    enum vw_status status = vw_photo_sets_make(&valued, &params->common, scene, sets);
+    free(folder);
+    return status;
+}
+
+static enum vw_status make_all_sets(struct work *work) {
+    const struct vw_comparison_params *params = work->params;
+    struct vw_comparison *comparison = work->comparison;
+    const struct vw_scene *scene = comparison->session.scene;
+    uint32_t others = params->valuation_seeds ? params->valuation_seeds - 1 : 0;
+    comparison->training_count = (1 + others) * params->common.seeds;
+    enum vw_status status = make_sets(params, scene, 0, &comparison->sets);
+    if (!status && params->valuation_seeds && !comparison->sets.by_scores)
+        return vw_fail(VW_ERROR_USAGE, "--valuation-seeds: no list is selected by scores; leave it out");
+    comparison->other_sets = vw_allocate(others, sizeof *comparison->other_sets);
+    if (!status && !comparison->other_sets) status = VW_ERROR_MEMORY;
+    for (uint32_t v = 0; !status && v < others; v++)
+        status = make_sets(params, scene, 1 + v, &comparison->other_sets[v]);
+    return status;
 }
 
 // Spread evenly over the test photos, or over the validation photos when there are no test photos.
@@ -68,9 +127,10 @@ static enum vw_status plan(struct work *work) {
     if (!scene->split_count[VW_SPLIT_VAL] && !scene->split_count[VW_SPLIT_TEST])
         return vw_fail(VW_ERROR_INPUT, "%s: has neither validation nor test photos; name some by --val or --test",
                        common->scene.path);
-    enum vw_status status = vw_photo_sets_make(&work->params->sets, common, scene, &comparison->sets);
+    enum vw_status status = make_all_sets(work);
     if (status) return status;
-    comparison->results = vw_allocate((size_t)comparison->sets.count * common->seeds, sizeof *comparison->results);
+    comparison->results =
+        vw_allocate((size_t)comparison->sets.count * comparison->training_count, sizeof *comparison->results);
     work->renders_folder = vw_path_join(common->out, "renders");
     work->pictures_folder = vw_path_join(common->out, "renders/retrainings");
     if (!comparison->results || !work->renders_folder || !work->pictures_folder) return VW_ERROR_MEMORY;
@@ -80,7 +140,10 @@ static enum vw_status plan(struct work *work) {
 
 // ---- Training ----
 
-static struct vw_retrain_params retraining_of(struct vw_photo_sets *sets, uint32_t list, uint64_t seed) {
+static struct vw_retrain_params retraining_of(struct vw_comparison *comparison, uint32_t list, uint32_t training) {
+    uint32_t valuation = training / comparison->params->common.seeds;
+    struct vw_photo_sets *sets = valuation ? &comparison->other_sets[valuation - 1] : &comparison->sets;
+    uint64_t seed = comparison->params->common.config->seed + training;
     return (struct vw_retrain_params){.views = vw_photo_sets_draw(sets, list, seed),
                                       .view_count = sets->lists[list].count,
                                       .seed = seed,
@@ -105,31 +168,28 @@ static enum vw_status open_retrainer(struct work *work) {
 }
 
 // The lists with one seed, at the same time.
-static enum vw_status train_lists(struct work *work, uint32_t place_of_seed) {
-    const struct vw_experiment_params *common = &work->params->common;
+static enum vw_status train_lists(struct work *work, uint32_t training) {
     struct vw_comparison *comparison = work->comparison;
     struct vw_retrain_params retrainings[VW_PHOTO_SETS_MAX];
     struct vw_retrain_result results[VW_PHOTO_SETS_MAX];
     uint32_t count = comparison->sets.count;
-    for (uint32_t l = 0; l < count; l++)
-        retrainings[l] = retraining_of(&comparison->sets, l, common->config->seed + place_of_seed);
+    for (uint32_t l = 0; l < count; l++) retrainings[l] = retraining_of(comparison, l, training);
     enum vw_status status = vw_retrain(&work->retrainer, retrainings, count, results);
     for (uint32_t l = 0; !status && l < count; l++)
-        comparison->results[(size_t)l * common->seeds + place_of_seed] = results[l];
+        comparison->results[(size_t)l * comparison->training_count + training] = results[l];
     return status;
 }
 
 // Seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the pictures
 // for the renders.
 static enum vw_status train(struct work *work) {
-    const struct vw_experiment_params *common = &work->params->common;
     struct vw_comparison *comparison = work->comparison;
     struct vw_retrainer *retrainer = &work->retrainer;
     enum vw_status status = VW_OK;
-    retrainer->planned = (uint64_t)comparison->sets.count * common->seeds;
+    retrainer->planned = (uint64_t)comparison->sets.count * comparison->training_count;
     retrainer->saved_views =
         (struct vw_saved_views){.views = comparison->rendered_views, .folder = work->pictures_folder};
-    for (uint32_t s = 0; !status && s < common->seeds; s++) {
+    for (uint32_t s = 0; !status && s < comparison->training_count; s++) {
         retrainer->saved_views.count = s ? 0 : comparison->rendered_count;
         status = train_lists(work, s);
     }
@@ -144,8 +204,7 @@ static enum vw_status write_render(struct work *work, uint32_t place) {
     enum vw_status status = to ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t l = 0; !status && l < comparison->sets.count; l++) {
         char id[VW_HASH_HEX_BYTES];
-        const struct vw_retrain_params retraining =
-            retraining_of(&comparison->sets, l, work->params->common.config->seed);
+        const struct vw_retrain_params retraining = retraining_of(comparison, l, 0);
         vw_retrainer_name(&work->retrainer, &retraining, id);
         pictures[l] = vw_saved_view_path(&work->retrainer.saved_views, id, comparison->rendered_views[place]);
         if (!pictures[l]) status = VW_ERROR_MEMORY;
@@ -191,6 +250,7 @@ static enum vw_status make(struct work *work) {
     enum vw_status status = check(work->params);
     if (!status) status = vw_out_lock_take(out, &work->lock);
     if (!status) status = vw_experiment_open_session(&work->params->common, &work->comparison->session);
+    if (!status && work->params->valuation_seeds) status = value_scene(work);
     if (!status) status = plan(work);
     if (!status) status = vw_folder_create_inside(out, "renders/retrainings");
     if (status) return status;
@@ -218,5 +278,8 @@ void vw_comparison_free(struct vw_comparison *comparison) {
     free(comparison->rendered_views);
     free(comparison->report_path);
     vw_photo_sets_free(&comparison->sets);
+    for (uint32_t v = 1; comparison->other_sets && v < comparison->params->valuation_seeds; v++)
+        vw_photo_sets_free(&comparison->other_sets[v - 1]);
+    free(comparison->other_sets);
     vw_session_close(&comparison->session);
 }

@@ -17,8 +17,8 @@ static void print_outcomes(FILE *stream, const void *context) {
     fputs("list,seed,photo_count,epochs", stream);
     print_measures(stream);
     for (uint32_t l = 0; l < comparison->sets.count; l++)
-        for (uint32_t s = 0; s < comparison->params->common.seeds; s++) {
-            const struct vw_photo_set *list = &comparison->sets.lists[l];
+        for (uint32_t s = 0; s < comparison->training_count; s++) {
+            const struct vw_photo_set *list = vw_comparison_list(comparison, l, s);
             vw_csv_write_text(stream, list->name);
             fprintf(stream, ",%" PRIu64 ",%u,%u", comparison->params->common.config->seed + s, list->count,
                     list->epochs);
@@ -72,7 +72,7 @@ static void print_disagreements(FILE *stream, const void *context) {
     fputs("photo,in,not_in\n", stream);
     for (uint32_t a = 0; a < sets->count; a++)
         for (uint32_t b = 0; b < sets->count; b++)
-            if (!sets->lists[a].random && !sets->lists[b].random)
+            if (!vw_comparison_varies(comparison, a) && !vw_comparison_varies(comparison, b))
                 print_one_sided(stream, comparison, &sets->lists[a], &sets->lists[b]);
 }
 

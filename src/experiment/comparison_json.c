@@ -11,10 +11,11 @@ static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t s
     return object;
 }
 
-// A random list has other photos for each seed: none are named.
-static json_t *photos_to_json(const struct vw_comparison *comparison, const struct vw_photo_set *list) {
+// A random list has other photos for each seed, and one by scores for each valuation: none are named.
+static json_t *photos_to_json(const struct vw_comparison *comparison, uint32_t place) {
+    const struct vw_photo_set *list = &comparison->sets.lists[place];
     json_t *photos = json_array();
-    for (uint32_t i = 0; !list->random && i < list->count; i++)
+    for (uint32_t i = 0; !vw_comparison_varies(comparison, place) && i < list->count; i++)
         vw_json_append(&photos, json_string(comparison->session.scene->views[list->views[i]].name));
     return photos;
 }
@@ -22,18 +23,18 @@ static json_t *photos_to_json(const struct vw_comparison *comparison, const stru
 static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
     const struct vw_retrain_result *results = vw_comparison_results(comparison, place);
-    uint32_t seeds = comparison->params->common.seeds;
     json_t *made = json_array(), *means = json_object(), *errors = json_object();
-    for (uint32_t s = 0; s < seeds; s++)
-        vw_json_append(&made, result_to_json(&results[s], comparison->params->common.config->seed + s, list->count));
+    for (uint32_t s = 0; s < comparison->training_count; s++)
+        vw_json_append(&made, result_to_json(&results[s], comparison->params->common.config->seed + s,
+                                             vw_comparison_list(comparison, place, s)->count));
     for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++) {
-        struct vw_quality_mean mean = vw_quality_average(results, seeds, quality);
+        struct vw_quality_mean mean = vw_comparison_mean(comparison, place, quality);
         vw_json_set(&means, vw_quality_name(quality), vw_json_real(mean.mean));
         vw_json_set(&errors, vw_quality_name(quality), vw_json_real(mean.standard_error));
     }
     return json_pack("{s:s, s:b, s:I, s:I, s:o, s:o, s:o, s:o}", "name", list->name, "random", list->random,
                      "photo_count", (json_int_t)list->count, "epochs", (json_int_t)list->epochs, "photos",
-                     photos_to_json(comparison, list), "outcomes", made, "mean", means, "stderr", errors);
+                     photos_to_json(comparison, place), "outcomes", made, "mean", means, "stderr", errors);
 }
 
 static json_t *pair_to_json(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
@@ -51,7 +52,8 @@ static void add_disagreement(const struct vw_comparison *comparison, uint32_t vi
     json_t *in = json_array(), *not_in = json_array();
     for (uint32_t l = 0; l < comparison->sets.count; l++) {
         const struct vw_photo_set *list = &comparison->sets.lists[l];
-        if (!list->random) vw_json_append(vw_photo_set_has(list, view) ? &in : &not_in, json_string(list->name));
+        if (!vw_comparison_varies(comparison, l))
+            vw_json_append(vw_photo_set_has(list, view) ? &in : &not_in, json_string(list->name));
     }
     json_t *disagreement =
         json_pack("{s:s, s:O, s:O}", "photo", comparison->session.scene->views[view].name, "in", in, "not_in", not_in);
@@ -77,7 +79,7 @@ json_t *vw_comparison_to_json(const struct vw_comparison *comparison) {
     const struct vw_experiment_params *common = &comparison->params->common;
     json_t *seeds = json_array(), *lists = json_array(), *pairs = json_array(), *disagreements = json_array(),
            *renders = json_array();
-    for (uint32_t s = 0; s < common->seeds; s++)
+    for (uint32_t s = 0; s < comparison->training_count; s++)
         vw_json_append(&seeds, json_integer((json_int_t)(common->config->seed + s)));
     for (uint32_t l = 0; l < comparison->sets.count; l++) vw_json_append(&lists, list_to_json(comparison, l));
     for (uint32_t p = 0; p < comparison->pair_count; p++)
@@ -86,8 +88,9 @@ json_t *vw_comparison_to_json(const struct vw_comparison *comparison) {
     for (uint32_t i = 0; i < comparison->sets.train_count; i++)
         add_disagreement(comparison, comparison->sets.train_views[i], &disagreements);
     for (uint32_t i = 0; i < comparison->rendered_count; i++) vw_json_append(&renders, render_to_json(comparison, i));
-    return json_pack("{s:s, s:s, s:o, s:I, s:I, s:s, s:b, s:o, s:o, s:o, s:o}", "scene", common->scene.path,
-                     "scene_hash", comparison->scene_hash, "seeds", seeds, "downscale",
+    json_t *valuations = comparison->params->valuation_seeds ? json_integer(comparison->params->valuation_seeds) : NULL;
+    return json_pack("{s:s, s:s, s:o, s:o*, s:I, s:I, s:s, s:b, s:o, s:o, s:o, s:o}", "scene", common->scene.path,
+                     "scene_hash", comparison->scene_hash, "seeds", seeds, "valuations", valuations, "downscale",
                      (json_int_t)(common->scene.downscale ? common->scene.downscale : 1), "epochs",
                      (json_int_t)common->config->epochs, "equal", vw_equal_name(comparison->params->sets.equal),
                      "half_views", comparison->half_views, "lists", lists, "pairs", pairs, "disagreements",

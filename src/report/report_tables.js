@@ -276,7 +276,8 @@ function fillComparisons() {
     byId('comparisons').append(
       element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
         plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
-        '. Mean ± standard error over seeds; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
+        '. Mean ± standard error over ' + (compare.valuations ? compare.valuations + ' valuations, each of which selects the lists' :
+          'seeds') + '; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
       listsTable(compare), element('div', {id}),
       ...parts(compare.pairs, () => pairsTable(compare), 'Paired differences'),
       ...parts(compare.disagreements, () => disagreementsTable(compare, thumbnails), 'Photos on which lists disagree'),

@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "experiment/comparison_data.h"
 #include "value/evaluation/paired_comparison.h"
 
 #define ROUNDING 1e-12 // of a few sums of numbers near 20
@@ -88,11 +89,47 @@ static void no_value_makes_no_difference(void **state) {
     assert_true(isnan(vw_quality_average(a, 2, VW_QUALITY_TEST_PSNR).mean));
 }
 
+// Three valuations with two seeds each. Differences: 1 and 3, 4 and 4, 5 and 7; so means 2, 4, 6 of the valuations:
+// mean 4, standard error 2 / sqrt(3), and t(2).
+static void valuations_are_the_samples(void **state) {
+    (void)state;
+    enum { TRAININGS = 6 };
+    struct vw_retrain_result results[2 * TRAININGS] = {{0}};
+    static const double all[TRAININGS] = {10, 20, 15, 25, 30, 10}, top[TRAININGS] = {11, 23, 19, 29, 35, 17};
+    struct vw_comparison_params params = {.common = {.seeds = 2}, .valuation_seeds = 3};
+    struct vw_photo_sets others[2] = {{.count = 2}, {.count = 2}};
+    struct vw_comparison comparison = {
+        .params = &params, .training_count = TRAININGS, .results = results, .sets = {.count = 2}, .other_sets = others};
+    comparison.sets.lists[1].by_scores = true;
+    for (uint32_t t = 0; t < TRAININGS; t++) {
+        results[t].test_psnr = all[t];
+        results[TRAININGS + t].test_psnr = top[t];
+    }
+    const struct vw_set_pair pair = {1, 0};
+    struct vw_paired_difference paired = vw_comparison_difference(&comparison, &pair, VW_QUALITY_TEST_PSNR);
+    assert_near(paired.difference, 4, ROUNDING);
+    assert_near(paired.standard_error, 2 / sqrt(3), ROUNDING);
+    assert_near(paired.ci_high, 4 + 4.302652729749 * 2 / sqrt(3), 1e-9);
+    struct vw_quality_mean mean = vw_comparison_mean(&comparison, 0, VW_QUALITY_TEST_PSNR); // of 15, 20, 20
+    assert_near(mean.mean, 55.0 / 3, ROUNDING);
+    assert_near(mean.standard_error, 5.0 / 3, ROUNDING);
+    assert_ptr_equal(vw_comparison_list(&comparison, 1, 1), &comparison.sets.lists[1]);
+    assert_ptr_equal(vw_comparison_list(&comparison, 1, 2), &others[0].lists[1]);
+    assert_ptr_equal(vw_comparison_list(&comparison, 0, 5), &others[1].lists[0]);
+    assert_true(vw_comparison_varies(&comparison, 1) && !vw_comparison_varies(&comparison, 0));
+    params = (struct vw_comparison_params){.common = {.seeds = 6}}; // the same trainings without valuations
+    paired = vw_comparison_difference(&comparison, &pair, VW_QUALITY_TEST_PSNR);
+    assert_near(paired.difference, 4, ROUNDING);
+    assert_near(paired.standard_error, sqrt(20.0 / 5 / 6), ROUNDING);
+    assert_false(vw_comparison_varies(&comparison, 1));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(measures_are_the_fields),  cmocka_unit_test(means_over_seeds),
-        cmocka_unit_test(luck_of_the_seed_cancels), cmocka_unit_test(what_is_beyond_noise),
-        cmocka_unit_test(one_seed_has_no_interval), cmocka_unit_test(no_value_makes_no_difference),
+        cmocka_unit_test(measures_are_the_fields),      cmocka_unit_test(means_over_seeds),
+        cmocka_unit_test(luck_of_the_seed_cancels),     cmocka_unit_test(what_is_beyond_noise),
+        cmocka_unit_test(valuations_are_the_samples),   cmocka_unit_test(one_seed_has_no_interval),
+        cmocka_unit_test(no_value_makes_no_difference),
     };
     return cmocka_run_group_tests_name("comparison", tests, NULL, NULL);
 }

@@ -25,7 +25,7 @@ static const struct {
 // Whether any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
 static bool is_known(const struct vw_comparison *comparison, enum vw_quality quality) {
     bool known = false;
-    for (uint32_t i = 0; i < comparison->sets.count * comparison->params->common.seeds; i++)
+    for (uint32_t i = 0; i < comparison->sets.count * comparison->training_count; i++)
         known |= isfinite(vw_quality_of(&comparison->results[i], quality));
     return known;
 }
@@ -40,13 +40,26 @@ static enum vw_quality last_known(const struct vw_comparison *comparison) {
 
 static void print_cell(const char *text, bool last) { vw_print("  %-*s", last ? 0 : CELL_WIDTH, text); }
 
+// Name, photos and epochs; with valuations by which they differ the least and the most photos.
+static void print_sizes(const struct vw_comparison *comparison, uint32_t place) {
+    const struct vw_photo_set *first = &comparison->sets.lists[place];
+    uint32_t least = first->count, most = first->count;
+    char photos[32];
+    for (uint32_t s = 0; s < comparison->training_count; s++) {
+        uint32_t count = vw_comparison_list(comparison, place, s)->count;
+        if (count < least) least = count;
+        if (count > most) most = count;
+    }
+    if (least == most) snprintf(photos, sizeof photos, "%u", least);
+    else snprintf(photos, sizeof photos, "%u-%u", least, most);
+    vw_print("%-*s  %6s  %6u", NAME_WIDTH, first->name, photos, first->epochs);
+}
+
 static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_quality last) {
-    const struct vw_photo_set *list = &comparison->sets.lists[place];
-    vw_print("%-*s  %6u  %6u", NAME_WIDTH, list->name, list->count, list->epochs);
+    print_sizes(comparison, place);
     for (enum vw_quality quality = 0; quality <= last; quality++) {
         if (!is_known(comparison, quality)) continue;
-        struct vw_quality_mean mean =
-            vw_quality_average(vw_comparison_results(comparison, place), comparison->params->common.seeds, quality);
+        struct vw_quality_mean mean = vw_comparison_mean(comparison, place, quality);
         int digits = columns[quality].digits;
         char text[64];
         if (isnan(mean.standard_error)) snprintf(text, sizeof text, "%.*f", digits, mean.mean);
@@ -90,10 +103,15 @@ static void print_pair(const struct vw_comparison *comparison, const struct vw_s
 static void print_heading(const struct vw_comparison *comparison) {
     const struct vw_experiment_params *common = &comparison->params->common;
     const struct vw_scene *scene = comparison->session.scene;
-    vw_print("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean over seeds +- standard error\n"
+    if (comparison->params->valuation_seeds)
+        vw_print("lists by scores are selected anew by each of %u valuations, which have seeds of their own; means and "
+                 "intervals are over\nthe valuations, each with %u of the seeds\n",
+                 comparison->params->valuation_seeds, common->seeds);
+    vw_print("%u lists of %s, %u seed%s from %" PRIu64 " on, equal %s; mean +- standard error\n"
              "PSNR, SSIM and L1: means over %u validation and %u test photos, %s\n",
-             comparison->sets.count, common->scene.path, common->seeds, common->seeds > 1 ? "s" : "",
-             common->config->seed, vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
+             comparison->sets.count, common->scene.path, comparison->training_count,
+             comparison->training_count > 1 ? "s" : "", common->config->seed,
+             vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
              scene->split_count[VW_SPLIT_TEST],
              comparison->half_views ? "their right halves: appearance is fitted to the left ones" : "whole");
     if (comparison->sets.by_scores)
