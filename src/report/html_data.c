@@ -8,6 +8,7 @@
 #include "ledger/find_image.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "value/repair.h"
 
 enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
 
@@ -181,6 +182,50 @@ static int put_steps(const struct vw_report_run *run, json_t *object) {
     return failed;
 }
 
+// ---- Repair curves -------------------------------------------------------------------------------------------------
+
+static int put_curve(const struct vw_repair_curve *curve, uint32_t count, json_t *object) {
+    int failed = !object;
+    for (uint32_t k = 0; k < count && !failed; k++) {
+        failed |= add(object, "excess", vw_json_real(curve->excess_db[k]));
+        failed |= add(object, "stderr", vw_json_real(curve->stderr_db[k]));
+    }
+    return failed;
+}
+
+static int put_curves(const struct vw_repair_curves *curves, uint32_t image_count, json_t *object) {
+    if (!curves->horizon_count) return put(object, "repair", json_null());
+    json_t *repair = put_child(object, "repair", json_object());
+    json_t *photos = put_child(repair, "photos", json_array()), *kinds = put_child(repair, "kinds", json_array());
+    int failed = !photos || !kinds;
+    for (uint32_t k = 0; k < curves->horizon_count; k++)
+        failed |= add(repair, "steps", json_integer(curves->horizons[k]));
+    for (uint32_t i = 0; i < image_count && !failed; i++)
+        failed = curves->photos[i].visits[0]
+                     ? put_curve(&curves->photos[i], curves->horizon_count, append_child(photos, json_object()))
+                     : json_array_append_new(photos, json_null());
+    for (uint32_t i = 0; i < curves->kind_count && !failed; i++) {
+        json_t *kind = append_child(kinds, json_object());
+        failed = put_text(kind, "kind", curves->kinds[i].ground_truth) |
+                 put_count(kind, "photos", curves->kinds[i].photo_count) |
+                 put_curve(&curves->kinds[i].curve, curves->horizon_count, kind);
+    }
+    return failed;
+}
+
+static enum vw_status put_repair(const struct vw_report_run *run, json_t *object) {
+    const struct vw_value_input input = {.records = run->records,
+                                         .record_count = run->record_count,
+                                         .burn_in_epochs = run->burn_in_epochs,
+                                         .images = run->images,
+                                         .image_count = run->image_count};
+    struct vw_repair_curves curves;
+    enum vw_status status = vw_repair_curves_make(&input, &curves);
+    if (!status && put_curves(&curves, run->image_count, object)) status = out_of_memory();
+    vw_repair_curves_free(&curves);
+    return status;
+}
+
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
 // By its place in `images`; null for one that they lack.
@@ -263,6 +308,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
     failed |= put_steps(run, object) | put_matrix(run, object);
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
+    if (!status) status = put_repair(run, object);
     if (!status)
         status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
     if (!status)

@@ -40,6 +40,7 @@ struct vw_report_run {
     uint32_t score_count;
     const struct vw_step_record *records; // all steps in order
     uint64_t record_count;
+    uint32_t burn_in_epochs;
     const struct vw_matrix *matrix;             // NULL or without views: none
     const struct vw_view_evidence *views;       // one per column of the matrix
     const double *standard_errors;              // one per row of the matrix

@@ -171,6 +171,7 @@ static char *write_report(struct vw_run *run) {
         .score_count = run->scoring.score_count,
         .records = run->scoring.input.records,
         .record_count = run->scoring.input.record_count,
+        .burn_in_epochs = run->scoring.input.burn_in_epochs,
         .matrix = &validation->matrix,
         .views = validation->views,
         .standard_errors = validation->standard_errors,

@@ -127,8 +127,8 @@ def charts_are_drawn(browser, folder):
         const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height), seen = new Set();
         for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200) seen.add(data[i] * 65536 + data[i + 1] * 256 + data[i + 2]);
         return seen.size; })"""
-    for name, charts in (('run/report.html', 2), ('both.html', 3), ('all.html', 4), ('trade/report.html', 5),
-                         ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 9)):
+    for name, charts in (('run/report.html', 3), ('both.html', 4), ('all.html', 5), ('trade/report.html', 5),
+                         ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 10)):
         colours = Page(browser, f'{folder}/{name}').run(count)
         expect(len(colours) == charts, f'{name}: {len(colours)} charts')
         expect(min(colours) > 5, f'{name}: blank: {colours} colours') # text alone has shades of grey; axes, lines and points more
@@ -146,6 +146,7 @@ def ranking_is_right(browser, folder):
         expect(method in page.run("return document.getElementById('ranking-note').textContent"), f'{method} is not named')
 
 
+<<<<<<< HEAD
 @check('quality stands beside every other score, and is not compared with zero')
 def quality_is_shown(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
@@ -156,6 +157,20 @@ def quality_is_shown(browser, folder):
     expect('above 0' in page.run(tiles), page.run(tiles))
     page.choose('choose-method', 'quality')
     expect('above 0' not in page.run(tiles), page.run(tiles))
+=======
+@check('repair curves are drawn by kind, and of a chosen photo')
+def repair_is_drawn(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    repair = page.run("return JSON.parse(document.getElementById('data').textContent).runs[0].repair")
+    labels = "return charts.get('repair-chart').chart.data.datasets.map(one => one.label)"
+    kinds = [kind['kind'] + f" ({kind['photos']} photo" + ('s' if kind['photos'] > 1 else '') + ')' for kind in repair['kinds']]
+    expect(len(kinds) > 1 and page.run(labels) == kinds, page.run(labels))
+    expect(repair['steps'][:3] == [1, 2, 3], repair['steps'])
+    photo = next(i for i, one in enumerate(repair['photos']) if one)
+    page.choose('choose-repair', str(photo))
+    last = page.run("return charts.get('repair-chart').chart.data.datasets.at(-1).data")
+    expect(last == repair['photos'][photo]['excess'] and len(page.run(labels)) == len(kinds) + 1, last)
+>>>>>>> 85d8108 (report: draw what later steps repair)
 
 
 @check('a click on a header sorts, another turns the order round')

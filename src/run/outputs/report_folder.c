@@ -75,6 +75,7 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .score_count = run->score_count,
         .records = run->input.records,
         .record_count = run->input.record_count,
+        .burn_in_epochs = run->input.burn_in_epochs,
         .matrix = &run->matrix,
         .views = run->views,
         .standard_errors = run->standard_errors,

@@ -1,0 +1,131 @@
+// Repair curves of a ledger whose responses are known.
+#include <math.h>
+#include <stdlib.h>
+
+#include "support/cmocka_test.h"
+
+#include "value/repair.h"
+
+enum { PHOTOS = 30, EPOCHS = 5, STEPS = PHOTOS * EPOCHS, PULSE_PLACE = 10, PULSE_STEPS = 8 };
+
+// What the step on photo 10 does to PSNR at that step and the next ones: exposure, which is repaired.
+static const double response_db[PULSE_STEPS] = {-0.95, -0.28, -0.15, -0.12, -0.10, -0.08, -0.06, -0.05};
+// In the epochs after burn-in; their mean is 1.
+static const double scales[EPOCHS] = {9, 0.9, 1.1, 0.9, 1.1};
+
+static double pulse(uint64_t step) { // of a step counted from 1
+    uint64_t place = (step - 1) % PHOTOS, epoch = (step - 1) / PHOTOS;
+    return place >= PULSE_PLACE && place < PULSE_PLACE + PULSE_STEPS ? scales[epoch] * response_db[place - PULSE_PLACE]
+                                                                     : 0;
+}
+
+struct game {
+    struct vw_ledger_image images[PHOTOS + 1];
+    struct vw_step_record records[STEPS + 1];
+    struct vw_value_input input;
+};
+
+// Photos in the same order in every epoch, and a trend that differs from step to step alike.
+static void make_game(struct game *game) {
+    *game = (struct game){0};
+    for (uint32_t i = 0; i <= PHOTOS; i++)
+        game->images[i] = (struct vw_ledger_image){.image_id = i,
+                                                   .name = "photo",
+                                                   .split = i < PHOTOS ? "train" : "val",
+                                                   .ground_truth = i == 2 || i == PULSE_PLACE ? "exposure" : "clean"};
+    game->records[0] = (struct vw_step_record){.view = VW_RECORD_UNTRAINED, .val_psnr = 10};
+    for (uint64_t step = 1; step <= STEPS; step++)
+        game->records[step] = (struct vw_step_record){.step = step,
+                                                      .epoch = (uint32_t)((step - 1) / PHOTOS),
+                                                      .view = (uint32_t)((step - 1) % PHOTOS),
+                                                      .val_psnr = 10 + 0.01 * (double)step + pulse(step)};
+    game->input = (struct vw_value_input){.records = game->records,
+                                          .record_count = STEPS + 1,
+                                          .burn_in_epochs = 1,
+                                          .images = game->images,
+                                          .image_count = PHOTOS + 1};
+}
+
+static void assert_db(double value, double expected) {
+    if (!(fabs(value - expected) < 1e-9)) fail_msg("%.12g, not %.12g", value, expected);
+}
+
+static void test_curves_are_the_responses(void **state) {
+    (void)state;
+    static const uint32_t horizons[] = {1, 2, 3, 5, 8, 12, 20, 30};
+    struct game game;
+    struct vw_repair_curves curves;
+    make_game(&game);
+    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    assert_int_equal(curves.horizon_count, 8); // up to an epoch
+    const struct vw_repair_curve *photo = &curves.photos[PULSE_PLACE], *next = &curves.photos[PULSE_PLACE + 1];
+    for (uint32_t k = 0; k < 5; k++) { // within the epoch, where the mean over its steps is the trend alone
+        uint32_t h = horizons[k];
+        double expected = response_db[h - 1];
+        assert_db(photo->excess_db[k], expected);
+        assert_int_equal(photo->visits[k], 4);
+        assert_db(photo->stderr_db[k], 0.1 * fabs(expected) * sqrt(4.0 / 3) / 2); // scales 0.9, 1.1, 0.9, 1.1
+        assert_db(next->excess_db[k], (h < PULSE_STEPS ? response_db[h] : 0) - response_db[0]);
+        assert_db(curves.photos[2].excess_db[k], 0); // far before the pulse
+        assert_int_equal(curves.photos[PHOTOS].visits[k], 0);
+        assert_true(isnan(curves.photos[PHOTOS].excess_db[k]));
+    }
+    for (uint32_t k = 0; k < 8; k++) assert_int_equal(curves.horizons[k], horizons[k]);
+    assert_int_equal(curves.photos[PHOTOS - 1].visits[1], 3); // the run ends
+    vw_repair_curves_free(&curves);
+}
+
+static void test_kinds_are_means_of_photos(void **state) {
+    (void)state;
+    struct game game;
+    struct vw_repair_curves curves;
+    make_game(&game);
+    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    assert_int_equal(curves.kind_count, 2);
+    assert_string_equal(curves.kinds[0].ground_truth, "clean");
+    assert_int_equal(curves.kinds[0].photo_count, PHOTOS - 2);
+    const struct vw_repair_kind *kind = &curves.kinds[1];
+    assert_string_equal(kind->ground_truth, "exposure");
+    assert_int_equal(kind->photo_count, 2);
+    assert_db(kind->curve.excess_db[0], response_db[0] / 2); // the other one changes nothing
+    assert_db(kind->curve.stderr_db[0], curves.photos[PULSE_PLACE].stderr_db[0] / 2);
+    assert_int_equal(kind->curve.visits[0], 8);
+    double sum = (PHOTOS - 2) * curves.kinds[0].curve.excess_db[0] + 2 * kind->curve.excess_db[0];
+    assert_db(sum, 0); // excesses of an epoch add up to nothing
+    vw_repair_curves_free(&curves);
+}
+
+static void test_unknown_values_are_left_out(void **state) {
+    (void)state;
+    struct game game;
+    struct vw_repair_curves curves;
+    make_game(&game);
+    game.records[2 * PHOTOS + 3].val_psnr = NAN; // after the step on photo 2, and before that on photo 3
+    game.records[3 * PHOTOS + 5].view = 1000;    // on a photo that is not there
+    for (uint32_t i = 0; i <= PHOTOS; i++) game.images[i].ground_truth = NULL;
+    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    assert_int_equal(curves.photos[2].visits[0], 3);
+    assert_int_equal(curves.photos[3].visits[0], 3);
+    assert_int_equal(curves.photos[3].visits[2], 3);
+    assert_int_equal(curves.photos[4].visits[0], 3);
+    assert_int_equal(curves.photos[1].visits[1], 3);
+    assert_int_equal(curves.photos[1].visits[0], 4);
+    assert_int_equal(curves.kind_count, 0);
+    vw_repair_curves_free(&curves);
+    game.input.burn_in_epochs = EPOCHS;
+    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    assert_int_equal(curves.horizon_count, 0);
+    vw_repair_curves_free(&curves);
+    game.input = (struct vw_value_input){0};
+    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    vw_repair_curves_free(&curves);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_curves_are_the_responses),
+        cmocka_unit_test(test_kinds_are_means_of_photos),
+        cmocka_unit_test(test_unknown_values_are_left_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
