@@ -99,6 +99,10 @@ static struct vw_ledger_score pool_photo(const struct entry *entries, uint32_t c
     double half = vw_student_quantile(degrees) * pooled.standard_error;
     pooled.ci_low = pooled.value - half;
     pooled.ci_high = pooled.value + half;
+    if (!strcmp(pooled.method, "quality")) {
+        pooled.ci_low = fmax(pooled.ci_low, 0);
+        pooled.ci_high = fmin(pooled.ci_high, 1);
+    }
     return pooled;
 }
 

@@ -146,7 +146,6 @@ def ranking_is_right(browser, folder):
         expect(method in page.run("return document.getElementById('ranking-note').textContent"), f'{method} is not named')
 
 
-<<<<<<< HEAD
 @check('quality stands beside every other score, and is not compared with zero')
 def quality_is_shown(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
@@ -157,7 +156,8 @@ def quality_is_shown(browser, folder):
     expect('above 0' in page.run(tiles), page.run(tiles))
     page.choose('choose-method', 'quality')
     expect('above 0' not in page.run(tiles), page.run(tiles))
-=======
+
+
 @check('repair curves are drawn by kind, and of a chosen photo')
 def repair_is_drawn(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
@@ -170,7 +170,6 @@ def repair_is_drawn(browser, folder):
     page.choose('choose-repair', str(photo))
     last = page.run("return charts.get('repair-chart').chart.data.datasets.at(-1).data")
     expect(last == repair['photos'][photo]['excess'] and len(page.run(labels)) == len(kinds) + 1, last)
->>>>>>> 85d8108 (report: draw what later steps repair)
 
 
 @check('a click on a header sorts, another turns the order round')
