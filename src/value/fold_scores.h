@@ -8,7 +8,7 @@
 // Both estimate what one fold's score is uncertain by. v also has what folds differ in (their photos), and w also has
 // what the folds' trainings share; so the larger one counts: stderr = sqrt(max(v, w) / n), and the 95 % interval is the
 // score +- stderr times Student's quantile for n + 1 degrees of freedom. With n = 1 (two folds) the fold's own error
-// and interval stay.
+// and interval stay. The interval of `quality` ends within [0,1].
 #ifndef VIEWWORTH_FOLD_SCORES_H
 #define VIEWWORTH_FOLD_SCORES_H
 

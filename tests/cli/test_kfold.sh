@@ -33,7 +33,7 @@ check "seeds count up" test "$(query whole/fold-1 'SELECT seed FROM run'),$(quer
 check "scores are means over the folds in which a photo trained" test "$(table scores.csv "SELECT count(*),
     max(abs(t.value - m.mean)) < 1e-12, min(folds), max(folds) FROM t JOIN (SELECT name, method, avg(value) AS mean, count(*) AS folds
     FROM ($all_scores) GROUP BY 1, 2) AS m
-    USING (name, method) WHERE method IN ('dv_psnr', 'dv_loss')")" = '16|1|2|2'
+    USING (name, method) WHERE method IN ('dv_psnr', 'dv_loss', 'quality')")" = '24|1|2|2'
 check "each with an interval around it" test "$(table scores.csv "SELECT count(*) FROM t WHERE method = 'dv_psnr' AND
     CAST(ci_low AS REAL) < CAST(value AS REAL) AND CAST(ci_high AS REAL) > CAST(value AS REAL) AND CAST(stderr AS REAL) > 0")" = 8
 empty=$(printf " + (view_%03d = '')" 0 1 2 3 4 5 6 7) sum=$(printf ' + view_%03d' 0 1 2 3 4 5 6 7)

@@ -37,12 +37,21 @@ static enum vw_status rank(const struct vw_kfold *kfold, struct ranking *ranking
 
 // ---- Text ----
 
+static double quality_of(const struct vw_kfold *kfold, uint32_t image_id) {
+    for (uint32_t i = 0; i < kfold->score_count; i++)
+        if (kfold->scores[i].image_id == image_id && !strcmp(kfold->scores[i].method, "quality"))
+            return kfold->scores[i].value;
+    return NAN;
+}
+
 static void print_photo(const struct vw_kfold *kfold, const struct vw_ledger_score *score) {
     const struct vw_view *view = &kfold->session.scene->views[score->image_id];
     vw_print("  %+9.4f ", score->value);
     if (isfinite(score->ci_low)) vw_print("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
     vw_print("%s", score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
+    double quality = quality_of(kfold, score->image_id);
+    if (isfinite(quality)) vw_print("  quality %.2f", quality);
     vw_print("  %s", view->name);
     if (view->ground_truth) vw_print(" (%s)", view->ground_truth);
     vw_print("\n");
@@ -63,9 +72,9 @@ static void print_folds(const struct vw_kfold *kfold) {
 static void print_text(const struct vw_kfold *kfold, const struct ranking *ranking) {
     uint32_t half = ranking->count / 2, shown = half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
     print_folds(kfold);
-    vw_print("highest scores (mean %s over folds; 95 %% intervals of score and rank)\n", vw_value_default_method);
+    vw_print("highest credit (mean %s over folds; 95 %% intervals of score and rank)\n", vw_value_default_method);
     for (uint32_t i = 0; i < shown; i++) print_photo(kfold, ranking->scores[i]);
-    vw_print("lowest scores\n");
+    vw_print("lowest credit\n");
     for (uint32_t i = 0; i < shown; i++) print_photo(kfold, ranking->scores[ranking->count - 1 - i]);
     vw_print("scores   %s\nmatrix   %s\n", kfold->scores_path, kfold->matrix_path);
     if (kfold->report_path) vw_print("report   %s\n", kfold->report_path);
@@ -80,11 +89,12 @@ static void print_text(const struct vw_kfold *kfold, const struct ranking *ranki
 
 static json_t *score_to_json(const struct vw_kfold *kfold, const struct vw_ledger_score *score) {
     const struct vw_view *view = &kfold->session.scene->views[score->image_id];
-    return json_pack("{s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I}", "name", view->name, "ground_truth",
-                     view->ground_truth, "method", score->method, "value", vw_json_real(score->value), "unit",
-                     score->unit, "stderr", vw_json_real(score->standard_error), "ci_low", vw_json_real(score->ci_low),
-                     "ci_high", vw_json_real(score->ci_high), "rank_ci_low", (json_int_t)score->rank_ci_low,
-                     "rank_ci_high", (json_int_t)score->rank_ci_high, "visits", (json_int_t)score->visits);
+    return json_pack("{s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:o}", "name", view->name,
+                     "ground_truth", view->ground_truth, "method", score->method, "value", vw_json_real(score->value),
+                     "unit", score->unit, "stderr", vw_json_real(score->standard_error), "ci_low",
+                     vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
+                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high, "visits",
+                     (json_int_t)score->visits, "quality", vw_json_real(quality_of(kfold, score->image_id)));
 }
 
 static json_t *folds_to_json(const struct vw_kfold *kfold) {
