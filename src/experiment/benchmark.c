@@ -13,6 +13,7 @@
 #include "experiment/retrain.h"
 #include "experiment/scorers.h"
 #include "experiment/seed_runs.h"
+#include "value/evaluation/exact_values.h"
 #include "value/evaluation/leave_one_out.h"
 
 // A benchmark while it is made.
@@ -25,6 +26,7 @@ struct work {
     struct vw_subsets subsets;
     struct vw_worths worths[VW_TRUTH_COUNT];
     struct vw_left_out left_out;
+    struct vw_exact_values exact; // of all subsets
 };
 
 // Retrainings that evaluate scores have other seeds than the valued runs: a shared initialisation would raise their
@@ -197,6 +199,12 @@ static enum vw_status evaluate_leave_one_out(const struct work *work, struct vw_
     return vw_evaluate_leave_one_out(&others, &work->left_out, metrics);
 }
 
+static enum vw_status evaluate_exact_values(struct work *work, struct vw_metrics *metrics) {
+    if (!work->params->all_subsets) return VW_OK;
+    enum vw_status status = vw_exact_values_find(&work->subsets, &work->exact);
+    return status ? status : vw_evaluate_exact_values(&work->scorers.evaluation, &work->exact, metrics);
+}
+
 static enum vw_status evaluate(struct work *work, struct vw_metrics *metrics) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     enum vw_status status = vw_evaluate_detection(evaluation, metrics);
@@ -205,6 +213,7 @@ static enum vw_status evaluate(struct work *work, struct vw_metrics *metrics) {
     if (!status) status = evaluate_worths(work, metrics);
     if (!status) status = vw_evaluate_harmful(evaluation, metrics);
     if (!status) status = evaluate_leave_one_out(work, metrics);
+    if (!status) status = evaluate_exact_values(work, metrics);
     if (!status) status = evaluate_curves(work, metrics);
     return status ? status : add_costs(&work->scorers, metrics);
 }
@@ -231,6 +240,15 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
                                       metrics->rows, (uint32_t)metrics->count);
 }
 
+static enum vw_status write_files(struct work *work, const struct vw_benchmark *benchmark) {
+    const struct vw_experiment_params *common = &work->params->common;
+    const struct vw_benchmark_photos photos = {work->session.scene, work->scorers.evaluation.photos};
+    enum vw_status status = vw_benchmark_write_metrics(benchmark->csv_path, common->scene.path, &benchmark->metrics);
+    if (!status) status = vw_benchmark_write_worths(common->out, &photos, work->worths);
+    if (!status && work->params->all_subsets) status = vw_benchmark_write_exact(common->out, &photos, &work->exact);
+    return status;
+}
+
 static enum vw_status write_results(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     const struct vw_subsets *subsets = &work->subsets;
@@ -246,11 +264,7 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
         benchmark->methods[benchmark->method_count++] =
             (struct vw_benchmark_method){evaluation->scorers[i].name, work->scorers.trainings[i]};
     enum vw_status status = record_metrics(work, &benchmark->metrics);
-    if (!status)
-        status = vw_benchmark_write_metrics(benchmark->csv_path, work->params->common.scene.path, &benchmark->metrics);
-    return status ? status
-                  : vw_benchmark_write_worths(work->params->common.out, work->session.scene, evaluation->photos,
-                                              work->worths);
+    return status ? status : write_files(work, benchmark);
 }
 
 // ---- All of it ----
@@ -296,6 +310,7 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     if (!status) status = make(work, benchmark);
     for (uint32_t truth = 0; truth < VW_TRUTH_COUNT; truth++) vw_worths_free(&work->worths[truth]);
     vw_left_out_free(&work->left_out);
+    vw_exact_values_free(&work->exact);
     vw_subsets_free(&work->subsets);
     vw_scorers_free(&work->scorers);
     vw_retrainer_close(&work->retrainer);

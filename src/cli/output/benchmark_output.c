@@ -17,19 +17,21 @@ struct column {
 };
 
 // Scores are shown against test photos, and against validation photos where there are no others.
-static const struct column columns[2][6] = {{{"LDS halves (95 %)", "lds", "val_psnr", 2, true},
+static const struct column columns[2][7] = {{{"LDS halves (95 %)", "lds", "val_psnr", 2, true},
                                              {"LDS sizes (95 %)", "lds_sizes", "val_psnr", 2, true},
                                              {"LOO (95 %)", "leave_one_out", "val_psnr", 2, true},
+                                             {"Shapley (95 %)", "exact_shapley", "val_psnr", 2, true},
                                              {"AUC (95 %)", "auc", "corrupted", 2, true},
                                              {"sign", "sign_accuracy", "val_psnr", 2, false},
                                              {"-20 % low, dB", "removal_low", "20", 2, true}},
                                             {{"LDS halves (95 %)", "lds", "test_psnr", 2, true},
                                              {"LDS sizes (95 %)", "lds_sizes", "test_psnr", 2, true},
                                              {"LOO (95 %)", "leave_one_out", "test_psnr", 2, true},
+                                             {"Shapley (95 %)", "exact_shapley", "test_psnr", 2, true},
                                              {"AUC (95 %)", "auc", "corrupted", 2, true},
                                              {"sign", "sign_accuracy", "test_psnr", 2, false},
                                              {"-20 % low, dB", "removal_low", "20", 2, true}}};
-enum { COLUMN_COUNT = 6, CELL_BYTES = 40, NAME_WIDTH = 18 };
+enum { COLUMN_COUNT = 7, CELL_BYTES = 40, NAME_WIDTH = 18 };
 
 static bool is_used(const struct vw_metrics *metrics, const struct column *column) {
     char metric[VW_METRIC_BYTES];

@@ -1,13 +1,9 @@
-// Leave-one-out: trainings without each photo in turn, as a truth that scores should agree with.
 #include "value/evaluation/leave_one_out.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "value/evaluation/resampling.h"
-
-static const char group[] = "leave_one_out", mean_group[] = "leave_one_out_mean";
+#include "value/evaluation/photo_values.h"
 
 // ---- Trainings ----
 
@@ -59,81 +55,15 @@ void vw_left_out_free(struct vw_left_out *left_out) {
 
 // ---- Agreement with scores ----
 
-// What scores are held against: the mean worths of one truth.
-struct target {
-    const struct vw_evaluation *evaluation;
-    const double *worths;
-    const uint16_t *times;
-    const char *name;
-    double *values; // scratch: [1 + VW_RESAMPLES]
-};
-
-static enum vw_status add_row(const struct target *target, const char *of_group, const char *method,
-                              struct vw_metrics *metrics) {
-    struct vw_metric row = {.method = method, .value = target->values[0], .count = target->evaluation->photo_count};
-    vw_resampling_interval(target->values + 1, &row.ci_low, &row.ci_high);
-    return vw_metrics_add(metrics, of_group, target->name, row);
-}
-
-static enum vw_status add_spearman(const struct target *target, const double *scores, double weight) {
-    return vw_resampled_spearman_add(scores, target->worths, target->times, target->evaluation->photo_count, weight,
-                                     target->values);
-}
-
-static void clear(const struct target *target) {
-    for (uint32_t r = 0; r <= VW_RESAMPLES; r++) target->values[r] = 0;
-}
-
-static enum vw_status evaluate_scorer(const struct target *target, const struct vw_scorer *scorer, double *mean,
-                                      struct vw_metrics *metrics) {
-    const struct vw_evaluation *evaluation = target->evaluation;
-    enum vw_status status = VW_OK;
-    clear(target);
-    for (uint32_t seed = 0; !status && seed < evaluation->seed_count; seed++)
-        status =
-            add_spearman(target, scorer->scores + (size_t)seed * evaluation->photo_count, 1.0 / evaluation->seed_count);
-    if (!status) status = add_row(target, group, scorer->name, metrics);
-    clear(target);
-    vw_mean_over_seeds(evaluation, scorer->scores, mean);
-    if (!status) status = add_spearman(target, mean, 1);
-    return status ? status : add_row(target, mean_group, scorer->name, metrics);
-}
-
-static enum vw_status evaluate_chance(const struct target *target, double *scores, struct vw_metrics *metrics) {
-    enum vw_status status = VW_OK;
-    clear(target);
-    for (uint32_t r = 0; !status && r < VW_RESAMPLES; r++) {
-        for (uint32_t i = 0; i < target->evaluation->photo_count; i++) scores[i] = vw_resampling_unit(r, i);
-        status = vw_spearman(scores, target->worths, target->evaluation->photo_count, &target->values[1 + r]);
-        target->values[0] += target->values[1 + r] / VW_RESAMPLES;
-    }
-    return status ? status : add_row(target, group, vw_chance_name, metrics);
-}
-
-static enum vw_status evaluate_target(const struct target *target, double *scratch, struct vw_metrics *metrics) {
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < target->evaluation->scorer_count; i++)
-        status = evaluate_scorer(target, &target->evaluation->scorers[i], scratch, metrics);
-    return status ? status : evaluate_chance(target, scratch, metrics);
-}
-
 enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const struct vw_left_out *left_out,
                                          struct vw_metrics *metrics) {
-    uint32_t photos = evaluation->photo_count;
-    uint16_t *times = vw_resamples_draw(photos);
-    double *means = vw_allocate(photos, 2 * sizeof *means), *values = vw_allocate(1 + VW_RESAMPLES, sizeof *values);
-    enum vw_status status = times && means && values ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++) {
-        const struct target target = {evaluation, means, times, vw_quality_name(vw_truths[truth]), values};
-        vw_mean_of_rows(left_out->worths[truth], left_out->seed_count, photos, means);
-        if (!vw_all_finite(means, photos)) continue; // for instance without test photos
-        status = evaluate_target(&target, means + photos, metrics);
-        if (!status)
-            status = vw_evaluate_reliability(left_out->worths[truth], left_out->seed_count, photos, group, target.name,
-                                             metrics);
+        const struct vw_photo_values values = {.group = "leave_one_out",
+                                               .name = vw_quality_name(vw_truths[truth]),
+                                               .values = left_out->worths[truth],
+                                               .seed_count = left_out->seed_count};
+        status = vw_evaluate_photo_values(evaluation, &values, metrics);
     }
-    free(times);
-    free(means);
-    free(values);
     return status;
 }

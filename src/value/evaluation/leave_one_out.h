@@ -16,11 +16,7 @@ enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint32_t
                                 vw_retrain_function *retrain, void *context, struct vw_left_out *left_out);
 void vw_left_out_free(struct vw_left_out *left_out);
 
-// Rows for val_psnr and test_psnr, each with the middle 95 % over resampled photos; none for a quality that is unknown.
-// - leave_one_out/<quality>: Spearman's correlation over the photos between scores and the mean worths of all
-//   retraining seeds; the mean over the valued seeds.
-// - leave_one_out_mean/<quality>: that of the mean scores of the valued seeds.
-// - leave_one_out/<quality> of "noise ceiling" and "chance", agreement_leave_one_out/<quality> (outcomes.h).
+// Rows of the group leave_one_out, for val_psnr and test_psnr (photo_values.h).
 enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const struct vw_left_out *left_out,
                                          struct vw_metrics *metrics);
 
