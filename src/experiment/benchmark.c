@@ -125,7 +125,7 @@ static enum vw_status train_on_all(struct work *work, double *seconds) {
 
 static enum vw_status draw_subsets(struct work *work) {
     const struct vw_benchmark_params *params = work->params;
-    uint32_t photo_count = work->retrainer.train_count;
+    uint32_t photo_count = work->session.scene->split_count[VW_SPLIT_TRAIN];
     const struct vw_subsets_params drawn = {.photo_count = photo_count,
                                             .halves = (params->subsets + 1) / 2,
                                             .random_sizes = params->subsets / 2,
@@ -286,10 +286,11 @@ static enum vw_status open_retrainer(struct work *work) {
 static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_experiment_params *common = &work->params->common;
     struct vw_retrainer *retrainer = &work->retrainer;
-    enum vw_status status = vw_seed_runs_make(common, &work->session);
+    enum vw_status status = vw_experiment_open_session(common, &work->session);
+    if (!status) status = draw_subsets(work); // which refuses too many photos before any training
+    if (!status) status = vw_seed_runs_make(common, &work->session);
     if (!status) status = open_retrainer(work);
     if (!status) status = vw_scorers_make(common, retrainer, common->seeds, &work->scorers);
-    if (!status) status = draw_subsets(work);
     if (status) return status;
     retrainer->planned = count_retrainings(work);
     status = train_on_all(work, &benchmark->training_seconds);

@@ -107,13 +107,14 @@ check "too few subsets" fails 2 'subsets' refused --subsets 3
 check "subsets of a word" fails 2 'subsets takes all or' refused --subsets every
 sed 's/"count": 6/"count": 11/' "$folder/tiny.json" >"$folder/eleven.json"
 check "all subsets of eleven photos" fails 2 'at most 10 photos' "$program" benchmark "$folder/eleven.json" --out "$folder/eleven" \
-    "${tiny[@]}" --subsets all
+    "${tiny[@]}" --subsets all --quiet
+check "which trains nothing" test ! -e "$folder/eleven/seed_0"
 check "no seeds left to evaluate with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
 check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corrupt 2 --quiet
 check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves ground_truth,dv_pnsr
 check "nothing is left of refusals" test ! -e "$folder/refused"
-check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0
+check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0 --quiet
 check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
 mkdir -p "$folder/other" && echo "no retrainings" >"$folder/other/retrainings.db"
 check "a file that holds no retrainings" fails 2 'retrainings.db.*not' benchmark_it other --quiet
