@@ -49,7 +49,8 @@ static const struct vw_command commands[] = {
 
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
-     "select it, and keeps all photos unless a list is better beyond noise. Writes retrainings.db to OUT.\n"
+     "select it, and keeps all photos unless a list is better beyond noise. Writes retrainings.db to OUT. Uses the "
+     "run's device unless --device is given.\n"
      "Without --verify and without a rule, drops only photos whose score is a robust outlier (--outliers). --positive, "
      "--significant, --not-harmful, --top and --drop are other rules. A rule needs neither a GPU nor the images.\n"
      "The list has the scene's own format: a NeRF-W TSV, transforms.json, a COLMAP image list, or one name per line. "
