@@ -10,16 +10,14 @@
 #include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
 #include "value/evaluation/worth_regression.h"
+#include "value/methods.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
 const char vw_leave_one_out_scorer[] = "leave_one_out";
 
 bool vw_scorer_exists(const char *name) {
-    uint32_t count;
-    const struct vw_value_method *methods = vw_value_methods(&count);
-    for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(methods[i].name, name)) return true;
+    if (vw_value_method_find(name)) return true;
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
@@ -49,14 +47,13 @@ static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, 
     return vw_scorers_add(scorers, scorer, trainings);
 }
 
-// `quality` is a share of ranks, which is never below 0.
-static bool has_sign(const char *method) { return strcmp(method, "quality") != 0; }
-
 static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t seed, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
     for (uint32_t i = 0; i < scoring->score_count; i++) {
         const char *method = scoring->scores[i].method;
-        double *scores = find_or_add(scorers, (struct vw_scorer){.name = method, .has_sign = has_sign(method)}, 1);
+        const struct vw_value_method *about = vw_value_method_find(method);
+        const struct vw_scorer scorer = {.name = method, .has_sign = about && about->has_zero};
+        double *scores = find_or_add(scorers, scorer, 1);
         if (!scores) return VW_ERROR_MEMORY;
         if (!scoring->scores[i].visits) continue; // without a visit the score is unknown, not 0
         for (uint32_t photo = 0; photo < evaluation->photo_count; photo++)

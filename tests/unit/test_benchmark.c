@@ -197,6 +197,8 @@ static void auc_by_hand(void **state) {
     check_near(find(&metrics, "auc", "corrupted", "worths")->value, 1, 0, "AUC of the worths");
     check_near(find(&metrics, "auc", "corrupted", "opposite")->value, 0, 0, "AUC of their opposites");
     check_near(find(&metrics, "auc", "corrupted", "flat")->value, 0.5, 0, "AUC of equal scores");
+    const struct vw_metric *noise = find(&metrics, "auc", "noise", "dv_psnr");
+    assert_true(noise->ci_low < 0.3 && noise->ci_high > 0.8); // of two photos, with 0.19 and 0.88
     assert_int_equal(find(&metrics, "auc", "noise", "flat")->count, 16);
     assert_int_equal(metrics.count, 12);
     free(metrics.rows);
