@@ -170,9 +170,9 @@ static void noise_is_not_predicted(void **state) {
     (void)state;
     struct vw_subsets subsets;
     struct vw_worths worths;
-    play_subsets(50, 100, 100, 1, FIRST_SEED, &subsets);
+    play_subsets(50, 16, 16, 1, FIRST_SEED, &subsets);
     ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
-    if (worths.pearson > 0.2) fail_msg("noise is predicted by r = %g", worths.pearson); // one error: 0.07
+    if (worths.pearson > 0.3) fail_msg("noise is predicted by r = %g", worths.pearson); // one error: 0.18
     vw_worths_free(&worths);
     vw_subsets_free(&subsets);
 }
