@@ -56,10 +56,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
     {"seeds", "K", "Number of trainings of each list with --verify, one per seed", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
      OPTION(COUNT, verify_seeds), RANGE(2, 50), COMMON},
-    {"outliers", NULL,
+    {"without-outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
      "and keep all others; with --method by that score alone (the rule without any of these options)",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, outliers), COMMON},
+     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, without_outliers), COMMON},
     {"positive", NULL,
      "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero "
      "even if every photo is good, so that this drops a third of a clean scene",
@@ -73,7 +73,7 @@ const struct vw_option vw_option_table[] = {
     {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
      VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
     {"list", "LIST",
-     "Photos to train on (required, repeatable): all, outliers (all but these), positive, significant, not-harmful, "
+     "Photos to train on (required, repeatable): all, without-outliers, positive, significant, not-harmful, "
      "top:K, top:P%, drop:P%, random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, "
      "which keeps the photos with at least that score (CSV header: name,score)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXTS, lists), COMMON},
@@ -81,7 +81,8 @@ const struct vw_option vw_option_table[] = {
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
-     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON, DEFAULT("dv_psnr; of outliers dv_psnr, dv_loss and quality")},
+     VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
+     DEFAULT("dv_psnr; of without-outliers dv_psnr, dv_loss and quality")},
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN,
      OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"seeds", "K",

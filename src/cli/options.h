@@ -48,7 +48,7 @@ struct vw_options {
     const char *curves;
     const char *view;
     const char *to;
-    bool verify, outliers, positive, significant, not_harmful;
+    bool verify, without_outliers, positive, significant, not_harmful;
     uint32_t verify_seeds; // trainings of every list that --verify tries
     const char *top, *drop;
     const char *method; // whose scores select photos

@@ -34,7 +34,7 @@ struct list_rule {
 
 static bool read_selection(const char *word, struct vw_selection_params *selection) {
     bool top = strncmp(word, "top:", 4) == 0, drop = strncmp(word, "drop:", 5) == 0;
-    if (!strcmp(word, "outliers")) selection->rule = VW_SELECT_OUTLIERS;
+    if (!strcmp(word, "without-outliers")) selection->rule = VW_SELECT_OUTLIERS;
     else if (!strcmp(word, "positive")) selection->rule = VW_SELECT_POSITIVE;
     else if (!strcmp(word, "significant")) selection->rule = VW_SELECT_SIGNIFICANT;
     else if (!strcmp(word, "not-harmful")) selection->rule = VW_SELECT_NOT_HARMFUL;
@@ -68,8 +68,8 @@ static enum vw_status read_list_rule(const struct vw_photo_sets_params *params, 
     if (rule->form == FORM_UNKNOWN)
         return vw_fail(
             VW_ERROR_USAGE,
-            "neither a file nor SCORES.csv@LEAST nor one of all, outliers, positive, significant, not-harmful, top:K, "
-            "top:P%%, drop:K, drop:P%%, random");
+            "neither a file nor SCORES.csv@LEAST nor one of all, without-outliers, positive, significant, not-harmful, "
+            "top:K, top:P%%, drop:K, drop:P%%, random");
     return rule->form == FORM_FILE && !rule->path ? VW_ERROR_MEMORY : VW_OK;
 }
 

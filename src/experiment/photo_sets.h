@@ -14,7 +14,7 @@ struct vw_experiment_params;
 enum { VW_PHOTO_SETS_MAX = 32 };
 
 struct vw_photo_sets_params {
-    // 1 to VW_PHOTO_SETS_MAX lists: all, outliers (all but these), positive, significant, not-harmful, top:K, top:P%,
+    // 1 to VW_PHOTO_SETS_MAX lists: all, without-outliers, positive, significant, not-harmful, top:K, top:P%,
     // drop:K, drop:P%, random (as many photos as the list before it, drawn for each seed), SCORES.csv@LEAST, or a file
     // of names
     const char *const *lists;

@@ -12,10 +12,10 @@ static const struct {
     const char *name, *method; // as users see them
     struct vw_selection_params params;
 } rules[] = {
-    {"outliers", "dv_psnr, dv_loss, quality", {.rule = VW_SELECT_OUTLIERS}},
-    {"outliers:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_OUTLIERS}},
-    {"outliers:dv_loss", "dv_loss", {.method = "dv_loss", .rule = VW_SELECT_OUTLIERS}},
-    {"outliers:quality", "quality", {.method = "quality", .rule = VW_SELECT_OUTLIERS}},
+    {"without-outliers", "dv_psnr, dv_loss, quality", {.rule = VW_SELECT_OUTLIERS}},
+    {"without-outliers:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_OUTLIERS}},
+    {"without-outliers:dv_loss", "dv_loss", {.method = "dv_loss", .rule = VW_SELECT_OUTLIERS}},
+    {"without-outliers:quality", "quality", {.method = "quality", .rule = VW_SELECT_OUTLIERS}},
     {"not-harmful", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_NOT_HARMFUL}},
     {"positive", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_POSITIVE}},
     {"top:90%:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},

@@ -20,7 +20,7 @@ struct vw_scorings {
 };
 
 struct vw_candidate {
-    const char *name;   // static: "all", "outliers", "top:75%:dv_psnr", ...
+    const char *name;   // static: "all", "without-outliers", "top:75%:dv_psnr", ...
     const char *method; // static; whose scores select: "dv_psnr"; "none" of all photos
     char *same_as;      // owned: names of the rules with the same lists, with commas between; NULL: none
     struct vw_selection selections[VW_SCORINGS]; // owned; by the scores of each half and of both

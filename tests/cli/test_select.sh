@@ -280,9 +280,9 @@ check "without a rule outliers are left out, and named" prints "^left out $outli
     "$program" select "$folder/recipe.run" --to "$folder/rule.txt"
 check "all others are kept" test "$(cat "$folder/rule.txt")" = \
     "$(query recipe.run "SELECT name FROM image WHERE split = 'train' AND name <> '$outlier' ORDER BY image_id")"
-check "--outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_psnr, dv_loss, quality' AND
+check "--without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_psnr, dv_loss, quality' AND
     json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = '$outlier' AND j ->> '\$.left_out[0].z' < -3" \
-    "$program" select "$folder/recipe.run" --outliers --to "$folder/outliers.txt" --json
+    "$program" select "$folder/recipe.run" --without-outliers --to "$folder/outliers.txt" --json
 check "with --method by that score alone" prints "^kept     12 of 12 photos" \
     "$program" select "$folder/recipe.run" --method dv_psnr --to "$folder/by_one.txt"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3

@@ -51,9 +51,10 @@ static void rules_apply_to_the_scores_of_each_half(void **state) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
-    check_names(&candidates, "all 10 = outliers:quality, not-harmful; "
-                             "outliers 9 = outliers:dv_psnr, positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
-                             "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
+    check_names(&candidates,
+                "all 10 = without-outliers:quality, not-harmful; "
+                "without-outliers 9 = without-outliers:dv_psnr, positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
     const struct vw_selection *lists = candidates.list[1].selections;
     assert_true(!keeps(&lists[VW_HALF_A], 3) && keeps(&lists[VW_HALF_A], 4));
     assert_true(keeps(&lists[VW_HALF_B], 3) && !keeps(&lists[VW_HALF_B], 4));
@@ -68,8 +69,9 @@ static void a_method_without_scores_has_no_candidates(void **state) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
-    check_names(&candidates, "all 10 = not-harmful; outliers 9 = outliers:dv_psnr, positive, top:90%:dv_psnr; "
-                             "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
+    check_names(&candidates,
+                "all 10 = not-harmful; without-outliers 9 = without-outliers:dv_psnr, positive, top:90%:dv_psnr; "
+                "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
     vw_candidates_free(&candidates);
 }
 
@@ -82,8 +84,8 @@ static void lists_that_differ_by_one_scoring_are_two(void **state) {
     rows[VW_HALF_BOTH][3].value = 1;
     for (uint32_t i = 6; i < PHOTOS; i++) rows[VW_HALF_BOTH][i].value = 2 * i;
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
-    assert_string_equal(candidates.list[1].name, "outliers");
-    assert_string_equal(candidates.list[1].same_as, "outliers:dv_psnr");
+    assert_string_equal(candidates.list[1].name, "without-outliers");
+    assert_string_equal(candidates.list[1].same_as, "without-outliers:dv_psnr");
     assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 10);
     assert_string_equal(candidates.list[2].name, "positive");
     vw_candidates_free(&candidates);

@@ -46,11 +46,12 @@ static enum vw_status check_verify(const struct vw_options *options, int rule_co
 }
 
 static enum vw_status read_rule(const struct vw_options *options, struct vw_selection_params *params) {
-    int count = options->outliers + options->positive + options->significant + options->not_harmful +
+    int count = options->without_outliers + options->positive + options->significant + options->not_harmful +
                 (options->top != NULL) + (options->drop != NULL);
     if (count > 1)
-        return vw_fail(VW_ERROR_USAGE, "select: give one of --outliers, --positive, --significant, --not-harmful, "
-                                       "--top K|P%% and --drop K|P%%, not several");
+        return vw_fail(VW_ERROR_USAGE,
+                       "select: give one of --without-outliers, --positive, --significant, --not-harmful, "
+                       "--top K|P%% and --drop K|P%%, not several");
     if (!options->to || !*options->to)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
     if (options->verify) return check_verify(options, count);
