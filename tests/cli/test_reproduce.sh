@@ -39,6 +39,8 @@ check "the corrupted are known" test "$(table whole scatter.csv "SELECT group_co
     view_001,view_002
 check "and not among the clean" test "$(table whole reproduce.csv "SELECT DISTINCT photos FROM t
     WHERE measure = 'clean_pearson'")" = 10
+check "a rank has no signs to agree on" test "$(table whole reproduce.csv "SELECT group_concat(DISTINCT measure) FROM t
+    WHERE method = 'quality' AND value = '' AND photos = '12' AND epochs = '6'")" = positive_jaccard,same_sign,sign_kappa
 check "points are the ledgers' scores" test "$(table whole scatter.csv "ATTACH '$folder/whole/seed_2/ledger.db' AS ledger;
     SELECT count(*), max(abs(value_b - value)) FROM t JOIN ledger.image USING (name) JOIN ledger.score USING (image_id, method)
     WHERE seed_b = 2 AND seed_a = 0")" = "$((methods * 12))|0.0"
