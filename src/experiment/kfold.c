@@ -93,8 +93,7 @@ enum vw_status vw_kfold_divide(const struct vw_scene *scene, uint64_t seed, uint
     return status;
 }
 
-// ---- Lists
-// -----------------------------------------------------------------------------------------------------------
+// ---- Lists ----------------------------------------------------------------------------------------------------------
 
 struct list {
     const struct work *work;
@@ -170,8 +169,7 @@ static enum vw_status plan(struct work *work) {
     return status;
 }
 
-// ---- Trainings
-// -------------------------------------------------------------------------------------------------------
+// ---- Trainings ------------------------------------------------------------------------------------------------------
 
 static bool all_begun(const struct work *work) {
     bool begun = true;
@@ -208,8 +206,7 @@ static enum vw_status train(struct work *work) {
     return status;
 }
 
-// ---- Scores
-// ----------------------------------------------------------------------------------------------------------
+// ---- Scores ---------------------------------------------------------------------------------------------------------
 
 // Views have the same index in all folds, and in the scene that is open.
 static enum vw_status check_images(const struct work *work, uint32_t k) {
@@ -288,8 +285,7 @@ static enum vw_status score(struct work *work) {
     return vw_fold_scores_pool(scores, work->params->folds, &work->kfold->scores, &work->kfold->score_count);
 }
 
-// ---- Tables
-// ----------------------------------------------------------------------------------------------------------
+// ---- Tables ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status list_images(struct work *work) {
     const struct vw_scene *scene = work->kfold->session.scene;
@@ -393,8 +389,7 @@ static enum vw_status write_tables(struct work *work) {
     return status ? status : vw_csv_write_file(kfold->list_path, print_list, work);
 }
 
-// ---- All of it
-// -------------------------------------------------------------------------------------------------------
+// ---- All of it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status check(const struct vw_kfold_params *params) {
     if (params->folds < VW_FOLDS_LEAST || params->folds > VW_FOLDS_MOST)

@@ -18,8 +18,7 @@ static void list_horizons(const struct vw_value_input *input, struct vw_repair_c
         curves->horizons[curves->horizon_count++] = all_horizons[i];
 }
 
-// ---- Photos
-// ----------------------------------------------------------------------------------------------------------
+// ---- Photos ---------------------------------------------------------------------------------------------------------
 
 static double gain(const struct vw_value_input *input, uint64_t step, uint32_t horizon) {
     uint64_t after = step + horizon - 1;
@@ -82,8 +81,7 @@ static void finish(struct vw_repair_curve *curve) {
     }
 }
 
-// ---- Kinds
-// -----------------------------------------------------------------------------------------------------------
+// ---- Kinds ----------------------------------------------------------------------------------------------------------
 
 // NULL beyond the most kinds.
 static struct vw_repair_kind *find_or_add(struct vw_repair_curves *curves, const char *ground_truth) {
@@ -127,8 +125,7 @@ static enum vw_status make_kinds(const struct vw_value_input *input, struct vw_r
     return VW_OK;
 }
 
-// ---- All of it
-// -------------------------------------------------------------------------------------------------------
+// ---- All of it ------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_repair_curves_make(const struct vw_value_input *input, struct vw_repair_curves *curves) {
     *curves = (struct vw_repair_curves){.photos = vw_allocate(input->image_count, sizeof *curves->photos)};
