@@ -90,8 +90,8 @@ static json_t *left_out_to_json(const struct selection_job *job) {
     }
     for (uint32_t i = 0; i < job->selection.outlier_count; i++) {
         const struct vw_selection_outlier *outlier = &job->selection.outliers[i];
-        vw_json_append(&photos, json_pack("{s:s, s:s, s:f}", "name", name_of(job, outlier->image_id), "method",
-                                          outlier->method, "z", outlier->z));
+        vw_json_append(&photos, json_pack("{s:s, s:s, s:o}", "name", name_of(job, outlier->image_id), "method",
+                                          outlier->method, "z", vw_json_real(outlier->z)));
     }
     return photos;
 }
