@@ -112,7 +112,6 @@ static void no_gain_is_seldom_found(void **state) {
     (void)state;
     static const double none[LISTS] = {0, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9};
     double share = share_of(none, 0);
-
     if (share < 0.75) fail_msg("all photos are kept in %g of the games", share);
 }
 
