@@ -55,16 +55,19 @@ start() { exec "$program" "${words[@]}" --out "$folder/$1" --quiet; } # start OU
 
 has_status() { [[ ! -e $folder/$1/ledger.db || $(query "$1" 'SELECT status FROM run') == "$2" ]]; } # has_status OUT STATUS: of a single run
 
-# stop SIGNAL OUT PROGRESS: starts or resumes, and signals once there is that much. The command must not have ended by then.
+# stop SIGNAL OUT PROGRESS: starts or resumes, and signals once there is that much. The command must not have ended by then, so it is
+# halted while its progress is read: how fast it is, or how slow this script, does not matter.
 stop() {
     local process code=0
     (start "$2") >"$folder/stdout" 2>"$folder/stderr" &
     process=$!
     until [[ $(progress "$2") -ge $3 ]]; do
-        kill -0 "$process" 2>/dev/null || { cat "$folder/stderr"; echo "it ended before the signal"; return 1; }
+        kill -CONT "$process" 2>/dev/null || { cat "$folder/stderr"; echo "it ended before the signal"; return 1; }
         sleep 0.02
+        kill -STOP "$process" 2>/dev/null
     done
     kill "-$1" "$process"
+    kill -CONT "$process" 2>/dev/null
     wait "$process" 2>/dev/null || code=$?
     case $1 in
     KILL) [[ $code -eq 137 ]] && has_status "$2" running ;;
