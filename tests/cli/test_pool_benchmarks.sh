@@ -30,6 +30,10 @@ check "on two scenes it is better" test "$(field other 10)" = 2
 check "the interval of the gain" test "$(field other 8),$(field other 9)" = -0.1,0.2
 check "the reference gains nothing over itself" test "$(field dv_psnr 7),$(field dv_psnr 8),$(field dv_psnr 9)" = 0,0,0
 cp "$folder/stdout" "$folder/first"
+mkdir "$folder/five"
+printf '%s\n' "$header" five,lds/val_psnr,dv_psnr,0.5,,,9 >"$folder/five/benchmark.csv"
+check "with a scene that lacks a method" pool "$folder"/{one,two,three,four,five}
+check "this has the scenes that know it" test "$(field other 3),$(field dv_psnr 3)" = 3,5
 check "a file instead of a folder" pool "$folder/one/benchmark.csv" "$folder"/{two,three,four}
 check "gives the same bytes" cmp "$folder/first" "$folder/stdout"
 check "a single scene" pool "$folder/one"
