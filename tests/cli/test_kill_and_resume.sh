@@ -46,9 +46,13 @@ same_contents() { # same_contents OUT OUT
     return 1
 }
 
-intact() { # intact OUT: every ledger in it
+# intact OUT: every ledger in it, except one that was killed within a write: its journal waits for --resume, as readers must say.
+intact() {
     local file
-    for file in $(ledgers "$1"); do run "$program" verify "${file%/ledger.db}" || return 1; done
+    for file in $(ledgers "$1"); do
+        run "$program" verify "${file%/ledger.db}" && continue
+        [[ -s $file-journal ]] && grep -q 'a program was killed while it wrote here; repeat its command with --resume' "$folder/stderr" || return 1
+    done
 }
 
 start() { exec "$program" "${words[@]}" --out "$folder/$1" --quiet; } # start OUT: the command of the case
