@@ -7,14 +7,12 @@
 #include "background.glsl"
 #include "composite.glsl"
 #include "loss.glsl"
-#include "sampling.glsl"
+#include "ray_samples.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
-BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
-BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
@@ -27,22 +25,13 @@ BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance
 BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
 #endif
 
-// Of the stratum of a ray's i-th sample, or i-th kept one.
-float length_of(vw_ray ray, uint slot, uint i) {
-    if (EFFECT_OCCUPANCY != 0u && EFFECT_UNBOUNDED != 0u) i = kept_samples[slot] % SAMPLES;
-    return stratum_length(ray, i);
-}
-
 void main() {
     uint index = invocation_index();
     if (index >= push.ray_count) return;
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
-    uint first = index * SAMPLES, count = SAMPLES;
-    if (EFFECT_OCCUPANCY != 0u) { // samples that were skipped have no density: they change neither colour nor gradient
-        first = kept_begins[index];
-        count = kept_begins[index + 1u] - first;
-    }
+    uint first, count;
+    ray_slots(index, first, count);
 
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < count; i++) {
@@ -62,6 +51,7 @@ void main() {
     vec3 error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
+    if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     float loss = share * (value.x + value.y + value.z);
     ray_loss[ray_index] = loss;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The field at one sample per invocation: hash grid, density MLP, spherical harmonics, colour MLP. In training it also stores what the
-// backward passes need. Chunks are padded to whole workgroups, since control flow around
+// The field at one sample per invocation: hash grid, density MLP, spherical harmonics, colour MLP. It also stores what the
+// backward passes need, where STORES_ROWS asks for it. Chunks are padded to whole workgroups, since control flow around
 // the MLP costs more than the work it saves.
 #include "common.glsl"
 #include "bfloat.glsl"
@@ -27,7 +27,7 @@ PUSH uniform Push { vw_push_samples push; };
 #include "mlp.glsl"
 
 void store_packed(uint row, uint slot, uvec2 value) {
-    if (TRAINING != 0u) rows[row_place_to_store(row, slot)] = value;
+    if (STORES_ROWS != 0u) rows[row_place_to_store(row, slot)] = value;
 }
 
 void store(uint row, uint slot, vec4 value) { store_packed(row, slot, pack_bfloats(value)); }
@@ -51,7 +51,7 @@ void main() {
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
     vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
-    if (TRAINING != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
+    if (STORES_ROWS != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {
@@ -67,7 +67,7 @@ void main() {
         vec4 sum = vec4(0.0);
         [[unroll]] for (uint k = 0u; k < ENC4; k++) sum += weight_block(DENSITY1, j, ENC4, k) * encoding[k];
         hidden[j] = rectify(sum);
-        if (TRAINING != 0u) bits1[j / 8u] |= active_bits(sum) << (j % 8u * 4u);
+        if (STORES_ROWS != 0u) bits1[j / 8u] |= active_bits(sum) << (j % 8u * 4u);
         store(ROW_HIDDEN1 + j, slot, hidden[j]);
     }
 
@@ -87,7 +87,7 @@ void main() {
         vec4 sum = vec4(0.0);
         [[unroll]] for (uint k = 0u; k < COLOUR4; k++) sum += weight_block(COLOUR1, j, COLOUR4, k) * colour_in[k];
         vec4 value = rectify(sum);
-        if (TRAINING != 0u) bits2[j / 8u] |= active_bits(sum) << (j % 8u * 4u);
+        if (STORES_ROWS != 0u) bits2[j / 8u] |= active_bits(sum) << (j % 8u * 4u);
         store(ROW_HIDDEN2 + j, slot, value);
         logit += weight_block(COLOUR2, 0u, WIDTH4, j) * value;
     }

@@ -29,7 +29,7 @@ typedef uint32_t vw_uint;
     X(3, DENSE_LEVELS, dense_levels, uint, 0)    /* levels below this are dense lattices, the others hashed */ \
     X(4, TABLE_MASK, table_mask, uint, 16383)    /* entries of a hashed level - 1 */ \
     X(5, WIDTH4, width4, uint, 8)                /* hidden width / 4 */ \
-    X(6, TRAINING, training, uint, 0)            /* 1: jittered samples, activations stored */ \
+    X(6, TRAINING, training, uint, 0)            /* 1: jittered samples, drawn backgrounds, the photo's code */ \
     X(7, CHUNK_SAMPLES, chunk_samples, uint, 4096) /* samples whose activations are held at a time */ \
     X(8, LOSS, loss, uint, 0)                    /* VW_LOSS_* */ \
     X(9, OPTIMIZER, optimizer, uint, 0)          /* VW_OPTIMIZER_* */ \
@@ -56,7 +56,8 @@ typedef uint32_t vw_uint;
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
-    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */
+    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */ \
+    X(65, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -89,7 +90,7 @@ struct vw_specialization {
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows;
+    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows, stores_rows;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -105,6 +106,7 @@ enum { VW_SPECIALIZATION_COUNT = sizeof(struct vw_specialization) / 4 };
 VW_ENUM(LOSS_L1, 0)
 VW_ENUM(LOSS_L2, 1)
 VW_ENUM(LOSS_HUBER, 2)
+VW_ENUM(LOSS_GIVEN, 3) // the slope by a ray's colour stands in its target: of what the sweep goes back from, no loss of a training
 VW_ENUM(OPTIMIZER_LAZY_ADAM, 0)
 VW_ENUM(OPTIMIZER_DENSE_ADAM, 1)
 VW_ENUM(OPTIMIZER_SGD, 2)
@@ -172,7 +174,21 @@ VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
 VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
 VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
                                   // those of all such passes, VW_OVERFLOW_STRIDE apart, so that none waits for another
-VW_ENUM(VW_SLOT_COUNT, 45)
+// The rest only in the backward sweep (src/train/sweep_passes.h). A block has a float for every param, laid out as the params are.
+VW_ENUM(VW_SLOT_GATHERED, 45)        // a range of a block: what gather_* writes or adds to
+VW_ENUM(VW_SLOT_PARAMS, 46)          // the params as one block
+VW_ENUM(VW_SLOT_PARAMS_BEFORE, 47)   // block: the params before a step
+VW_ENUM(VW_SLOT_PARAMS_AFTER, 48)    // block: and after it
+VW_ENUM(VW_SLOT_STEP_GRADIENT, 49)   // block: gradient of the step's mean loss
+VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment behind the step, only with momentum
+VW_ENUM(VW_SLOT_ADJOINT, 51)         // block: lambda
+VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments, only with momentum
+VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
+VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint
+VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
+VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction
+VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
+VW_ENUM(VW_SLOT_COUNT, 58)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -235,6 +251,11 @@ struct vw_kept {
     vw_uint3 weight_groups;                  // gradient_weights
     vw_uint3 scatter_groups[VW_LEVELS_MAX];  // scatter_grid (but not its walk) over as many levels as the index and one
     vw_uint slots;                           // padded to whole workgroups of VW_FIELD_GROUP
+};
+
+struct vw_sweep_state {
+    float epsilon;   // half the distance of the two states between which colours are differentiated, in directions
+    float unscale;   // what gradients were divided by so that they fit the fixed-point range
 };
 
 struct vw_ray_range {
@@ -308,6 +329,26 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
 struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
+    float extra;             // share by which the step is longer: 0, except where the gate of lasting credit tries others
+};
+struct vw_push_gather {      // gather_grid, gather_weights, gather_photo, gather_code
+    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
+    vw_uint adds;            // 1: add the gradient, unscaled, and clear it; 0: write it, as the step that follows takes it
+};
+struct vw_push_block {       // direct_adjoint, perturb_params
+    vw_uint count;           // vec4 of a block
+    float sign;              // perturb_params: to which side
+};
+struct vw_push_difference {  // difference_rays
+    vw_uint first_ray, ray_count; // as of vw_push_samples
+    vw_uint4 key;
+    vw_uint ahead;           // 1: colours ahead along the direction, 0: behind, and their difference
+};
+struct vw_push_slopes {      // normalise_slopes, slope_views
+    vw_uint count;           // rays; views
+    vw_uint scalar_row;      // slope_views: of the measurement
+    vw_uint measure;         // slope_views: 0 PSNR, 1 minus L1
+    float unscale;           // normalise_slopes: what the slopes are to be multiplied by beside
 };
 
 struct vw_push_peak {     // multiply_registers
@@ -323,6 +364,7 @@ VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands
 VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
+VW_ENUM(VW_SWEEP_GROUPS, 128)    // workgroups of direct_adjoint, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip

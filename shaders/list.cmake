@@ -26,6 +26,17 @@ viewworth_add_shader(update_code)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(update_weights)
+viewworth_add_shader(slope_views) # the rest of the backward sweep of lasting credit
+viewworth_add_shader(direct_adjoint)
+viewworth_add_shader(reduce_adjoint)
+viewworth_add_shader(perturb_params)
+viewworth_add_shader(difference_rays)
+viewworth_add_shader(difference_rays VARIANT effects DEFINE VW_RAY_EFFECTS)
+viewworth_add_shader(normalise_slopes)
+viewworth_add_shader(gather_grid)
+viewworth_add_shader(gather_weights)
+viewworth_add_shader(gather_photo)
+viewworth_add_shader(gather_code)
 viewworth_add_shader(trace_recipe) # draws the photos of recipes
 viewworth_add_shader(multiply_registers) # measures what the device can do, as does
 viewworth_add_shader(copy_memory)

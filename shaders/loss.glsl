@@ -20,4 +20,13 @@ void loss_channel(float error, out float value, out float slope) {
     }
 }
 
+// Of the loss by an error, for Gauss-Newton products. Where the loss has none, that of the pseudo-Huber loss sqrt(error^2 + edge^2).
+const float L1_EDGE = 0.05;
+
+float loss_curvature(float error) {
+    float edge = LOSS == LOSS_HUBER ? HUBER_EDGE : L1_EDGE, size = error / edge;
+    float smooth_curvature = 1.0 / (edge * (1.0 + size * size) * sqrt(1.0 + size * size));
+    return LOSS == LOSS_L2 ? 2.0 : smooth_curvature;
+}
+
 #endif

@@ -1,37 +1,23 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Moves gain and bias of the step's photo, those of the others stay: lazy Adam with the photo's own moments and step count, whatever the
-// optimiser of the field counts. One workgroup sums the rays' gradients in a fixed order: each invocation every 64th, then the first the
-// 64 sums.
+// optimiser of the field counts. One workgroup.
 #include "common.glsl"
 #include "appearance.glsl"
 #include "adam.glsl"
+#include "photo_gradient.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_APPEARANCE) buffer Appearance { vw_appearance appearance[]; };
-BUFFER(VW_SLOT_D_APPEARANCE) readonly buffer DAppearance { vw_appearance d_appearance[]; };
 BUFFER(VW_SLOT_APPEARANCE_MOMENTS) buffer Moments { vw_appearance_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
-shared vec4 gain_sums[64], bias_sums[64];
-
 void main() {
-    uint lane = gl_LocalInvocationID.x;
-    vec4 d_gain = vec4(0.0), d_bias = vec4(0.0);
-    for (uint i = lane; i < push.count; i += 64u) {
-        d_gain += d_appearance[i].gain;
-        d_bias += d_appearance[i].bias;
-    }
-    gain_sums[lane] = d_gain;
-    bias_sums[lane] = d_bias;
-    barrier();
-    if (lane != 0u || state.nonfinite != 0u) return; // the step is skipped
-    for (uint i = 1u; i < 64u; i++) {
-        d_gain += gain_sums[i];
-        d_bias += bias_sums[i];
-    }
+    vw_appearance gradient = sum_photo_gradient(push.count);
+    vec4 d_gain = gradient.gain, d_bias = gradient.bias;
+    if (gl_LocalInvocationID.x != 0u || state.nonfinite != 0u) return; // the step is skipped
     if (!finite(d_gain) || !finite(d_bias)) { // before any other param moves
         state.nonfinite = 1u;
         return;
@@ -41,8 +27,8 @@ void main() {
     moment.visits = min(moment.visits, 0x7FFFFFFEu) + 1u; // saturated, as the grid's
     d_gain = d_gain * INVERSE_RAYS + PHOTO_RIDGE * photo.gain;
     d_bias = d_bias * INVERSE_RAYS + PHOTO_RIDGE * photo.bias;
-    photo.gain -= photo_rate(moment.visits) * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
-    photo.bias -= photo_rate(moment.visits) * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
+    photo.gain -= (1.0 + push.extra) * photo_rate(moment.visits) * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
+    photo.bias -= (1.0 + push.extra) * photo_rate(moment.visits) * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
     if (!finite(photo.gain) || !finite(photo.bias)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
         overflow = 1u;
         return;

@@ -31,7 +31,7 @@ vec4 code_gradient(uint k) {
 
 void move_weights(uint at) {
     vec4 gradient = d_shift[at / CODE4] * code[at % CODE4], moment1 = weight_moments[at], moment2 = weight_moments[COUNT + at];
-    vec4 moved = code_weights[at] - adam_step(gradient, push.step_low, moment1, moment2);
+    vec4 moved = code_weights[at] - (1.0 + push.extra) * adam_step(gradient, push.step_low, moment1, moment2);
     if (!finite(moved)) { // as in update_weights
         overflow = 1u;
         return;
@@ -44,7 +44,7 @@ void move_weights(uint at) {
 void move_code(uint k, vec4 gradient) {
     uint visits = min(moments[state.view].visits, 0x7FFFFFFEu) + 1u;
     vec4 moment1 = moments[state.view].moment1[k], moment2 = moments[state.view].moment2[k];
-    vec4 moved = code[k] - photo_rate(visits) * adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
+    vec4 moved = code[k] - (1.0 + push.extra) * photo_rate(visits) * adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
     if (!finite(moved)) {
         overflow = 1u;
         return;

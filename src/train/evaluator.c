@@ -31,7 +31,7 @@ static enum vw_status create_buffers(uint32_t rays, struct evaluator *evaluator)
 
 static enum vw_status create_passes(struct evaluator *evaluator) {
     struct vw_specialization specialization = evaluator->field->model->specialization;
-    specialization.training = 0;
+    specialization.training = specialization.stores_rows = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels}, {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},

@@ -108,7 +108,7 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->feature_pairs = config->features / 2;
     s->table_mask = (1u << config->log2_table) - 1;
     s->width4 = config->width / 4;
-    s->training = 1;
+    s->training = s->stores_rows = 1;
     s->loss = config->loss;
     s->optimizer = config->optimizer;
     s->momentum = config->beta1 > 0.0 && config->optimizer != VW_OPTIMIZER_SGD;

@@ -53,25 +53,11 @@ static enum vw_status create_buffers(struct step_passes *step) {
     return status;
 }
 
-static enum vw_status create_pass(struct step_passes *step, const struct vw_shader *shader,
-                                  const struct vw_binding *bindings, uint32_t count, struct vw_pass **pass) {
-    struct vw_pass_params params = {.shader = shader,
-                                    .specialization = (const uint32_t *)&step->field->model->specialization,
-                                    .specialization_count = VW_SPECIALIZATION_COUNT,
-                                    .bindings = bindings,
-                                    .binding_count = count};
-    return vw_pass_create(step->field->gpu, &params, pass);
-}
-
-// Whose buffers are in a variant of backward_rays alone.
-static bool has_ray_effects(const struct vw_specialization *s) { return s->effect_sky || s->effect_appearance; }
-
-static enum vw_status create_shared_passes(struct step_passes *step, struct vw_buffer *pixels,
-                                           struct vw_buffer *scalars) {
-    struct vw_binding bindings[VW_SLOT_COUNT] = {
+void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint32_t *count) {
+    const struct vw_binding own[] = {
         {.slot = VW_SLOT_OVERFLOW, .buffer = step->overflow},
-        {.slot = VW_SLOT_PIXELS, .buffer = pixels},
-        {.slot = VW_SLOT_SCALARS, .buffer = scalars},
+        {.slot = VW_SLOT_PIXELS, .buffer = step->pixels},
+        {.slot = VW_SLOT_SCALARS, .buffer = step->scalars},
         {.slot = VW_SLOT_RAYS, .buffer = step->ray_buffer},
         {.slot = VW_SLOT_FIELD, .buffer = step->samples},
         {.slot = VW_SLOT_D_FIELD, .buffer = step->d_samples},
@@ -81,50 +67,109 @@ static enum vw_status create_shared_passes(struct step_passes *step, struct vw_b
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
         {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky, .unused = !step->d_sky},
     };
-    uint32_t count = 11;
-    field_bind(step->field, true, bindings, &count);
-    appearance_bind(step->field, &step->appearance, bindings, &count);
-    occupancy_bind(step->field, &step->occupancy, bindings, &count);
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
-        {&vw_shader_generate_rays, &step->generate},
-        {field_forward_shader(step->field->model), &step->forward},
-        {has_ray_effects(&step->field->model->specialization) ? &vw_shader_backward_rays_effects
-                                                              : &vw_shader_backward_rays,
-         &step->backward_rays},
-        {&vw_shader_backward_field, &step->backward_field},
-        {&vw_shader_gradient_weights, &step->gradient_weights},
-        {&vw_shader_reduce_weights, &step->reduce_weights},
-        {&vw_shader_reduce_loss, &step->reduce_loss},
-    };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
-        status = create_pass(step, passes[i].shader, bindings, count, passes[i].pass);
-    if (status == VW_OK && step->d_sky)
-        status = create_pass(step, &vw_shader_gradient_sky, bindings, count, &step->gradient_sky);
-    if (status == VW_OK && step->occupancy.kept)
-        status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
-    bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
-    if (status == VW_OK) status = create_pass(step, &vw_shader_update_weights, bindings, count, &step->update_weights);
-    bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
-    return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
+    memcpy(bindings + *count, own, sizeof own);
+    *count += VW_ARRAY_COUNT(own);
+    field_bind(step->field, true, bindings, count);
+    appearance_bind(step->field, &step->appearance, bindings, count);
+    occupancy_bind(step->field, &step->occupancy, bindings, count);
 }
 
-// The passes that write the grid see one window of it, so that each binding fits the device's range.
-static enum vw_status create_window_passes(struct step_passes *step, uint32_t index) {
+static enum vw_status create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
+                                  const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
+                                  struct vw_pass **pass) {
+    struct vw_pass_params params = {.shader = shader,
+                                    .specialization = (const uint32_t *)specialization,
+                                    .specialization_count = VW_SPECIALIZATION_COUNT,
+                                    .bindings = bindings,
+                                    .binding_count = count};
+    return vw_pass_create(step->field->gpu, &params, pass);
+}
+
+// Whose buffers are in a variant of backward_rays alone.
+static bool has_ray_effects(const struct vw_specialization *s) { return s->effect_sky || s->effect_appearance; }
+
+static enum vw_status create_scatter(const struct step_passes *step, struct gradient_passes *gradient, uint32_t index) {
     const struct field *field = step->field;
     const struct grid_window *window = &field->model->windows[index];
     const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
                                                [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
                                                [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
-             pair = field->model->pair_bytes;
-    bool momentum = field->model->specialization.momentum;
+    uint64_t word = word_bytes(field->model);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows},
         {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
+        {.slot = VW_SLOT_D_GRID,
+         .buffer = step->d_grid,
+         .offset_bytes = word * window->first_pair,
+         .size_bytes = word * window->pair_count},
+    };
+    uint32_t count = 4;
+    occupancy_bind(field, &step->occupancy, bindings, &count);
+    return create_pass(step, &gradient->specialization, scatter[field->model->scatter], bindings, count,
+                       &gradient->scatter[index]);
+}
+
+enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
+                               struct gradient_passes *gradient) {
+    *gradient = (struct gradient_passes){.specialization = *specialization};
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    uint32_t count = 0;
+    step_bind(step, bindings, &count);
+    const struct {
+        const struct vw_shader *shader;
+        struct vw_pass **pass;
+    } passes[] = {
+        {&vw_shader_generate_rays, &gradient->generate},
+        {field_forward_shader(step->field->model), &gradient->forward},
+        {has_ray_effects(specialization) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays,
+         &gradient->backward_rays},
+        {&vw_shader_backward_field, &gradient->backward_field},
+        {&vw_shader_gradient_weights, &gradient->gradient_weights},
+        {&vw_shader_reduce_weights, &gradient->reduce_weights},
+        {&vw_shader_gradient_sky, step->d_sky ? &gradient->gradient_sky : NULL},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
+        if (passes[i].pass)
+            status = create_pass(step, specialization, passes[i].shader, bindings, count, passes[i].pass);
+    for (uint32_t i = 0; i < step->field->model->window_count && status == VW_OK; i++)
+        status = create_scatter(step, gradient, i);
+    return status;
+}
+
+void gradient_destroy(struct gradient_passes *gradient) {
+    struct vw_pass **passes[] = {&gradient->generate,       &gradient->forward,          &gradient->backward_rays,
+                                 &gradient->backward_field, &gradient->gradient_weights, &gradient->reduce_weights,
+                                 &gradient->gradient_sky};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gradient->scatter[i]);
+}
+
+static enum vw_status create_update_passes(struct step_passes *step) {
+    const struct vw_specialization *specialization = &step->field->model->specialization;
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    uint32_t count = 0;
+    step_bind(step, bindings, &count); // its first binding is the one of flags
+    enum vw_status status =
+        create_pass(step, specialization, &vw_shader_reduce_loss, bindings, count, &step->reduce_loss);
+    if (status == VW_OK && step->occupancy.kept)
+        status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
+    bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
+    if (status == VW_OK)
+        status = create_pass(step, specialization, &vw_shader_update_weights, bindings, count, &step->update_weights);
+    bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
+    return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
+}
+
+// The passes that write the grid see one window of it, so that each binding fits the device's range.
+static enum vw_status create_update_grid(struct step_passes *step, uint32_t index) {
+    const struct field *field = step->field;
+    const struct grid_window *window = &field->model->windows[index];
+    uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
+             pair = field->model->pair_bytes;
+    bool momentum = field->model->specialization.momentum;
+    const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
         overflow_binding(step, OVERFLOW_GRID + index),
         {.slot = VW_SLOT_GRID,
@@ -142,37 +187,33 @@ static enum vw_status create_window_passes(struct step_passes *step, uint32_t in
          .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
-    uint32_t count = 9;
-    occupancy_bind(field, &step->occupancy, bindings, &count);
-    enum vw_status status = create_pass(step, scatter[field->model->scatter], bindings, count, &step->scatter[index]);
-    if (status != VW_OK) return status;
-    const struct vw_shader *update = field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid;
-    return create_pass(step, update, bindings, count, &step->update_grid[index]);
+    return create_pass(step, &field->model->specialization,
+                       field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid, bindings,
+                       VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
 }
 
 enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels,
                            struct vw_buffer *scalars, struct step_passes *step) {
     *step = (struct step_passes){.field = field,
+                                 .pixels = pixels,
+                                 .scalars = scalars,
                                  .rays = config->rays,
                                  .padded_rays = model_pad_rays(field->model, config->rays),
                                  .chunk_rays = field->model->specialization.chunk_samples / config->samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
-    if (status == VW_OK) status = create_shared_passes(step, pixels, scalars);
-    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_window_passes(step, i);
+    if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
+    if (status == VW_OK) status = create_update_passes(step);
+    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
     if (status != VW_OK) step_destroy(step);
     return status;
 }
 
 void step_destroy(struct step_passes *step) {
-    struct vw_pass **passes[] = {&step->generate,       &step->forward,          &step->backward_rays,
-                                 &step->backward_field, &step->gradient_weights, &step->reduce_weights,
-                                 &step->reduce_loss,    &step->update_weights,   &step->gradient_sky};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
-    for (size_t i = 0; i < VW_LEVELS_MAX; i++) {
-        vw_pass_destroy(&step->scatter[i]);
-        vw_pass_destroy(&step->update_grid[i]);
-    }
+    gradient_destroy(&step->gradient);
+    vw_pass_destroy(&step->reduce_loss);
+    vw_pass_destroy(&step->update_weights);
+    for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&step->update_grid[i]);
     occupancy_destroy(&step->occupancy);
     struct vw_buffer **buffers[] = {
         &step->ray_buffer,      &step->samples,     &step->d_samples,      &step->ray_loss, &step->overflow,
@@ -195,14 +236,16 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
 
 // One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
 // where in vw_kept).
-static void dispatch_samples(const struct step_passes *step, struct vw_batch *batch, const struct vw_pass *pass,
-                             const void *push, size_t push_bytes, uint64_t invocations, size_t groups) {
-    struct vw_buffer *kept = step->occupancy.kept;
-    if (kept) vw_batch_dispatch_indirect(batch, pass, push, push_bytes, kept, groups);
+static void dispatch_samples(const struct step_passes *step, const struct gradient_passes *gradient,
+                             struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
+                             uint64_t invocations, size_t groups) {
+    if (gradient->specialization.effect_occupancy)
+        vw_batch_dispatch_indirect(batch, pass, push, push_bytes, step->occupancy.kept, groups);
     else vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
 }
 
-void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
+static void record_scatter(const struct step_passes *step, const struct gradient_passes *gradient,
+                           struct vw_batch *batch, uint32_t samples) {
     const struct model *model = step->field->model;
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct grid_window *window = &model->windows[i];
@@ -211,27 +254,51 @@ void step_record_scatter(const struct step_passes *step, struct vw_batch *batch,
                                        .first_level = window->first_level,
                                        .level_count = levels,
                                        .first_pair = window->first_pair};
-        if (model->scatter == SCATTER_WALK) vw_batch_dispatch(batch, step->scatter[i], &push, sizeof push, levels);
+        if (model->scatter == SCATTER_WALK) vw_batch_dispatch(batch, gradient->scatter[i], &push, sizeof push, levels);
         else
-            dispatch_samples(step, batch, step->scatter[i], &push, sizeof push, (uint64_t)samples * levels,
+            dispatch_samples(step, gradient, batch, gradient->scatter[i], &push, sizeof push,
+                             (uint64_t)samples * levels,
                              offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
     }
 }
 
-// Forward and back through the rays of one chunk, whose activations the next chunk overwrites.
-static void record_chunk(const struct step_passes *step, struct vw_batch *batch, const struct vw_push_samples *push) {
+void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
+    record_scatter(step, &step->gradient, batch, samples);
+}
+
+void gradient_record_forward(const struct step_passes *step, const struct gradient_passes *gradient,
+                             struct vw_batch *batch, const struct vw_push_samples *chunk) {
+    if (gradient->specialization.effect_occupancy) occupancy_record_chunk(&step->occupancy, batch, chunk);
+    dispatch_samples(step, gradient, batch, gradient->forward, chunk, sizeof *chunk,
+                     (uint64_t)chunk->ray_count * gradient->specialization.samples,
+                     offsetof(struct vw_kept, field_groups));
+}
+
+void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
+                           struct vw_batch *batch, const struct vw_push_samples *chunk) {
     const struct model *model = step->field->model;
     const size_t field_groups = offsetof(struct vw_kept, field_groups),
                  weight_groups = offsetof(struct vw_kept, weight_groups);
-    uint32_t samples = push->ray_count * model->specialization.samples;
+    uint32_t samples = chunk->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
-    if (step->occupancy.kept) occupancy_record_chunk(&step->occupancy, batch, push);
-    dispatch_samples(step, batch, step->forward, push, sizeof *push, samples, field_groups);
-    vw_batch_dispatch(batch, step->backward_rays, push, sizeof *push, push->ray_count);
-    dispatch_samples(step, batch, step->backward_field, NULL, 0, samples, field_groups);
-    dispatch_samples(step, batch, step->gradient_weights, push, sizeof *push, tiles, weight_groups);
-    vw_batch_dispatch(batch, step->reduce_weights, push, sizeof *push, model->weight_columns);
-    step_record_scatter(step, batch, samples);
+    gradient_record_forward(step, gradient, batch, chunk);
+    vw_batch_dispatch(batch, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    dispatch_samples(step, gradient, batch, gradient->backward_field, NULL, 0, samples, field_groups);
+    dispatch_samples(step, gradient, batch, gradient->gradient_weights, chunk, sizeof *chunk, tiles, weight_groups);
+    vw_batch_dispatch(batch, gradient->reduce_weights, chunk, sizeof *chunk, model->weight_columns);
+    record_scatter(step, gradient, batch, samples);
+}
+
+struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key) {
+    uint32_t left = rays - first;
+    return (struct vw_push_samples){
+        .first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays, .key = key};
+}
+
+void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch *batch, uint32_t rays) {
+    struct vw_push_reduce push = {.count = rays};
+    if (gradient->gradient_sky)
+        vw_batch_dispatch(batch, gradient->gradient_sky, &push, sizeof push, 64ull * VW_SKY_COLUMNS);
 }
 
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
@@ -239,16 +306,25 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
-    vw_batch_dispatch(batch, step->generate, &rays, sizeof rays, step->padded_rays);
+    vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
     appearance_record_forward(&step->appearance, step->field->model, batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
-        uint32_t left = step->padded_rays - first;
-        struct vw_push_samples chunk = {
-            .first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays, .key = rays.key};
-        record_chunk(step, batch, &chunk);
+        const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
+        gradient_record_chunk(step, &step->gradient, batch, &chunk);
     }
-    struct vw_push_reduce sky = {.count = step->padded_rays};
-    if (step->gradient_sky) vw_batch_dispatch(batch, step->gradient_sky, &sky, sizeof sky, 64ull * VW_SKY_COLUMNS);
+    gradient_record_sky(&step->gradient, batch, step->padded_rays);
+}
+
+void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {
+    const struct model *model = step->field->model;
+    struct vw_push_update update = {
+        .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .extra = extra};
+    appearance_record_update(&step->appearance, batch, update, step->padded_rays);
+    vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        update.count = model->windows[i].pair_count;
+        vw_batch_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
+    }
 }
 
 void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row) {
@@ -258,15 +334,7 @@ void step_record_loss(const struct step_passes *step, struct vw_batch *batch, ui
 
 void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
                  uint32_t scalar_row) {
-    const struct model *model = step->field->model;
     step_record_gradients(step, batch, number, first_pixel);
-    struct vw_push_update update = {.count = model->moved_columns,
-                                    .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number};
-    appearance_record_update(&step->appearance, batch, update, step->padded_rays);
-    vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        update.count = model->windows[i].pair_count;
-        vw_batch_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
-    }
+    step_record_update(step, batch, number, 0);
     step_record_loss(step, batch, scalar_row); // reads what all passes before it have found
 }

@@ -8,17 +8,25 @@
 #include "gpu/compute.h"
 #include "train/effects/occupancy.h"
 
+// The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
+// of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
+struct gradient_passes {
+    struct vw_specialization specialization;
+    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights;
+    struct vw_pass *gradient_sky;           // NULL without the effect
+    struct vw_pass *scatter[VW_LEVELS_MAX]; // per window of the grid
+};
+
 struct step_passes {
-    struct field *field; // borrowed
+    struct field *field;                // borrowed
+    struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
-    struct vw_buffer *d_sky; // NULL without the effect, as its pass
+    struct vw_buffer *d_sky; // NULL without the effect
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
-    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights,
-        *reduce_loss, *update_weights;
-    struct vw_pass *gradient_sky;
-    struct vw_pass *scatter[VW_LEVELS_MAX], *update_grid[VW_LEVELS_MAX]; // per window of the grid
+    struct gradient_passes gradient;
+    struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
     struct appearance appearance;
     struct occupancy occupancy;
 };
@@ -33,12 +41,32 @@ void step_destroy(struct step_passes *step);
 enum { TRAINING_STATE_BUFFERS_MAX = 16 };
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
+// Bindings of a step's buffers and of its field's. Writes them behind `*count` and advances it.
+void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint32_t *count);
+
+// Another set of passes over the step's buffers.
+enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
+                               struct gradient_passes *gradient);
+void gradient_destroy(struct gradient_passes *gradient);
+// Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
+void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
+                           struct vw_batch *batch, const struct vw_push_samples *chunk);
+// The first half of it.
+void gradient_record_forward(const struct step_passes *step, const struct gradient_passes *gradient,
+                             struct vw_batch *batch, const struct vw_push_samples *chunk);
+// The piece of `rays` that begins at `first`, up to a chunk.
+struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key);
+// What follows the last chunk of `rays`.
+void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch *batch, uint32_t rays);
+
 // Records the passes that add the encoding gradients of the chunk's samples to d_grid.
 void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
 
-// Records the first part of a step, up to the loss of each ray and the gradients, without the optimiser.
+// Records the first part of a step, up to the loss of each ray and the gradients.
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel);
+// Records the optimiser's part, which moves the params by 1 + `extra` times what it says (0 in every run).
+void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row].
 void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row);
 

@@ -34,6 +34,8 @@ struct field *vw_trainer_field(struct vw_trainer *trainer) {
     return &trainer->field;
 }
 
+const struct probe_context *vw_trainer_context(struct vw_trainer *trainer) { return &trainer->probes.context; }
+
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
     *stats = (struct vw_trainer_stats){.param_count = trainer->model.param_count,
                                        .device_bytes = vw_gpu_buffer_bytes(trainer->gpu),

@@ -34,7 +34,7 @@ static const struct step_case setup = {.name = "unbounded",
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, rays);
-    step_bench_dispatch(bench, bench->step.forward, &push, sizeof push, bench->padded_samples);
+    step_bench_dispatch(bench, bench->step.gradient.forward, &push, sizeof push, bench->padded_samples);
     float *rows = step_bench_read_rows(bench), *positions = vw_allocate(RAYS, 4 * sizeof *positions);
     for (uint32_t ray = 0; ray < RAYS; ray++)
         memcpy(positions + 4 * ray,

@@ -270,7 +270,7 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->step.samples, in.field);
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
+    step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
     vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
@@ -304,7 +304,7 @@ static void check_coefficients(const struct step_bench *bench, const struct inpu
 }
 
 void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
-    if (!bench->step.gradient_sky) return;
+    if (!bench->step.gradient.gradient_sky) return;
     struct test_random random = {.seed = bench->config.seed + 4};
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
     struct vw_push_reduce push = {.count = in.ray_count};
@@ -315,7 +315,7 @@ void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
     step_bench_write(bench, bench->step.d_sky, d_logits);
-    step_bench_dispatch(bench, bench->step.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+    step_bench_dispatch(bench, bench->step.gradient.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     check_coefficients(bench, &in, d_logits, d_weights + 4 * (size_t)bench->model.weight_columns);

@@ -16,14 +16,14 @@ static uint32_t slice_count(const struct step_bench *bench) {
 static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_write_rows(bench, rows);
-    step_bench_dispatch(bench, bench->step.gradient_weights, &push, sizeof push,
+    step_bench_dispatch(bench, bench->step.gradient.gradient_weights, &push, sizeof push,
                         (uint64_t)slice_count(bench) * bench->model.weight_tiles);
 }
 
 static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     push.first_ray = first_ray;
-    step_bench_dispatch(bench, bench->step.reduce_weights, &push, sizeof push, bench->model.weight_columns);
+    step_bench_dispatch(bench, bench->step.gradient.reduce_weights, &push, sizeof push, bench->model.weight_columns);
 }
 
 void weight_gradients_run(struct step_bench *bench, float *rows) {

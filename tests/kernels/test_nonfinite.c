@@ -222,7 +222,7 @@ static void rounding_to_a_bfloat_keeps_what_is_not_finite(void **state) {
     float *d_samples = step_bench_read(bench, bench->step.d_samples);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) memcpy(&d_samples[4 * i + 3], &poison[i], sizeof poison[i]);
     step_bench_write(bench, bench->step.d_samples, d_samples); // gradients of the raw density: stored as they come
-    step_bench_dispatch(bench, bench->step.backward_field, NULL, 0, bench->padded_samples);
+    step_bench_dispatch(bench, bench->step.gradient.backward_field, NULL, 0, bench->padded_samples);
     float *rows = step_bench_read_rows(bench);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
         assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));
@@ -269,7 +269,7 @@ static void a_sky_gradient_that_is_not_finite_marks_the_step(void **state) {
             d_logits[ray].z = poison[i];
             step_bench_write(bench, bench->step.d_sky, d_logits);
             step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-            step_bench_dispatch(bench, bench->step.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+            step_bench_dispatch(bench, bench->step.gradient.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
             assert_int_equal(is_marked(bench), poison[i] != 0.0f);
         }
         d_logits[ray].z = 0.0f;
@@ -287,7 +287,7 @@ static void a_loss_that_is_not_finite_marks_the_step(void **state) {
     samples[0] = NAN; // a colour of the first ray
     for (int poisoned = 0; poisoned < 2; poisoned++) {
         step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-        step_bench_dispatch(bench, bench->step.backward_rays, &push, sizeof push, push.ray_count);
+        step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
         step_bench_write(bench, bench->step.samples, samples);
     }

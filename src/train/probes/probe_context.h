@@ -25,4 +25,8 @@ struct probe_context { // all borrowed
 // Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
 void probe_read(const struct probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
 
+// Of a trainer, borrowed, for what works on its training when nothing is in flight.
+struct vw_trainer;
+const struct probe_context *vw_trainer_context(struct vw_trainer *trainer);
+
 #endif

@@ -1,0 +1,360 @@
+#include "train/lasting.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/hash.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "train/hashed_file.h"
+#include "train/lasting_private.h"
+#include "train/pixels.h"
+
+enum { BATCH_STEPS_MAX = 64 };
+static const double ADVANCE_SECONDS = 0.5;
+
+// ---- States of U ----------------------------------------------------------------------------------------------------
+
+// The last epochs, in steps.
+static uint64_t state_span(const struct vw_lasting *lasting) {
+    uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->context->schedule->train_count;
+    return span < lasting->total_steps ? span : lasting->total_steps;
+}
+
+uint32_t lasting_state_count(const struct vw_lasting *lasting) {
+    uint64_t span = state_span(lasting);
+    return span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES;
+}
+
+// Steps are counted from the end: state i lies span * i / count steps before it.
+bool lasting_is_state(const struct vw_lasting *lasting, uint64_t step) {
+    uint64_t before_end = lasting->total_steps - step, span = state_span(lasting), count = lasting_state_count(lasting);
+    uint64_t state = (before_end * count + span - 1) / span;
+    return state < count && state * span / count == before_end;
+}
+
+uint64_t vw_lasting_first_state(const struct vw_lasting *lasting) {
+    uint64_t span = state_span(lasting), count = lasting_state_count(lasting);
+    return lasting->total_steps - (count - 1) * span / count;
+}
+
+// ---- Life -----------------------------------------------------------------------------------------------------------
+
+static uint64_t state_bytes(const struct vw_lasting *lasting) {
+    struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
+    const struct buffer_list list = {buffers, step_training_state(lasting->context->step, buffers)};
+    return buffer_list_bytes(&list);
+}
+
+static uint64_t kept_bytes(const struct vw_lasting *lasting, uint64_t segment_steps) {
+    uint64_t segments = (lasting->total_steps + segment_steps - 1) / segment_steps;
+    return segment_steps * kept_step_bytes(lasting->context->step) + segments * state_bytes(lasting);
+}
+
+static uint64_t default_memory_bytes(const struct vw_gpu *gpu) { return vw_gpu_get_info(gpu)->memory_bytes / 4; }
+
+// All steps in one segment where memory allows, or else the length that takes the least memory.
+static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memory_bytes) {
+    struct vw_gpu *gpu = lasting->context->field->gpu;
+    uint64_t step_bytes = kept_step_bytes(lasting->context->step), buffer_bytes = vw_gpu_get_limits(gpu)->buffer_bytes;
+    uint64_t block_steps = buffer_bytes / lasting->context->field->model->param_bytes;
+    uint64_t most = block_steps > 2 ? block_steps - 1 : 1;
+    if (!memory_bytes) memory_bytes = default_memory_bytes(gpu);
+    uint64_t steps = lasting->total_steps;
+    if (steps > most || kept_bytes(lasting, steps) > memory_bytes) {
+        steps = (uint64_t)ceil(sqrt((double)steps * (double)state_bytes(lasting) / (double)step_bytes));
+        if (steps > most) steps = most;
+    }
+    if (kept_bytes(lasting, steps) > memory_bytes)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit keeps at least %" PRIu64
+                       " MiB of states of this training, more than the %" PRIu64
+                       " MiB that it may take; value the scene with fewer epochs or a lower --log2-table",
+                       kept_bytes(lasting, steps) >> 20, memory_bytes >> 20);
+    lasting->segment_steps = steps;
+    lasting->segment_count = (uint32_t)((lasting->total_steps + steps - 1) / steps);
+    return VW_OK;
+}
+
+static void begin(struct vw_lasting *lasting, uint64_t next_step) {
+    lasting->next_step = next_step;
+    lasting->segment = (uint32_t)((next_step - 1) / lasting->segment_steps);
+    lasting->until_step = next_step;
+    lasting->replaying = true;
+}
+
+static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
+    enum vw_status status = vw_trainer_create(params->training, &lasting->trainer);
+    if (status != VW_OK) return status;
+    lasting->context = vw_trainer_context(lasting->trainer);
+    lasting->total_steps = vw_trainer_total_steps(lasting->trainer);
+    uint32_t room = lasting->context->schedule->batch_steps_max;
+    lasting->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
+    status = sweep_passes_create(lasting->context, params->rays, lasting->batch_steps, &lasting->sweep);
+    if (status == VW_OK) status = choose_segments(lasting, params->memory_bytes);
+    if (status == VW_OK)
+        status = kept_steps_create(lasting->context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
+    if (status == VW_OK) status = vw_batch_create(lasting->context->field->gpu, &lasting->batch);
+    if (status != VW_OK) return status;
+    lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
+    lasting->credits = vw_allocate(lasting->batch_steps, sizeof *lasting->credits);
+    return lasting->starts && lasting->credits ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {
+    struct vw_lasting *lasting = vw_allocate(1, sizeof *lasting);
+    if (!lasting) return VW_ERROR_MEMORY;
+    lasting->replayed = params->replayed;
+    lasting->replayed_context = params->context;
+    enum vw_status status = create_parts(lasting, params);
+    if (status == VW_OK) begin(lasting, lasting->total_steps);
+    if (status != VW_OK) vw_lasting_destroy(&lasting);
+    else *out = lasting;
+    return status;
+}
+
+void vw_lasting_destroy(struct vw_lasting **pointer) {
+    struct vw_lasting *lasting = *pointer;
+    if (!lasting) return;
+    vw_batch_destroy(&lasting->batch);
+    for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) snapshot_destroy(&lasting->starts[i]);
+    kept_steps_destroy(&lasting->kept);
+    sweep_passes_destroy(&lasting->sweep);
+    vw_trainer_destroy(&lasting->trainer);
+    free(lasting->starts);
+    free(lasting->credits);
+    free(lasting);
+    *pointer = NULL;
+}
+
+// ---- Batches --------------------------------------------------------------------------------------------------------
+
+uint32_t lasting_draw(const struct vw_lasting *lasting, uint64_t step, uint32_t index) {
+    const struct probe_context *context = lasting->context;
+    uint32_t rays = context->config->rays, view = schedule_view_of_step(context->schedule, step);
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
+    pixels_draw(context->scene, view, vw_config_seed_of(context->config, VW_VARY_PIXELS), step, 0, rays, pixels);
+    if (!context->masks) pixels_unmask(context->scene, pixels, rays);
+    return index * rays;
+}
+
+uint32_t lasting_row(const struct vw_lasting *lasting, uint32_t index) {
+    return index * validation_rows_per_measurement(lasting->context->validation);
+}
+
+enum vw_status lasting_run_batch(const struct vw_lasting *lasting) {
+    enum vw_status status = vw_batch_submit(lasting->batch);
+    return status == VW_OK ? vw_batch_wait(lasting->batch) : status;
+}
+
+// ---- Replay ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status tell_replayed(const struct vw_lasting *lasting, uint64_t first_step, uint32_t count) {
+    const struct probe_context *context = lasting->context;
+    const vw_float4 *rows = vw_buffer_map(context->scalars);
+    for (uint32_t i = 0; i < count; i++) {
+        const vw_float4 *row = rows + lasting_row(lasting, i);
+        uint64_t step = first_step + i;
+        struct vw_step_record record = {.step = step,
+                                        .epoch = schedule_epoch_of_step(context->schedule, step),
+                                        .view = schedule_view_of_step(context->schedule, step),
+                                        .train_loss = ((double)row->x + row->y) / context->config->rays,
+                                        .nonfinite = row->z != 0.0f,
+                                        .clamped_count = (uint64_t)row->w,
+                                        .val_psnr = NAN,
+                                        .val_psnr_pooled = NAN,
+                                        .val_l1 = NAN};
+        if (!isfinite(record.train_loss)) record.train_loss = NAN;
+        enum vw_status status = lasting->replayed(lasting->replayed_context, &record);
+        if (status != VW_OK) return status;
+    }
+    return VW_OK;
+}
+
+// The place of a step within the kept segment, or UINT32_MAX.
+static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
+    uint64_t before = lasting->segment * lasting->segment_steps;
+    return step > before ? (uint32_t)(step - before - 1) : UINT32_MAX;
+}
+
+static enum vw_status save_start(struct vw_lasting *lasting, uint64_t step) {
+    struct snapshot *start = &lasting->starts[(step - 1) / lasting->segment_steps];
+    if ((step - 1) % lasting->segment_steps != 0 || start->count) return VW_OK;
+    enum vw_status status = snapshot_create(lasting->context->step, start);
+    if (status == VW_OK) snapshot_record_save(start, lasting->batch);
+    return status;
+}
+
+// A step of the first replay is told; one of a later replay was.
+static enum vw_status replay_batch(struct vw_lasting *lasting) {
+    uint64_t first = lasting->state_step + 1, left = lasting->until_step - lasting->state_step;
+    uint32_t count = left < lasting->batch_steps ? (uint32_t)left : lasting->batch_steps;
+    bool known = lasting->segment + 1 < lasting->segment_count && lasting->starts[lasting->segment + 1].count;
+    enum vw_status status = VW_OK;
+    vw_batch_begin(lasting->batch);
+    for (uint32_t i = 0; i < count && status == VW_OK; i++) {
+        uint32_t pixel = lasting_draw(lasting, first + i, i), place = place_of(lasting, first + i);
+        status = save_start(lasting, first + i);
+        if (place == UINT32_MAX)
+            step_record(lasting->context->step, lasting->batch, first + i, pixel, lasting_row(lasting, i));
+        else
+            sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->batch, first + i, pixel,
+                                   lasting_row(lasting, i), place);
+    }
+    enum vw_status ran = lasting_run_batch(lasting);
+    if (status == VW_OK) status = ran;
+    if (status == VW_OK && lasting->replayed && !known) status = tell_replayed(lasting, first, count);
+    lasting->state_step += count;
+    lasting->work_done += count;
+    lasting->replaying = lasting->state_step < lasting->until_step;
+    return status;
+}
+
+static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment) {
+    lasting->segment = segment;
+    lasting->state_step = segment * lasting->segment_steps;
+    lasting->until_step = lasting->state_step + lasting->segment_steps;
+    lasting->replaying = true;
+    vw_batch_begin(lasting->batch);
+    snapshot_record_restore(&lasting->starts[segment], lasting->batch);
+    return lasting_run_batch(lasting);
+}
+
+// ---- Sweep ----------------------------------------------------------------------------------------------------------
+
+static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
+    const vw_float4 *rows = vw_buffer_map(lasting->sweep.rows);
+    for (uint32_t i = 0; i < count; i++, rows += SWEEP_MEASURES) {
+        const vw_float4 *psnr = &rows[SWEEP_PSNR], *loss = &rows[SWEEP_LOSS];
+        struct vw_lasting_credit *credit = &lasting->credits[i];
+        *credit = (struct vw_lasting_credit){.step = lasting->next_step - i,
+                                             .psnr = (double)psnr->x + psnr->y,
+                                             .loss = (double)loss->x + loss->y,
+                                             .size_psnr = psnr->z,
+                                             .size_loss = loss->z};
+        credit->view = schedule_view_of_step(lasting->context->schedule, credit->step);
+        if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss))
+            return vw_fail(VW_ERROR_DEVICE,
+                           "lasting credit: the backward sweep grew beyond all numbers at step %" PRIu64
+                           "; value the scene with a lower --lr",
+                           credit->step);
+    }
+    return VW_OK;
+}
+
+static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
+    uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
+    uint32_t count = left < lasting->batch_steps ? (uint32_t)left : lasting->batch_steps,
+             states = lasting_state_count(lasting);
+    const struct step_blocks *blocks = &lasting->sweep.blocks;
+    vw_batch_begin(lasting->batch);
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t step = lasting->next_step - i;
+        uint32_t pixel = lasting_draw(lasting, step, i);
+        kept_steps_record_load(&lasting->kept, lasting->batch, place_of(lasting, step), blocks);
+        if (lasting_is_state(lasting, step))
+            sweep_record_state(&lasting->sweep, lasting->batch, lasting_row(lasting, i), states);
+        sweep_record_step(&lasting->sweep, lasting->batch, step, pixel, i * SWEEP_MEASURES);
+    }
+    enum vw_status status = lasting_run_batch(lasting);
+    if (status == VW_OK) status = read_credits(lasting, count);
+    if (status != VW_OK) return status;
+    *handed_out = count;
+    lasting->next_step -= count;
+    lasting->work_done += count;
+    return lasting->next_step == before && before > 0 ? begin_segment(lasting, lasting->segment - 1) : VW_OK;
+}
+
+enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_lasting_credit **credits, uint32_t *count,
+                                  bool *done) {
+    double started_s = vw_now_s();
+    enum vw_status status = VW_OK;
+    *credits = lasting->credits;
+    *count = 0;
+    while (status == VW_OK && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS)
+        status = replay_batch(lasting);
+    if (status == VW_OK && !lasting->replaying && lasting->next_step > 0) status = sweep_batch(lasting, count);
+    *done = lasting->next_step == 0;
+    return status;
+}
+
+void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state) {
+    uint64_t first_kept = lasting->segment * lasting->segment_steps, replay_left = 0;
+    if (lasting->replaying) replay_left = lasting->until_step - lasting->state_step;
+    *state = (struct vw_lasting_state){.work_done = lasting->work_done,
+                                       .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step,
+                                       .next_step = lasting->next_step,
+                                       .memory_bytes = kept_bytes(lasting, lasting->segment_steps)};
+}
+
+// ---- Files ----------------------------------------------------------------------------------------------------------
+
+static const char magic[] = "viewworth sweep 1\n";
+static const char remedy[] = "remove the file: the sweep starts anew";
+
+static uint32_t list_adjoints(const struct vw_lasting *lasting, struct vw_buffer *buffers[2 * SWEEP_MEASURES]) {
+    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) {
+        buffers[2 * i] = lasting->sweep.adjoints[i].lambda;
+        buffers[2 * i + 1] = lasting->sweep.adjoints[i].moment; // NULL entries are skipped
+    }
+    return 2 * SWEEP_MEASURES;
+}
+
+// What the file says of itself but for the step: the run and the settings.
+static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_step, char **text) {
+    uint8_t run_id[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_trainer_run_id(lasting->trainer, run_id);
+    if (status != VW_OK) return status;
+    vw_hash_to_hex(run_id, hex);
+    *text =
+        vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64 ",\"rays\":%u,\"states\":%u,\"next_step\":%" PRIu64 "}",
+                       hex, lasting->total_steps, lasting->sweep.rays, lasting_state_count(lasting), next_step);
+    return *text ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path) {
+    struct vw_buffer *buffers[2 * SWEEP_MEASURES];
+    const struct buffer_list list = {buffers, list_adjoints(lasting, buffers)};
+    char *description = NULL;
+    enum vw_status status = describe(lasting, lasting->next_step, &description);
+    if (status == VW_OK) status = hashed_file_save(path, magic, description, &list);
+    free(description);
+    return status;
+}
+
+static enum vw_status check_description(const struct vw_lasting *lasting, const char *path, const char *text,
+                                        uint64_t *next_step) {
+    json_int_t saved = -1;
+    char *expected = NULL;
+    json_t *object = vw_json_load(text, strlen(text), 0, NULL);
+    bool known = object && json_unpack(object, "{s:I}", "next_step", &saved) == 0 && saved > 0 &&
+                 (uint64_t)saved <= lasting->total_steps;
+    json_decref(object);
+    if (!known) return vw_fail(VW_ERROR_INPUT, "%s: does not say which step it holds; %s", path, remedy);
+    enum vw_status status = describe(lasting, (uint64_t)saved, &expected);
+    if (status == VW_OK && strcmp(text, expected) != 0)
+        status = vw_fail(VW_ERROR_INPUT, "%s: of another run or of other settings; %s", path, remedy);
+    free(expected);
+    if (status == VW_OK) *next_step = (uint64_t)saved;
+    return status;
+}
+
+enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t *next_step) {
+    struct vw_buffer *buffers[2 * SWEEP_MEASURES];
+    const struct buffer_list list = {buffers, list_adjoints(lasting, buffers)};
+    struct hashed_file file;
+    enum vw_status status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
+    if (status != VW_OK) return status;
+    status = check_description(lasting, path, file.description, next_step);
+    if (status == VW_OK && file.payload_bytes != buffer_list_bytes(&list))
+        status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
+                         file.payload_bytes, buffer_list_bytes(&list), remedy);
+    if (status == VW_OK) status = hashed_file_load(&file, &list);
+    hashed_file_close(&file);
+    if (status == VW_OK) begin(lasting, *next_step);
+    return status;
+}

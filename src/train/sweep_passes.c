@@ -1,0 +1,384 @@
+#include "train/sweep_passes.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+
+// ---- Creation -------------------------------------------------------------------------------------------------------
+
+static const struct model *model_of(const struct sweep_passes *sweep) { return sweep->context->field->model; }
+
+static enum vw_status check(const struct probe_context *context) {
+    const struct model *model = context->field->model;
+    if (model->half_grid)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit needs params in 32 bits; value the scene with --table-precision float32");
+    if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit: the params of %llu bytes exceed this device's binding range; value the scene "
+                       "with a lower --log2-table",
+                       (unsigned long long)model->param_bytes);
+    return VW_OK;
+}
+
+static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_steps) {
+    const struct probe_context *context = sweep->context;
+    uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
+    const struct {
+        struct vw_buffer **buffer;
+        struct vw_buffer_params params;
+    } buffers[] = {
+        {&sweep->blocks.before, {.name = "params_before", .size_bytes = block}},
+        {&sweep->blocks.after, {.name = "params_after", .size_bytes = block}},
+        {&sweep->blocks.gradient, {.name = "step_gradient", .size_bytes = block}},
+        {&sweep->blocks.moment, {.name = "step_moment", .size_bytes = momentum}},
+        {&sweep->direction, {.name = "direction", .size_bytes = block}},
+        {&sweep->sums, {.name = "sweep_sums", .size_bytes = 2 * 16 * VW_SWEEP_GROUPS}},
+        {&sweep->state, {.name = "sweep_state", .size_bytes = sizeof(struct vw_sweep_state)}},
+        {&sweep->seen_ahead, {.name = "seen_ahead", .size_bytes = 16 * (uint64_t)context->step->padded_rays}},
+        {&sweep->val_rays,
+         {.name = "slopes_of_views", .size_bytes = vw_buffer_size_bytes(context->validation->evaluator.rays)}},
+        {&sweep->rows,
+         {.name = "sweep_rows", .size_bytes = 16ull * SWEEP_MEASURES * batch_steps, .memory = VW_BUFFER_READBACK}},
+        {&sweep->adjoints[SWEEP_PSNR].lambda, {.name = "adjoint_psnr", .size_bytes = block}},
+        {&sweep->adjoints[SWEEP_LOSS].lambda, {.name = "adjoint_loss", .size_bytes = block}},
+        {&sweep->adjoints[SWEEP_PSNR].moment, {.name = "adjoint_psnr_moment", .size_bytes = momentum}},
+        {&sweep->adjoints[SWEEP_LOSS].moment, {.name = "adjoint_loss_moment", .size_bytes = momentum}},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+        if (buffers[i].params.size_bytes)
+            status = vw_buffer_create(context->field->gpu, &buffers[i].params, buffers[i].buffer);
+    return status;
+}
+
+// Rays that are padding, or that views are fitted on, have no slope, and never get one.
+static enum vw_status create_val_rays(struct sweep_passes *sweep) {
+    const struct validation *validation = sweep->context->validation;
+    uint64_t bytes = vw_buffer_size_bytes(sweep->val_rays);
+    struct vw_ray *rays = vw_allocate(bytes, 1);
+    if (!rays) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_buffer_read(validation->evaluator.rays, 0, rays, bytes);
+    for (uint64_t i = validation->ray_count; i < bytes / sizeof *rays; i++) rays[i].target_weight = (vw_float4){0};
+    if (status == VW_OK) status = vw_buffer_write(sweep->val_rays, 0, rays, bytes);
+    free(rays);
+    return status;
+}
+
+static enum vw_status create_pass(const struct sweep_passes *sweep, const struct vw_shader *shader,
+                                  const struct vw_specialization *specialization, const struct vw_binding *bindings,
+                                  uint32_t count, struct vw_pass **pass) {
+    const struct vw_pass_params params = {.shader = shader,
+                                          .specialization = (const uint32_t *)specialization,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings,
+                                          .binding_count = count,
+                                          .role = "sweep"};
+    return vw_pass_create(sweep->context->field->gpu, &params, pass);
+}
+
+static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct param_range *range) {
+    return (struct vw_binding){
+        .slot = slot, .buffer = block, .offset_bytes = range->offset_bytes, .size_bytes = range->size_bytes};
+}
+
+static enum vw_status create_gather(const struct sweep_passes *sweep, const struct vw_shader *shader,
+                                    const struct param_range *range, struct vw_buffer *block, struct vw_pass **pass) {
+    const struct model *model = model_of(sweep);
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
+        range_binding(VW_SLOT_GATHERED, block, range),
+        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+    };
+    uint32_t count = 2;
+    if (model->codes.size_bytes) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, &model->codes);
+    step_bind(sweep->context->step, bindings, &count);
+    return create_pass(sweep, shader, &model->specialization, bindings, count, pass);
+}
+
+static enum vw_status create_gather_grid(const struct sweep_passes *sweep, uint32_t index, struct gathered *gathered) {
+    const struct grid_window *window = &model_of(sweep)->windows[index];
+    uint64_t word = model_of(sweep)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
+             pairs = window->pair_count;
+    const struct param_range range = {.offset_bytes = model_of(sweep)->grid.offset_bytes + 8 * first,
+                                      .size_bytes = 8 * pairs};
+    const struct vw_binding bindings[] = {
+        range_binding(VW_SLOT_GATHERED, gathered->block, &range),
+        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = sweep->context->field->step_state},
+        {.slot = VW_SLOT_D_GRID,
+         .buffer = sweep->context->step->d_grid,
+         .offset_bytes = word * first,
+         .size_bytes = word * pairs},
+    };
+    return create_pass(sweep, &vw_shader_gather_grid, &model_of(sweep)->specialization, bindings,
+                       VW_ARRAY_COUNT(bindings), &gathered->grid[index]);
+}
+
+static enum vw_status create_gathered(const struct sweep_passes *sweep, struct vw_buffer *block,
+                                      struct gathered *gathered) {
+    const struct model *model = model_of(sweep);
+    const struct param_range moved = {.offset_bytes = model->weights.offset_bytes,
+                                      .size_bytes = 16 * (uint64_t)model->moved_columns};
+    enum vw_status status = VW_OK;
+    gathered->block = block;
+    for (uint32_t i = 0; i < model->window_count && status == VW_OK; i++)
+        status = create_gather_grid(sweep, i, gathered);
+    if (status == VW_OK) status = create_gather(sweep, &vw_shader_gather_weights, &moved, block, &gathered->weights);
+    if (status == VW_OK && model->appearance.size_bytes)
+        status = create_gather(sweep, &vw_shader_gather_photo, &model->appearance, block, &gathered->photo);
+    if (status == VW_OK && model->codes.size_bytes)
+        status = create_gather(sweep, &vw_shader_gather_code, &model->code_weights, block, &gathered->code);
+    return status;
+}
+
+static enum vw_status create_adjoint(const struct sweep_passes *sweep, struct adjoint *adjoint) {
+    bool momentum = adjoint->moment != NULL;
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
+        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
+        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = sweep->blocks.gradient},
+        {.slot = VW_SLOT_STEP_MOMENT, .buffer = sweep->blocks.moment, .unused = !momentum},
+        {.slot = VW_SLOT_ADJOINT, .buffer = adjoint->lambda},
+        {.slot = VW_SLOT_ADJOINT_MOMENT, .buffer = adjoint->moment, .unused = !momentum},
+        {.slot = VW_SLOT_DIRECTION, .buffer = sweep->direction},
+        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
+    };
+    enum vw_status status = create_gathered(sweep, adjoint->lambda, &adjoint->sum);
+    return status == VW_OK ? create_pass(sweep, &vw_shader_direct_adjoint, &model_of(sweep)->specialization, bindings,
+                                         VW_ARRAY_COUNT(bindings), &adjoint->direct)
+                           : status;
+}
+
+// Passes over a step's rays and the block of all params.
+static enum vw_status create_step_passes(struct sweep_passes *sweep) {
+    const struct model *model = model_of(sweep);
+    const struct vw_specialization *s = &model->specialization;
+    struct vw_specialization plain = *s, given = *s;
+    plain.stores_rows = 0;
+    given.loss = LOSS_GIVEN;
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
+        {.slot = VW_SLOT_SCALARS, .buffer = sweep->rows}, // in place of the step's, which is bound last
+        {.slot = VW_SLOT_PARAMS, .buffer = sweep->context->field->params, .size_bytes = model->param_bytes},
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
+        {.slot = VW_SLOT_DIRECTION, .buffer = sweep->direction},
+        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
+        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+        {.slot = VW_SLOT_SEEN_AHEAD, .buffer = sweep->seen_ahead},
+    };
+    uint32_t own = 7, count = own;
+    step_bind(sweep->context->step, bindings, &count);
+    for (uint32_t i = own; i < count; i++) // each slot once
+        if (bindings[i].slot == VW_SLOT_SCALARS) bindings[i] = bindings[--count];
+    const struct {
+        const struct vw_shader *shader;
+        const struct vw_specialization *specialization;
+        struct vw_pass **pass;
+    } passes[] = {
+        {field_forward_shader(model), &plain, &sweep->forward},
+        {&vw_shader_perturb_params, s, &sweep->perturb},
+        {s->effect_sky || s->effect_appearance ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
+         &sweep->difference},
+        {&vw_shader_reduce_adjoint, s, &sweep->reduce},
+        {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
+    };
+    enum vw_status status = gradient_create(sweep->context->step, &given, &sweep->product);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
+        status = create_pass(sweep, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
+    return status;
+}
+
+// Validation as it is measured (decision 1: no jitter, no skipping, nobody's code), with activations stored.
+static struct vw_specialization validation_specialization(const struct model *model) {
+    struct vw_specialization s = model->specialization;
+    s.training = 0;
+    s.loss = LOSS_GIVEN;
+    s.effect_occupancy = s.effect_appearance = s.effect_appearance_code = 0;
+    return s;
+}
+
+static enum vw_status create_view_passes(struct sweep_passes *sweep) {
+    const struct validation *validation = sweep->context->validation;
+    const struct vw_specialization *s = &model_of(sweep)->specialization,
+                                   of_views = validation_specialization(model_of(sweep));
+    const struct vw_binding slopes[] = {
+        {.slot = VW_SLOT_RAYS, .buffer = validation->evaluator.rays},
+        {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
+        {.slot = VW_SLOT_VAL_VIEWS, .buffer = validation->ranges},
+        {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits, .unused = !validation->view_fit.fits},
+        {.slot = VW_SLOT_SCALARS, .buffer = sweep->context->scalars},
+        {.slot = VW_SLOT_GATHERED, .buffer = sweep->val_rays},
+    };
+    const struct vw_binding normal[] = {
+        {.slot = VW_SLOT_RAYS, .buffer = sweep->val_rays},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = sweep->context->field->step_state},
+        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+    };
+    enum vw_status status = gradient_create(sweep->context->step, &of_views, &sweep->validation);
+    if (status == VW_OK)
+        status = create_pass(sweep, &vw_shader_slope_views, s, slopes, VW_ARRAY_COUNT(slopes), &sweep->slope_views);
+    return status == VW_OK ? create_pass(sweep, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
+                                         &sweep->normalise_views)
+                           : status;
+}
+
+enum vw_status sweep_passes_create(const struct probe_context *context, uint32_t rays, uint32_t batch_steps,
+                                   struct sweep_passes *sweep) {
+    *sweep = (struct sweep_passes){.context = context,
+                                   .rays = rays && rays < context->step->rays ? rays : context->step->rays};
+    sweep->padded_rays = model_pad_rays(context->field->model, sweep->rays);
+    enum vw_status status = check(context);
+    if (status == VW_OK) status = create_buffers(sweep, batch_steps);
+    if (status == VW_OK) status = create_val_rays(sweep);
+    if (status == VW_OK) status = create_step_passes(sweep);
+    if (status == VW_OK) status = create_view_passes(sweep);
+    if (status == VW_OK) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
+    for (int i = 0; i < SWEEP_MEASURES && status == VW_OK; i++) status = create_adjoint(sweep, &sweep->adjoints[i]);
+    if (status != VW_OK) sweep_passes_destroy(sweep);
+    return status;
+}
+
+static void destroy_gathered(struct gathered *gathered) {
+    for (int i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gathered->grid[i]);
+    vw_pass_destroy(&gathered->weights);
+    vw_pass_destroy(&gathered->photo);
+    vw_pass_destroy(&gathered->code);
+}
+
+void sweep_passes_destroy(struct sweep_passes *sweep) {
+    for (int i = 0; i < SWEEP_MEASURES; i++) {
+        destroy_gathered(&sweep->adjoints[i].sum);
+        vw_pass_destroy(&sweep->adjoints[i].direct);
+        vw_buffer_destroy(&sweep->adjoints[i].lambda);
+        vw_buffer_destroy(&sweep->adjoints[i].moment);
+    }
+    destroy_gathered(&sweep->step_gradient);
+    gradient_destroy(&sweep->product);
+    gradient_destroy(&sweep->validation);
+    struct vw_pass **passes[] = {&sweep->forward,        &sweep->perturb,     &sweep->difference,     &sweep->reduce,
+                                 &sweep->normalise_step, &sweep->slope_views, &sweep->normalise_views};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    struct vw_buffer **buffers[] = {
+        &sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient, &sweep->blocks.moment, &sweep->direction,
+        &sweep->sums,          &sweep->state,        &sweep->seen_ahead,      &sweep->val_rays,      &sweep->rows};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+}
+
+// ---- Recording ------------------------------------------------------------------------------------------------------
+
+// `photos`: also what belongs to photos, of `rays` rays of one of them.
+static void record_gather(const struct sweep_passes *sweep, const struct gathered *gathered, struct vw_batch *batch,
+                          bool adds, bool photos, uint32_t rays) {
+    const struct model *model = model_of(sweep);
+    struct vw_push_gather push = {.adds = adds};
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        push.count = model->windows[i].pair_count;
+        vw_batch_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
+    }
+    push.count = model->moved_columns;
+    vw_batch_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
+    push.count = rays;
+    if (gathered->photo && photos) vw_batch_dispatch(batch, gathered->photo, &push, sizeof push, 1);
+    if (gathered->code && photos) vw_batch_dispatch(batch, gathered->code, &push, sizeof push, 1);
+}
+
+void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
+                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place) {
+    const struct step_passes *step = sweep->context->step;
+    kept_steps_record_before(kept, batch, place);
+    step_record_gradients(step, batch, number, first_pixel);
+    record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
+    kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
+    step_record_update(step, batch, number, 0);
+    step_record_loss(step, batch, scalar_row);
+    kept_steps_record_after(kept, batch, place);
+}
+
+static void record_restore(const struct sweep_passes *sweep, struct vw_batch *batch, struct vw_buffer *block) {
+    vw_batch_copy(batch, block, 0, sweep->context->field->params, 0, model_of(sweep)->param_bytes);
+}
+
+// Back from the slopes of validation's rays, as many at a time as a step has.
+static void record_views_back(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint *adjoint) {
+    const struct step_passes *step = sweep->context->step;
+    uint32_t rays = sweep->context->validation->evaluator.ray_count;
+    for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
+        uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
+        vw_batch_copy(batch, sweep->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
+                      sizeof(struct vw_ray) * count);
+        for (uint32_t first = 0; first < count; first += step->chunk_rays) {
+            const struct vw_push_samples chunk = gradient_chunk(step, count, first, (vw_uint4){0});
+            gradient_record_chunk(step, &sweep->validation, batch, &chunk);
+        }
+        gradient_record_sky(&sweep->validation, batch, count);
+        record_gather(sweep, &adjoint->sum, batch, true, false, 0);
+    }
+}
+
+void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row,
+                        uint32_t states) {
+    const struct validation *validation = sweep->context->validation;
+    double values = 0.0;
+    for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
+    // The passes back take a third of a ray's slope and divide by the rays of a step.
+    double undo = 3.0 * sweep->context->step->rays / states,
+           factors[SWEEP_MEASURES] = {undo / validation->view_count, undo / values};
+    record_restore(sweep, batch, sweep->blocks.after);
+    validation_record(validation, batch, scalar_row);
+    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) {
+        struct vw_push_slopes push = {
+            .count = validation->view_count, .scalar_row = scalar_row, .measure = i, .unscale = (float)factors[i]};
+        vw_batch_dispatch(batch, sweep->slope_views, &push, sizeof push, 64ull * push.count);
+        push.count = validation->evaluator.ray_count;
+        vw_batch_dispatch(batch, sweep->normalise_views, &push, sizeof push, 1);
+        record_views_back(sweep, batch, &sweep->adjoints[i]);
+    }
+}
+
+// The slopes of a step's rays: J direction by differences, times the loss's curvature.
+static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, vw_uint4 key) {
+    const struct step_passes *step = sweep->context->step;
+    uint32_t block4 = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
+    for (uint32_t ahead = 2; ahead-- > 0;) {
+        struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
+        vw_batch_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
+        appearance_record_forward(&step->appearance, model_of(sweep), batch);
+        for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
+            const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, key);
+            const struct vw_push_difference difference = {
+                .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = ahead};
+            struct gradient_passes plain = {.specialization = sweep->product.specialization, .forward = sweep->forward};
+            gradient_record_forward(step, &plain, batch, &chunk);
+            vw_batch_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
+        }
+    }
+    struct vw_push_slopes push = {.count = sweep->padded_rays, .unscale = (float)step->rays / (float)sweep->rays};
+    vw_batch_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
+}
+
+static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint *adjoint,
+                           const struct vw_push_rays *rays, uint32_t row) {
+    const struct step_passes *step = sweep->context->step;
+    const struct vw_push_block block = {.count = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4))};
+    const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
+    vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_batch_dispatch(batch, adjoint->direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
+    vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
+    record_slopes(sweep, batch, rays->key);
+    record_restore(sweep, batch, sweep->blocks.before);
+    appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, rays->key);
+        gradient_record_chunk(step, &sweep->product, batch, &chunk);
+    }
+    gradient_record_sky(&sweep->product, batch, sweep->padded_rays);
+    record_gather(sweep, &adjoint->sum, batch, true, true, sweep->padded_rays);
+}
+
+void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                       uint32_t row) {
+    const struct vw_push_rays rays = {
+        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = model_key_of_step(model_of(sweep), number)};
+    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) record_adjoint(sweep, batch, &sweep->adjoints[i], &rays, row + i);
+}

@@ -1,0 +1,61 @@
+// The passes of the backward sweep (lasting.h) at one step of a finished training. They go forward and back through the
+// step's rays by the passes of the training itself; what is their own works on blocks: buffers with a float for every
+// param, laid out as the params are.
+//   direct_adjoint: the step's credit, and a direction
+//   -> colours ahead and behind along it -> difference x curvature = slopes -> back -> added to the adjoint
+// The adjoint begins as the gradient of U, which is added at every state that U averages over:
+//   validation -> slope_views -> back -> added to the adjoint
+#ifndef VIEWWORTH_TRAIN_SWEEP_PASSES_H
+#define VIEWWORTH_TRAIN_SWEEP_PASSES_H
+
+#include "train/kept_steps.h"
+#include "train/probes/probe_context.h"
+
+enum sweep_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_MEASURES }; // of U; each has an adjoint of its own
+
+// The gradients that a step leaves in their several forms, brought into one block.
+struct gathered {
+    struct vw_buffer *block;                                      // borrowed
+    struct vw_pass *grid[VW_LEVELS_MAX], *weights, *photo, *code; // grid: per window; photo, code: NULL without them
+};
+
+struct adjoint {
+    struct vw_buffer *lambda, *moment; // blocks; moment: NULL without momentum
+    struct gathered sum;               // adds to lambda
+    struct vw_pass *direct;
+};
+
+struct sweep_passes {
+    const struct probe_context *context; // borrowed
+    uint32_t rays, padded_rays;          // of a step that the product takes
+    struct step_blocks blocks;           // owned
+    struct vw_buffer *direction, *sums, *state, *seen_ahead;
+    struct vw_buffer *val_rays;                 // vw_ray per ray of validation: slopes in place of targets
+    struct vw_buffer *rows;                     // READBACK: vec4 per step of a batch and measure
+    struct gradient_passes product, validation; // from slopes that are given
+    struct vw_pass *forward;                    // of colours ahead and behind: nothing is stored
+    struct vw_pass *perturb, *difference, *reduce;
+    struct vw_pass *normalise_step, *slope_views, *normalise_views;
+    struct gathered step_gradient; // writes blocks.gradient
+    struct adjoint adjoints[SWEEP_MEASURES];
+};
+
+// `rays`: of each step that the product takes, at most the step's; 0: all. `batch_steps`: rows for so many.
+// VW_ERROR_USAGE, naming what stands against it, for half tables and for params beyond one binding.
+enum vw_status sweep_passes_create(const struct probe_context *context, uint32_t rays, uint32_t batch_steps,
+                                   struct sweep_passes *sweep);
+void sweep_passes_destroy(struct sweep_passes *sweep);
+
+// Replays step `number`, with its pixels at `first_pixel`: as step_record() does, which gives the same bits, and keeps
+// at `place` what the sweep needs of it.
+void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
+                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place);
+
+// For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
+void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row, uint32_t states);
+
+// Carries the adjoints back over step `number`, which is loaded, and writes its rows from `row` on.
+void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                       uint32_t row);
+
+#endif
