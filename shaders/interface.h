@@ -188,7 +188,8 @@ VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoi
 VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
 VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
-VW_ENUM(VW_SLOT_COUNT, 58)
+VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
+VW_ENUM(VW_SLOT_COUNT, 59)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through

@@ -57,7 +57,8 @@ struct vw_lasting_check {
     uint32_t view;                       // given: scene index
     double measured_psnr, measured_loss; // in units of the credits; NaN where a retraining was not finite
 };
-// `from_step`: before the first of the states that U averages over (vw_lasting_first_state).
+// Without momentum only, where a step is its photo's own (VW_ERROR_USAGE). `from_step`: before the first of the states
+// that U averages over (vw_lasting_first_state).
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
                                   uint32_t count);
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting);

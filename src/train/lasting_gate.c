@@ -80,6 +80,9 @@ static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_st
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
                                   uint32_t count) {
     struct snapshot state = {0};
+    if (lasting->context->config->beta1 > 0)
+        return vw_fail(VW_ERROR_USAGE,
+                       "the gate scales steps, which with momentum belong to several photos; use --no-gate");
     if (lasting->next_step != 0 || from_step >= vw_lasting_first_state(lasting))
         return vw_fail(VW_ERROR_USAGE,
                        "the gate follows the whole sweep, from a step before the states that it measures");

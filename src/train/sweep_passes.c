@@ -54,14 +54,14 @@ static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_
     return status;
 }
 
-// Rays that are padding, or that views are fitted on, have no slope, and never get one.
+// Rays that are padding have no slope, and never get one.
 static enum vw_status create_val_rays(struct sweep_passes *sweep) {
-    const struct validation *validation = sweep->context->validation;
     uint64_t bytes = vw_buffer_size_bytes(sweep->val_rays);
     struct vw_ray *rays = vw_allocate(bytes, 1);
     if (!rays) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_buffer_read(validation->evaluator.rays, 0, rays, bytes);
-    for (uint64_t i = validation->ray_count; i < bytes / sizeof *rays; i++) rays[i].target_weight = (vw_float4){0};
+    enum vw_status status = vw_buffer_read(sweep->context->validation->evaluator.rays, 0, rays, bytes);
+    for (uint64_t i = 0; i < bytes / sizeof *rays; i++)
+        rays[i].target_weight = (vw_float4){.w = rays[i].target_weight.w};
     if (status == VW_OK) status = vw_buffer_write(sweep->val_rays, 0, rays, bytes);
     free(rays);
     return status;
@@ -207,6 +207,7 @@ static enum vw_status create_view_passes(struct sweep_passes *sweep) {
         {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = validation->ranges},
         {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits, .unused = !validation->view_fit.fits},
+        {.slot = VW_SLOT_FIT_VIEWS, .buffer = validation->view_fit.ranges, .unused = !validation->view_fit.ranges},
         {.slot = VW_SLOT_SCALARS, .buffer = sweep->context->scalars},
         {.slot = VW_SLOT_GATHERED, .buffer = sweep->val_rays},
     };

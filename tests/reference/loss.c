@@ -16,3 +16,8 @@ double reference_loss(uint32_t loss, double error, double *slope) {
     *slope = sign;
     return fabs(error) - (loss == LOSS_HUBER ? huber_edge / 2.0 : 0.0);
 }
+
+double reference_curvature(const struct vw_specialization *s, double error) {
+    double edge = s->loss == LOSS_HUBER ? 0.1 : 0.05;
+    return s->loss == LOSS_L2 ? 2.0 : 1.0 / (edge * pow(1.0 + error * error / (edge * edge), 1.5));
+}

@@ -173,6 +173,8 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
 // ---- loss.c ---------------------------------------------------------------------------------------------------------
 
 // One channel's loss, and its slope by the error.
+// Its second derivative, as Gauss-Newton products take it: of L1 and Huber that of a smooth loss (shaders/loss.glsl).
+double reference_curvature(const struct vw_specialization *s, double error);
 double reference_loss(uint32_t loss, double error, double *slope);
 
 // ---- appearance.c ---------------------------------------------------------------------------------------------------
