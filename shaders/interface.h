@@ -57,7 +57,8 @@ typedef uint32_t vw_uint;
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
     X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */ \
-    X(65, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */
+    X(65, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */ \
+    X(66, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -91,6 +92,7 @@ struct vw_specialization {
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
     uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows, stores_rows;
+    float huber_length;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \

@@ -59,6 +59,7 @@ struct vw_config {
     uint32_t samples;        // per ray, 1 to 4096
     uint32_t val_rays;       // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
+    double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     enum vw_optimizer optimizer;
     double learning_rate;     // 1e-12 to 1e6; constant
     double beta1;             // [0,1); 0: no momentum
@@ -91,7 +92,8 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // The same training without its probes: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
-// Without `vary` and `base_seed` everything varies; without `table_precision` it is float32.
+// Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
+// without `huber_length` it is 0.1.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 

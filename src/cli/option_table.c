@@ -191,6 +191,8 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
+    {"huber-length", "X", "Colour difference beyond which --loss huber is linear; colours reach from 0 to 1",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.huber_length)},
     {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate)},

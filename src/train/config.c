@@ -17,6 +17,7 @@ const struct vw_config vw_config_default = {
     .samples = 32,
     .val_rays = 512,
     .loss = VW_LOSS_L1,
+    .huber_length = 0.1,
     .optimizer = VW_OPTIMIZER_LAZY_ADAM,
     .learning_rate = 3e-3,
     .beta1 = 0.0,
@@ -72,6 +73,7 @@ static const struct number {
     {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
     {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
+    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true},
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
     {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
     {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
@@ -131,6 +133,8 @@ static enum vw_status check_together(const struct vw_config *config) {
                        "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels "
                        "or --base-resolution",
                        finest);
+    if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
+        return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
         return vw_fail(
@@ -164,6 +168,12 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
+// Absent where it is as it was before there was a choice, so that such runs keep their names.
+static bool is_absent(const struct vw_config *config, const struct number *number) {
+    return number->offset == offsetof(struct vw_config, huber_length) &&
+           config->huber_length == vw_config_default.huber_length;
+}
+
 // From how many epochs there are follows which of them end in a state that is probed.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
     return number->identity || (config->same_state && number->offset == offsetof(struct vw_config, epochs));
@@ -173,7 +183,7 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     json_t *object = json_object();
     int failed = !object;
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
-        if (!identity_only || is_identity(config, &numbers[i]))
+        if (!is_absent(config, &numbers[i]) && (!identity_only || is_identity(config, &numbers[i])))
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
     failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
@@ -211,6 +221,7 @@ static enum vw_status name_from_json(const json_t *object, const char *key, cons
 static enum vw_status number_from_json(const json_t *object, const struct number *number, struct vw_config *config) {
     const json_t *value = json_object_get(object, number->key);
     char *field = (char *)config + number->offset;
+    if (!value && is_absent(config, number)) return VW_OK;
     if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
     if (number->kind == REAL) *(double *)field = json_number_value(value);
     else if (number->kind == SEED) *(uint64_t *)field = (uint64_t)json_integer_value(value);
@@ -219,7 +230,7 @@ static enum vw_status number_from_json(const json_t *object, const struct number
 }
 
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
-    struct vw_config parsed = {0};
+    struct vw_config parsed = {.huber_length = vw_config_default.huber_length};
     json_error_t error;
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);

@@ -110,6 +110,7 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->width4 = config->width / 4;
     s->training = s->stores_rows = 1;
     s->loss = config->loss;
+    s->huber_length = (float)config->huber_length;
     s->optimizer = config->optimizer;
     s->momentum = config->beta1 > 0.0 && config->optimizer != VW_OPTIMIZER_SGD;
     s->learning_rate = (float)config->learning_rate;

@@ -118,7 +118,7 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
         double left = reference_composite(points, in.samples, black, colour);
         check_colour(finding, ray, &colours[ray], colour, left, tolerance);
         for (int c = 0; c < 3; c++) {
-            reference_loss(bench->config.loss, colour[c] - 1.0, &d_colour[c]);
+            reference_loss(&bench->model.specialization, colour[c] - 1.0, &d_colour[c]);
             d_colour[c] /= 3.0;
         }
         check_gradient(finding, &in, points, d_colour, &d_field[(size_t)ray * in.samples], tolerance);

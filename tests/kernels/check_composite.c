@@ -166,7 +166,9 @@ struct reference_loss {
 };
 
 // How much the slope of a loss changes per error.
-static double curvature(enum vw_loss loss) { return loss == VW_LOSS_L2 ? 2.0 : loss == VW_LOSS_HUBER ? 10.0 : 0.0; }
+static double curvature(const struct vw_specialization *s) {
+    return s->loss == LOSS_L2 ? 2.0 : s->loss == LOSS_HUBER ? 1.0 / s->huber_length : 0.0;
+}
 
 // `d_seen` are the gradients by the colours as the photo sees them.
 static struct reference_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index,
@@ -183,11 +185,12 @@ static struct reference_loss take_loss(const struct step_bench *bench, const str
         if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error &&
             ray.target[c] > 0.0)
             fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, index);
-        taken.loss += share * reference_loss(bench->config.loss, error, &slope);
+        taken.loss += share * reference_loss(&bench->model.specialization, error, &slope);
         taken.loss_error += share * error_error * 2.0 + 4.0 * FLOAT_ROUNDING;
         d_seen[c] = share * slope;
         taken.d_colour[c] = gain * d_seen[c];
-        taken.d_colour_error[c] = gain * share * (curvature(bench->config.loss) * error_error + 4.0 * FLOAT_ROUNDING);
+        taken.d_colour_error[c] =
+            gain * share * (curvature(&bench->model.specialization) * error_error + 4.0 * FLOAT_ROUNDING);
     }
     return taken;
 }

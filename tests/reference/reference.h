@@ -173,9 +173,9 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
 // ---- loss.c ---------------------------------------------------------------------------------------------------------
 
 // One channel's loss, and its slope by the error.
+double reference_loss(const struct vw_specialization *s, double error, double *slope);
 // Its second derivative, as Gauss-Newton products take it: of L1 and Huber that of a smooth loss (shaders/loss.glsl).
 double reference_curvature(const struct vw_specialization *s, double error);
-double reference_loss(uint32_t loss, double error, double *slope);
 
 // ---- appearance.c ---------------------------------------------------------------------------------------------------
 

@@ -86,7 +86,7 @@ static void forward_ray(struct reference_step *step, uint32_t index, const struc
     if (photo) reference_appear(photo, step->colours[index], seen);
     for (int c = 0; c < 3; c++) {
         step->errors[index][c] = seen[c] - ray->target[c];
-        step->losses[index] += ray->weight / 3.0 * reference_loss(s->loss, step->errors[index][c], &unused);
+        step->losses[index] += ray->weight / 3.0 * reference_loss(s, step->errors[index][c], &unused);
     }
     step->loss += step->losses[index];
 }
@@ -143,7 +143,7 @@ void reference_step_backward(struct reference_step *step, const struct reference
         struct reference_d_sample *d_samples = &step->d_samples[(size_t)ray * s->samples];
         double d_colour[3], d_logit[3];
         for (int c = 0; c < 3; c++) {
-            reference_loss(s->loss, step->errors[ray][c], &d_colour[c]);
+            reference_loss(s, step->errors[ray][c], &d_colour[c]);
             d_colour[c] *= step->rays[ray].weight / 3.0;
         }
         if (params->photos) {

@@ -51,6 +51,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.base_resolution = c->base_resolution ? c->base_resolution : 8;
     config.width = c->width ? c->width : 32;
     config.loss = c->loss;
+    if (c->huber_length > 0.0) config.huber_length = c->huber_length;
     config.optimizer = c->optimizer;
     config.beta1 = c->beta1;
     config.beta2 = c->beta2 > 0.0 ? c->beta2 : 0.99;

@@ -20,6 +20,7 @@ struct step_case {
     uint32_t base_resolution;  // [8]
     uint32_t width;            // [32]
     enum vw_loss loss;
+    double huber_length; // 0: the default
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]

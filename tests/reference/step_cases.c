@@ -56,6 +56,7 @@ const struct step_case step_cases[] = {
      .levels = 2,
      .log2_table = 8,
      .loss = VW_LOSS_HUBER,
+     .huber_length = 0.3,
      .beta1 = 0.5,
      .sky = true,
      .as_on_gpus = true},

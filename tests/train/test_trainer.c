@@ -66,6 +66,21 @@ static void the_seed_changes_the_run(void **state) {
 }
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
+// The first error is the same field's.
+static void the_length_of_the_loss_changes_the_run(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config();
+    config.loss = VW_LOSS_HUBER;
+    struct test_run *usual = test_run(scene, &config, true, 4);
+    config.huber_length = 0.03;
+    struct test_run *shorter = test_run(scene, &config, true, 4);
+    assert_true(usual->records[1].train_loss < shorter->records[1].train_loss);
+    test_run_free(usual);
+    test_run_free(shorter);
+    vw_scene_close(&scene);
+}
+
 static void each_view_comes_once_per_epoch(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -490,10 +505,12 @@ static void configs_round_trip_and_ranges_are_checked(void **state) {
     config.seed = INT64_MAX;
     config.learning_rate = 0.1 + 0.2;
     config.loss = VW_LOSS_HUBER;
+    config.huber_length = 0.03;
     config.optimizer = VW_OPTIMIZER_SGD;
     config.background = VW_BACKGROUND_RANDOM;
     char *json = vw_config_to_json(&config, false);
     ASSERT_OK(vw_config_from_json(json, &parsed));
+    assert_true(parsed.huber_length == config.huber_length);
     char *again = vw_config_to_json(&parsed, false);
     assert_string_equal(json, again);
     free(json);
@@ -525,11 +542,32 @@ static void configs_round_trip_and_ranges_are_checked(void **state) {
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
+static void a_length_that_is_not_chosen_leaves_no_trace(void **state) {
+    (void)state;
+    struct vw_config config = test_config(), parsed;
+    for (enum vw_loss loss = VW_LOSS_L1; loss <= VW_LOSS_HUBER; loss++) { // runs keep the names they had without it
+        config.loss = loss;
+        char *json = vw_config_to_json(&config, true);
+        assert_null(strstr(json, "huber_length"));
+        free(json);
+        json = vw_config_to_json(&config, false);
+        ASSERT_OK(vw_config_from_json(json, &parsed));
+        assert_true(parsed.huber_length == 0.1);
+        free(json);
+    }
+    config.huber_length = 0.3;
+    ASSERT_OK(vw_config_check(&config));
+    config.loss = VW_LOSS_L2;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "needs --loss huber, not l2"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_repeats_bit_for_bit),
         cmocka_unit_test(batches_of_cheap_steps_stay_small),
         cmocka_unit_test(the_seed_changes_the_run),
+        cmocka_unit_test(the_length_of_the_loss_changes_the_run),
         cmocka_unit_test(each_view_comes_once_per_epoch),
         cmocka_unit_test(validation_is_pure),
         cmocka_unit_test(psnr_means_what_it_says),
@@ -547,6 +585,7 @@ int main(void) {
         cmocka_unit_test(effects_follow_evidence_and_option),
         cmocka_unit_test(validation_pixels_are_stratified_and_fixed),
         cmocka_unit_test(configs_round_trip_and_ranges_are_checked),
+        cmocka_unit_test(a_length_that_is_not_chosen_leaves_no_trace),
     };
     return cmocka_run_group_tests_name("trainer", tests, NULL, test_gpu_close);
 }
