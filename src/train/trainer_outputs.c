@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "train/checkpoint.h"
+#include "train/coverage.h"
 #include "train/field_file.h"
 #include "train/identity.h"
 #include "train/measure_views.h"
@@ -140,4 +141,9 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
     const struct measured_field measured = measured_field_of(trainer);
     return measure_whole_view(&measured, view, whole);
+}
+
+enum vw_status vw_trainer_measure_coverage(struct vw_trainer *trainer, uint32_t passes, double *coverage) {
+    enum { PASSES = 4 };
+    return coverage_measure(vw_trainer_context(trainer), passes ? passes : PASSES, coverage);
 }
