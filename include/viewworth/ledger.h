@@ -4,6 +4,12 @@
 //   of repeated, zero_learning_rate, resampled and same_state; image_id is NULL if the probe is of the
 //   step's own photo.
 //
+// A ledger with a sweep of lasting credit (value.h) also has (src/ledger/schema.c; others lack these tables):
+// - lasting(run_id, rays, epochs, states, row_hash): the settings of the sweep;
+// - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
+// - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
+//   vw_gate_check, the gate.
+//
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
 // (src/ledger/README.md says what that protects, and what it does not):
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows;
@@ -11,7 +17,9 @@
 //   and its probe rows;
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
 //   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, and all score rows
-//   in the order of their rowids, which is the order of the methods.
+//   in the order of their rowids, which is the order of the methods; then the row of lasting, if there is one;
+// - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step and of
+//   lasting_check.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
 // keeps it. (run_id covers the part of config_json that belongs to the run's identity.)
 //
@@ -72,6 +80,31 @@ struct vw_ledger_score {
                                         // ledger
 };
 
+// What a step leaves behind at the end of the training, by the backward sweep of lasting credit (value.h).
+struct vw_lasting_step {
+    uint64_t step;               // 1, 2, ...
+    double psnr, loss;           // dB that the end gains by the step; mean absolute error that it loses
+    double size_psnr, size_loss; // length of the gradient of either by the params behind the step; 0 or more
+};
+
+// One photo of the gate: its steps behind from_step were scaled, in trainings from there on.
+struct vw_gate_check {
+    uint32_t image_id;
+    uint64_t from_step;
+    double predicted_psnr, measured_psnr; // dB per unit of scale
+    double predicted_loss, measured_loss; // mean absolute error, more = better
+};
+
+// A sweep. step_count 0: there is none.
+struct vw_lasting_sweep {
+    uint32_t rays;                       // of each step that the product takes; 0: all
+    uint32_t epochs, states;             // the end is the mean over at most so many states of the last epochs
+    const struct vw_lasting_step *steps; // all steps of the run but step 0, in order
+    uint64_t step_count;
+    const struct vw_gate_check *checks; // by image_id; none without the gate
+    uint32_t check_count;
+};
+
 // Creates the file `path`. VW_ERROR_USAGE if it exists.
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger);
@@ -91,6 +124,11 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
 // synced transaction.
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);
+
+// Replaces sweep and scores of a run that has ended, as one synced transaction; its status stays. An append removes the
+// sweep. VW_ERROR_USAGE when its steps are not those of the run, or a value is not finite.
+enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
+                                     const struct vw_ledger_score *scores, uint32_t score_count);
 
 // Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
 // forgets it.
@@ -122,6 +160,10 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
 // The arrays are owned by the caller (free), their strings by the ledger.
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
+// The sweep of lasting credit; step_count 0: there is none. VW_ERROR_INPUT when its rows are not such a sweep. Both
+// arrays are owned by the caller (vw_lasting_sweep_free).
+enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep);
+void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep);
 // Calls `take` with every row of table view, by step and image. The rows are not kept in memory, because there is one
 // for every step and validation view.
 typedef void vw_ledger_view_taker(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error);

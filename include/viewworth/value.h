@@ -28,6 +28,17 @@
 //       show of it (1 - length of a block / late epochs) and raised by half for what all epochs of a run share (as in
 //       src/value/uncertainty.h). The 95 % interval is that of Student with E - 1 degrees of freedom, cut to [0,1]; NaN
 //       below four epochs
+//   lasting_psnr, lasting_loss
+//       what the steps on the photo leave behind at the end of the training: the sum, over all steps t on the photo
+//       (those of burn-in too), of lambda(t) . s(t), where s(t) is the step's change of the params and lambda(t) the
+//       gradient by the params behind step t of U, the mean over states of the last epochs of the validation PSNR
+//       (dB), or of minus the mean absolute error. lambda is carried back from the end step by step: lambda <- lambda
+//       - H P lambda, with P the preconditioner of Adam and H the Gauss-Newton product (Martens, "Deep learning via
+//       Hessian-free optimization", ICML 2010). So a step is credited with what U gains by it, to first order, with
+//       all that later steps repair or undo (Hara et al., "Data cleansing for models trained with SGD", NeurIPS 2019;
+//       Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). Scores of several photos can be added. Their zero means
+//       nothing: only differences do. Only for runs with a sweep (viewworth lasting). A sweep is of one seed, and says
+//       nothing about others: there is no standard error and no interval; reproduce --lasting measures them over seeds
 //   same_state_psnr
 //       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //
@@ -65,6 +76,9 @@ struct vw_value_input {
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
     uint32_t image_count;
+    const struct vw_lasting_step
+        *lasting; // the sweep of the run; of as many steps as records behind step 0, or not used
+    uint64_t lasting_count;
     double beta1;       // momentum of the run's optimiser, in [0,1); 0: none
     bool paper_methods; // also compute the other forms that the paper discusses, after all others
 };
@@ -91,9 +105,9 @@ extern const char vw_value_default_method[];
 //   delta over the resampled steps and the step itself). It does not include the pixels of earlier steps, which change
 //   the state that each step starts from. NaN without probed steps and for methods that are not a weighted sum of
 //   deltas.
-// Scores from probes (src/value/probe_scores.h) have no intervals. A method has no scores if no photo has a visit that
-// counts; without a step after burn-in the count is 0. `*scores` is owned by the caller (free); its strings are static.
-// VW_ERROR_INPUT for a step on an image that is not in `images`, VW_ERROR_MEMORY.
+// Scores from probes (src/value/probe_scores.h) and of lasting credit have no intervals. A method has no scores if no
+// photo has a visit that counts; without a step after burn-in the count is 0. `*scores` is owned by the caller (free);
+// its strings are static. VW_ERROR_INPUT for a step on an image that is not in `images`, VW_ERROR_MEMORY.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count);
 

@@ -21,6 +21,8 @@ struct vw_database_format {
     const char *schema_sql; // makes the tables and sets user_version
     int64_t version;        // that user_version
     const char *what;       // "a viewworth ledger", for messages
+    const char *more_sql;   // makes further tables, which a file may have, and sets user_version; NULL: none
+    int64_t more_version;   // that user_version
 };
 
 enum vw_database_access {

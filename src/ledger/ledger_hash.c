@@ -1,8 +1,7 @@
 #include "base/hash.h"
 #include "ledger/ledger_private.h"
 
-// Adds all rows of a query.
-static enum vw_status hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher) {
+enum vw_status vw_ledger_hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
     enum vw_status status = vw_database_prepare(database, sql, &statement);
@@ -15,14 +14,15 @@ static enum vw_status hash_rows(struct vw_database *database, const char *sql, s
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    enum vw_status status = hash_rows(
+    enum vw_status status = vw_ledger_hash_rows(
         database, "SELECT run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version FROM run",
         &hasher);
     if (!status)
-        status = hash_rows(database,
-                           "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER "
-                           "BY scene_hash, image_id",
-                           &hasher);
+        status = vw_ledger_hash_rows(
+            database,
+            "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER "
+            "BY scene_hash, image_id",
+            &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }
@@ -39,22 +39,27 @@ static enum vw_status find_running(struct vw_database *database, bool *running) 
 enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
                                     char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
-    bool running = false;
+    bool running = false, lasting = false;
     enum vw_status status = find_running(database, &running);
+    if (!status) status = vw_ledger_find_lasting_tables(database, &lasting);
     if (status) return status;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher,
                        running ? run_hash : head); // so that a batch of steps does not have to change final_hash
-    status = hash_rows(database,
-                       "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, "
-                       "finished_utc, status, field_sha256 FROM run",
-                       &hasher);
+    status =
+        vw_ledger_hash_rows(database,
+                            "SELECT scene_path, config_json, scene_options_json, effects_json, plan_json, started_utc, "
+                            "finished_utc, status, field_sha256 FROM run",
+                            &hasher);
     if (!status)
-        status = hash_rows(database,
-                           "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, "
-                           "ci_high, rank_ci_low,"
-                           " rank_ci_high FROM score ORDER BY rowid",
-                           &hasher);
+        status = vw_ledger_hash_rows(
+            database,
+            "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, "
+            "ci_high, rank_ci_low,"
+            " rank_ci_high FROM score ORDER BY rowid",
+            &hasher);
+    if (!status && lasting)
+        status = vw_ledger_hash_rows(database, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }

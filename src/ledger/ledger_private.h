@@ -48,8 +48,23 @@ double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *stateme
 uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                  enum vw_status *status);
 
+// The images that rows of other tables may name.
+enum vw_status vw_ledger_load_images(struct vw_ledger *ledger);
+
+// Reads the current row of a query into an item of an array; `index` counts the rows.
+struct vw_row_reader {
+    const char *sql;
+    size_t item_bytes;
+    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item);
+};
+// Reads all rows into an array, which the caller frees.
+enum vw_status vw_ledger_read_rows(struct vw_ledger *ledger, const struct vw_row_reader *reader, void **items,
+                                   uint64_t *count);
+
 // ---- ledger_hash.c: hashes of the rows, as ledger.h describes them ----
 
+// Adds all rows of a query.
+enum vw_status vw_ledger_hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher);
 // run.row_hash
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
 // run.final_hash, given the row_hash of the run and the last one.
@@ -59,6 +74,16 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
 enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_hash[VW_HASH_HEX_BYTES]);
 enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
                                           char final_hash[VW_HASH_HEX_BYTES]);
+
+// ---- ledger_lasting.c: the sweep of lasting credit ----
+
+// Whether the file has its tables, with or without rows.
+enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, bool *found);
+// Removes its rows, in the caller's transaction.
+enum vw_status vw_ledger_remove_lasting(struct vw_database *database);
+// Recomputes its row_hash; `head` is the row_hash of the last step. VW_ERROR_MISMATCH when it differs, or when a row
+// belongs to no sweep.
+enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head);
 
 // ---- ledger_state.c ----
 
@@ -75,7 +100,7 @@ struct vw_ledger_state {
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
 // Writes state, scores, the extended config and a new final hash, in the caller's transaction.
 enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state);
-// Updates the object after that transaction was committed. `state->status` must live as long as the ledger.
+// Updates the object after that transaction was committed. The texts of `state` must live as long as the ledger.
 void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state);
 
 #endif

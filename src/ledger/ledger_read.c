@@ -206,16 +206,8 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
 
 // ---- Tables ----
 
-// Reads the current row of a query into an item of an array; `index` counts the rows.
-struct row_reader {
-    const char *sql;
-    size_t item_bytes;
-    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item);
-};
-
-// Reads all rows into an array, which the caller frees.
-static enum vw_status read_rows(struct vw_ledger *ledger, const struct row_reader *reader, void **items,
-                                uint64_t *count) {
+enum vw_status vw_ledger_read_rows(struct vw_ledger *ledger, const struct vw_row_reader *reader, void **items,
+                                   uint64_t *count) {
     sqlite3_stmt *statement = NULL;
     void *read = NULL;
     size_t capacity = 0, used = 0;
@@ -256,13 +248,13 @@ static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *stateme
 }
 
 enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count) {
-    static const struct row_reader reader = {
+    static const struct vw_row_reader reader = {
         "SELECT image_id, name, split, provider, sha256, ground_truth FROM image ORDER BY scene_hash, image_id",
         sizeof **images, read_image};
     if (!ledger->images) {
         void *loaded = NULL;
         uint64_t loaded_count = 0;
-        enum vw_status status = read_rows(ledger, &reader, &loaded, &loaded_count);
+        enum vw_status status = vw_ledger_read_rows(ledger, &reader, &loaded, &loaded_count);
         if (status) return status;
         ledger->images = loaded;
         ledger->image_count = (uint32_t)loaded_count;
@@ -292,20 +284,19 @@ static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statemen
     return status;
 }
 
-// The images that the rows of the other tables may name.
-static enum vw_status load_images(struct vw_ledger *ledger) {
+enum vw_status vw_ledger_load_images(struct vw_ledger *ledger) {
     const struct vw_ledger_image *images = NULL;
     uint32_t count = 0;
     return vw_ledger_get_images(ledger, &images, &count);
 }
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {
-    static const struct row_reader reader = {"SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, "
-                                             "val_l1, nonfinite, clamped, floored FROM step"
-                                             " ORDER BY run_id, step",
-                                             sizeof **records, read_step};
-    enum vw_status status = load_images(ledger);
-    return status ? status : read_rows(ledger, &reader, (void **)records, count);
+    static const struct vw_row_reader reader = {"SELECT step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, "
+                                                "val_l1, nonfinite, clamped, floored FROM step"
+                                                " ORDER BY run_id, step",
+                                                sizeof **records, read_step};
+    enum vw_status status = vw_ledger_load_images(ledger);
+    return status ? status : vw_ledger_read_rows(ledger, &reader, (void **)records, count);
 }
 
 static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
@@ -328,11 +319,11 @@ static enum vw_status read_probe(struct vw_ledger *ledger, sqlite3_stmt *stateme
 }
 
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
-    static const struct row_reader reader = {
+    static const struct vw_row_reader reader = {
         "SELECT step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe ORDER BY run_id, step, probe",
         sizeof **probes, read_probe};
-    enum vw_status status = load_images(ledger);
-    return status ? status : read_rows(ledger, &reader, (void **)probes, count);
+    enum vw_status status = vw_ledger_load_images(ledger);
+    return status ? status : vw_ledger_read_rows(ledger, &reader, (void **)probes, count);
 }
 
 // The best and the worst rank are NULL together where there is no interval: 0.
@@ -361,14 +352,14 @@ static enum vw_status read_score(struct vw_ledger *ledger, sqlite3_stmt *stateme
 }
 
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
-    static const struct row_reader reader = {
+    static const struct vw_row_reader reader = {
         "SELECT image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high, rank_ci_low, "
         "rank_ci_high FROM score"
         " JOIN (SELECT method, min(rowid) AS first FROM score GROUP BY method) USING (method) ORDER BY first, image_id",
         sizeof **scores, read_score};
     uint64_t read_count = 0;
-    enum vw_status status = load_images(ledger);
-    if (!status) status = read_rows(ledger, &reader, (void **)scores, &read_count);
+    enum vw_status status = vw_ledger_load_images(ledger);
+    if (!status) status = vw_ledger_read_rows(ledger, &reader, (void **)scores, &read_count);
     if (!status) *count = (uint32_t)read_count;
     return status;
 }

@@ -59,6 +59,7 @@ enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_
 
 void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     ledger->run.status = state->status;
+    ledger->run.finished_utc = state->finished_utc;
     ledger->run.field_sha256 = state->field_sha256;
     ledger->new_field_sha256 = NULL;
     if (ledger->extended_config_json) ledger->run.config_json = ledger->extended_config_json;
@@ -69,11 +70,11 @@ void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count) {
     struct vw_ledger_state state = {.status = vw_ledger_keep_text(ledger, status),
-                                    .finished_utc = finished_utc,
+                                    .finished_utc = vw_ledger_keep_text(ledger, finished_utc),
                                     .field_sha256 = ledger->new_field_sha256,
                                     .scores = scores,
                                     .score_count = score_count};
-    if (!state.status) return VW_ERROR_MEMORY;
+    if (!state.status || !state.finished_utc) return VW_ERROR_MEMORY;
     enum vw_status result = vw_database_begin(&ledger->database);
     if (result) return result;
     result = vw_ledger_check_current(ledger);

@@ -152,6 +152,7 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
     struct vw_ledger_state running = {.status = VW_LEDGER_RUNNING};
     bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
     status = vw_ledger_check_current(ledger);
+    if (!status && changes_state) status = vw_ledger_remove_lasting(&ledger->database);
     if (!status && changes_state) status = vw_ledger_write_state(ledger, &running);
     for (uint32_t i = 0; !status && i < count; i++)
         status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);

@@ -174,6 +174,7 @@ enum vw_status vw_ledger_verify(struct vw_ledger *ledger) {
     status = verify_belonging(verification.database);
     if (!status) status = verify_run(&verification);
     if (!status) status = verify_steps(&verification);
+    if (!status) status = vw_ledger_verify_lasting(verification.database, verification.head);
     if (!status) status = verify_final_hash(&verification);
     return vw_database_end(verification.database, status);
 }

@@ -29,8 +29,8 @@ static const char schema_sql[] =
     "PRAGMA user_version = 1005;";
 _Static_assert(RETRAININGS_VERSION == 1005, "write it into schema_sql, too");
 
-static const struct vw_database_format format = {schema_sql, RETRAININGS_VERSION,
-                                                 "the retrainings of a benchmark or comparison"};
+static const struct vw_database_format format = {
+    .schema_sql = schema_sql, .version = RETRAININGS_VERSION, .what = "the retrainings of a benchmark or comparison"};
 
 struct vw_retrainings {
     struct vw_database database;

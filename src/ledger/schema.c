@@ -44,4 +44,23 @@ static const char schema_sql[] =
 
 _Static_assert(VW_SCHEMA_VERSION == 6, "raise user_version above too");
 
-const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
+// A ledger gets these tables with its first sweep, so that all others stay as earlier versions write and read them.
+static const char lasting_sql[] =
+    "CREATE TABLE lasting ("
+    " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), rays INTEGER NOT NULL, epochs INTEGER NOT NULL,"
+    " states INTEGER NOT NULL, row_hash TEXT NOT NULL) WITHOUT ROWID;"
+    "CREATE TABLE lasting_step ("
+    " run_id TEXT NOT NULL, step INTEGER NOT NULL, psnr REAL NOT NULL, loss REAL NOT NULL, size_psnr REAL NOT NULL,"
+    " size_loss REAL NOT NULL,"
+    " PRIMARY KEY (run_id, step), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
+    "CREATE TABLE lasting_check ("
+    " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, from_step INTEGER NOT NULL,"
+    " predicted_psnr REAL NOT NULL, measured_psnr REAL NOT NULL, predicted_loss REAL NOT NULL,"
+    " measured_loss REAL NOT NULL,"
+    " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
+    "PRAGMA user_version = 7;";
+
+_Static_assert(VW_SCHEMA_VERSION_LASTING == 7, "raise user_version above too");
+
+const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger", lasting_sql,
+                                                    VW_SCHEMA_VERSION_LASTING};

@@ -4,7 +4,11 @@
 
 #include "ledger/database.h"
 
-enum { VW_SCHEMA_VERSION = 6 }; // kept in PRAGMA user_version; raise it when a table changes
+// Kept in PRAGMA user_version; raise them when a table changes.
+enum {
+    VW_SCHEMA_VERSION = 6,
+    VW_SCHEMA_VERSION_LASTING = 7, // the same tables, and those of a sweep of lasting credit
+};
 
 extern const struct vw_database_format vw_ledger_format;
 

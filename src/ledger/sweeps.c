@@ -77,7 +77,8 @@ static enum vw_status open_file(const char *path, struct vw_database *database) 
                                  "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
                                  true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2002;");
     _Static_assert(SWEEPS_VERSION == 2002, "write it into the statement, too");
-    const struct vw_database_format format = {schema_sql, SWEEPS_VERSION, "the results of a sweep"};
+    const struct vw_database_format format = {
+        .schema_sql = schema_sql, .version = SWEEPS_VERSION, .what = "the results of a sweep"};
     enum vw_status status = schema_sql ? vw_database_open_or_create(path, &format, database) : VW_ERROR_MEMORY;
     free(schema_sql);
     return status;

@@ -7,8 +7,8 @@
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
-// Reads what scores are computed from: the ledger's steps and probes, owned here, and its images, lent by the ledger.
-// `config` is the run's. Unload it also after a failure.
+// Reads what scores are computed from: the ledger's steps, probes and lasting credit, owned here, and its images, lent
+// by the ledger. `config` is the run's. Unload it also after a failure.
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input);
 void vw_scoring_unload(struct vw_value_input *input);
 

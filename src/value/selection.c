@@ -103,12 +103,13 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
     return kept;
 }
 
-// A rank has no zero that says anything.
+// Of ranks and of lasting credit only differences say anything.
 static enum vw_status check_zero(const char *method, enum vw_selection_rule rule) {
     const struct vw_value_method *about = vw_value_method_find(method);
     bool compares = rule == VW_SELECT_POSITIVE || rule == VW_SELECT_SIGNIFICANT || rule == VW_SELECT_NOT_HARMFUL;
     if (!compares || !about || about->has_zero) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "method \"%s\" is a rank, whose zero means nothing; use --top or --drop", method);
+    return vw_fail(VW_ERROR_USAGE,
+                   "method \"%s\" has a zero that means nothing: only differences do; use --top or --drop", method);
 }
 
 static enum vw_status refuse_empty(const struct vw_selection_params *params, uint32_t ranked_count) {

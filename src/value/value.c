@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "value/lasting_scores.h"
 #include "value/methods.h"
 #include "value/probe_scores.h"
 #include "value/quality.h"
@@ -150,7 +151,7 @@ static enum vw_status score_by(const struct vw_method *method, const struct vw_v
     return status;
 }
 
-enum { OTHER_METHODS = 2 }; // quality, same_state_psnr
+enum { OTHER_METHODS = 4 }; // quality, lasting_psnr, lasting_loss, same_state_psnr
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {
@@ -160,6 +161,7 @@ enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledg
     if (!made) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i < vw_method_count; i++) status = score_by(&vw_methods[i], input, made, &count);
     if (!status) status = vw_quality_append(input, made, &count);
+    if (!status) status = vw_lasting_scores_append(input, made, &count);
     if (!status) status = vw_probe_scores_append(input, made, &count);
     for (uint32_t i = 0; !status && input->paper_methods && i < vw_paper_method_count; i++)
         status = score_by(&vw_paper_methods[i], input, made, &count);

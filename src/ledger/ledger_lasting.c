@@ -1,0 +1,293 @@
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "ledger/ledger_private.h"
+#include "ledger/schema.h"
+
+// ---- Its tables ----------------------------------------------------------------------------------------------------
+
+enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, bool *found) {
+    int64_t version = 0;
+    enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
+    *found = version == VW_SCHEMA_VERSION_LASTING;
+    return status;
+}
+
+enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
+    bool found = false;
+    enum vw_status status = vw_ledger_find_lasting_tables(database, &found);
+    if (status || !found) return status;
+    return vw_database_run(database, "DELETE FROM lasting_check; DELETE FROM lasting_step; DELETE FROM lasting;");
+}
+
+// ---- Its hash ------------------------------------------------------------------------------------------------------
+
+static enum vw_status hash_sweep(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, head);
+    enum vw_status status =
+        vw_ledger_hash_rows(database, "SELECT run_id, rays, epochs, states FROM lasting ORDER BY run_id", &hasher);
+    if (!status)
+        status = vw_ledger_hash_rows(database,
+                                     "SELECT run_id, step, psnr, loss, size_psnr, size_loss FROM lasting_step"
+                                     " ORDER BY run_id, step",
+                                     &hasher);
+    if (!status)
+        status = vw_ledger_hash_rows(database,
+                                     "SELECT run_id, image_id, from_step, predicted_psnr, measured_psnr,"
+                                     " predicted_loss, measured_loss FROM lasting_check ORDER BY run_id, image_id",
+                                     &hasher);
+    vw_row_end_hash(&hasher, hash);
+    return status;
+}
+
+static const char of_no_sweep[] = "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
+                                  "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
+                                  "FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
+                                  "FROM run))";
+
+enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
+    char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES] = "";
+    sqlite3_stmt *statement = NULL;
+    bool tables = false, found = false;
+    int64_t stray_count = 0;
+    enum vw_status status = vw_ledger_find_lasting_tables(database, &tables);
+    if (status || !tables) return status;
+    status = vw_database_read_number(database, of_no_sweep, &stray_count);
+    if (!status && stray_count)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s: lasting credit has rows that belong to no sweep of the run: a row was edited or removed",
+                       database->path);
+    if (!status) status = vw_database_prepare(database, "SELECT row_hash FROM lasting", &statement);
+    if (!status) status = vw_database_next(database, statement, &found);
+    if (!status && found) vw_row_copy_hash(statement, 0, stored);
+    sqlite3_finalize(statement);
+    if (!status && found) status = hash_sweep(database, head, hash);
+    if (status || !found || strcmp(stored, hash) == 0) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: a row of the sweep of lasting credit (lasting, lasting_step or lasting_check) was edited, "
+                   "removed or added: its row_hash does not match",
+                   database->path);
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+static enum vw_status write_settings(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(
+        &ledger->database, "INSERT INTO lasting (run_id, rays, epochs, states, row_hash) VALUES (?, ?, ?, ?, '')",
+        &row.statement);
+    if (status) return status;
+    vw_row_add_text(&row, ledger->run.run_id);
+    vw_row_add_integer(&row, sweep->rays);
+    vw_row_add_integer(&row, sweep->epochs);
+    vw_row_add_integer(&row, sweep->states);
+    status = vw_row_write(&row, &ledger->database, "record the sweep of lasting credit");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status write_steps(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    struct vw_row row = {0};
+    enum vw_status status =
+        vw_database_prepare(&ledger->database,
+                            "INSERT INTO lasting_step (run_id, step, psnr, loss, size_psnr, size_loss)"
+                            " VALUES (?, ?, ?, ?, ?, ?)",
+                            &row.statement);
+    for (uint64_t i = 0; !status && i < sweep->step_count; i++) {
+        const struct vw_lasting_step *step = &sweep->steps[i];
+        vw_row_add_text(&row, ledger->run.run_id);
+        vw_row_add_integer(&row, (int64_t)step->step);
+        vw_row_add_real(&row, step->psnr);
+        vw_row_add_real(&row, step->loss);
+        vw_row_add_real(&row, step->size_psnr);
+        vw_row_add_real(&row, step->size_loss);
+        status = vw_row_write(&row, &ledger->database, "record the lasting credit of a step");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    struct vw_row row = {0};
+    enum vw_status status =
+        vw_database_prepare(&ledger->database,
+                            "INSERT INTO lasting_check (run_id, image_id, from_step, predicted_psnr, measured_psnr,"
+                            " predicted_loss, measured_loss) VALUES (?, ?, ?, ?, ?, ?, ?)",
+                            &row.statement);
+    for (uint32_t i = 0; !status && i < sweep->check_count; i++) {
+        const struct vw_gate_check *check = &sweep->checks[i];
+        vw_row_add_text(&row, ledger->run.run_id);
+        vw_row_add_integer(&row, check->image_id);
+        vw_row_add_integer(&row, (int64_t)check->from_step);
+        vw_row_add_real(&row, check->predicted_psnr);
+        vw_row_add_real(&row, check->measured_psnr);
+        vw_row_add_real(&row, check->predicted_loss);
+        vw_row_add_real(&row, check->measured_loss);
+        status = vw_row_write(&row, &ledger->database, "record a photo of the gate");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status write_hash(struct vw_ledger *ledger) {
+    char hash[VW_HASH_HEX_BYTES];
+    struct vw_row row = {0};
+    enum vw_status status = hash_sweep(&ledger->database, ledger->head, hash);
+    if (!status) status = vw_database_prepare(&ledger->database, "UPDATE lasting SET row_hash = ?", &row.statement);
+    if (status) return status;
+    vw_row_add_text(&row, hash);
+    status = vw_row_write(&row, &ledger->database, "record a hash of the sweep");
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status write_sweep(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    bool found = false;
+    enum vw_status status = vw_ledger_find_lasting_tables(&ledger->database, &found);
+    if (!status)
+        status = found ? vw_ledger_remove_lasting(&ledger->database)
+                       : vw_database_run(&ledger->database, vw_ledger_format.more_sql);
+    if (!status) status = write_settings(ledger, sweep);
+    if (!status) status = write_steps(ledger, sweep);
+    if (!status) status = write_checks(ledger, sweep);
+    return status ? status : write_hash(ledger);
+}
+
+static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    bool whole = sweep->step_count > 0 && sweep->step_count + 1 == ledger->next_step;
+    for (uint64_t i = 0; whole && i < sweep->step_count; i++) {
+        const struct vw_lasting_step *step = &sweep->steps[i];
+        whole = step->step == i + 1 && isfinite(step->psnr) && isfinite(step->loss) && isfinite(step->size_psnr) &&
+                isfinite(step->size_loss);
+    }
+    for (uint32_t i = 0; whole && i < sweep->check_count; i++) {
+        const struct vw_gate_check *check = &sweep->checks[i];
+        whole = isfinite(check->predicted_psnr) && isfinite(check->measured_psnr) && isfinite(check->predicted_loss) &&
+                isfinite(check->measured_loss);
+    }
+    return whole;
+}
+
+enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
+                                     const struct vw_ledger_score *scores, uint32_t score_count) {
+    if (!vw_ledger_has_ended(ledger) || !is_whole(ledger, sweep))
+        return vw_fail(VW_ERROR_USAGE,
+                       "%s: a sweep has a finite row for each step of a run that has ended, and this one has not; "
+                       "sweep the finished run",
+                       ledger->database.path);
+    struct vw_ledger_state state = {.status = ledger->run.status,
+                                    .finished_utc = ledger->run.finished_utc,
+                                    .field_sha256 = ledger->run.field_sha256,
+                                    .scores = scores,
+                                    .score_count = score_count};
+    enum vw_status status = vw_database_begin(&ledger->database);
+    if (status) return status;
+    status = vw_ledger_check_current(ledger);
+    if (!status) status = write_sweep(ledger, sweep);
+    if (!status) status = vw_ledger_write_state(ledger, &state);
+    status = vw_database_end(&ledger->database, status);
+    if (!status) vw_ledger_take_state(ledger, &state);
+    return status;
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+static void refuse(const struct vw_ledger *ledger, const char *what, enum vw_status *status) {
+    if (!*status)
+        *status = vw_fail(VW_ERROR_INPUT, "%s: damaged: lasting credit %s; restore the file from a copy",
+                          ledger->database.path, what);
+}
+
+// A column that is never NULL in a valid ledger.
+static double read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
+    double value = vw_ledger_read_real(ledger, statement, column, status);
+    if (isnan(value)) refuse(ledger, "lacks a value", status);
+    return value;
+}
+
+static enum vw_status read_settings(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    enum vw_status status = VW_OK;
+    *(struct vw_lasting_sweep *)item = (struct vw_lasting_sweep){
+        .rays = (uint32_t)vw_ledger_read_count(ledger, statement, 0, UINT32_MAX, &status),
+        .epochs = (uint32_t)vw_ledger_read_count(ledger, statement, 1, UINT32_MAX, &status),
+        .states = (uint32_t)vw_ledger_read_count(ledger, statement, 2, UINT32_MAX, &status),
+    };
+    if (index > 0) refuse(ledger, "has more than one sweep", &status);
+    return status;
+}
+
+static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    enum vw_status status = VW_OK;
+    struct vw_lasting_step *step = item;
+    *step = (struct vw_lasting_step){
+        .step = vw_ledger_read_count(ledger, statement, 0, INT64_MAX, &status),
+        .psnr = read_real(ledger, statement, 1, &status),
+        .loss = read_real(ledger, statement, 2, &status),
+        .size_psnr = read_real(ledger, statement, 3, &status),
+        .size_loss = read_real(ledger, statement, 4, &status),
+    };
+    if (step->step != index + 1) refuse(ledger, "lacks a step", &status);
+    if (step->size_psnr < 0 || step->size_loss < 0) refuse(ledger, "has a size below 0", &status);
+    return status;
+}
+
+static enum vw_status read_check(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    enum vw_status status = VW_OK;
+    struct vw_gate_check *check = item;
+    *check = (struct vw_gate_check){
+        .image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
+        .from_step = vw_ledger_read_count(ledger, statement, 1, ledger->next_step, &status),
+        .predicted_psnr = read_real(ledger, statement, 2, &status),
+        .measured_psnr = read_real(ledger, statement, 3, &status),
+        .predicted_loss = read_real(ledger, statement, 4, &status),
+        .measured_loss = read_real(ledger, statement, 5, &status),
+    };
+    if (index > 0 && check[-1].image_id >= check->image_id) refuse(ledger, "checks a photo twice", &status);
+    return status;
+}
+
+static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
+    static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *sweep,
+                                                  read_settings},
+                                      steps = {"SELECT step, psnr, loss, size_psnr, size_loss FROM lasting_step"
+                                               " ORDER BY run_id, step",
+                                               sizeof *sweep->steps, read_step},
+                                      checks = {"SELECT image_id, from_step, predicted_psnr, measured_psnr,"
+                                                " predicted_loss, measured_loss FROM lasting_check"
+                                                " ORDER BY run_id, image_id",
+                                                sizeof *sweep->checks, read_check};
+    uint64_t sweep_count = 0, check_count = 0;
+    void *found = NULL;
+    enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &sweep_count);
+    if (!status && sweep_count) *sweep = *(struct vw_lasting_sweep *)found;
+    free(found);
+    if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&sweep->steps, &sweep->step_count);
+    if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&sweep->checks, &check_count);
+    sweep->check_count = (uint32_t)check_count; // as many as images at most
+    uint64_t wanted = sweep_count ? ledger->next_step - 1 : 0;
+    if (sweep_count && !ledger->next_step) wanted = UINT64_MAX;
+    if (sweep->step_count != wanted || (!sweep_count && check_count)) refuse(ledger, "lacks a step", &status);
+    return status;
+}
+
+enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
+    struct vw_lasting_sweep read = {0};
+    bool found = false;
+    enum vw_status status = vw_ledger_find_lasting_tables(&ledger->database, &found);
+    if (!status && found) status = vw_ledger_load_images(ledger);
+    if (!status && found) status = read_sweep(ledger, &read);
+    if (status) vw_lasting_sweep_free(&read);
+    else *sweep = read;
+    return status;
+}
+
+void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep) {
+    free((void *)sweep->steps);
+    free((void *)sweep->checks);
+    *sweep = (struct vw_lasting_sweep){0};
+}

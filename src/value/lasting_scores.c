@@ -1,0 +1,81 @@
+#include "value/lasting_scores.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "ledger/find_image.h"
+#include "value/methods.h"
+
+const double vw_lasting_gate_least = 0.8;
+
+struct sum {
+    double psnr, loss;
+    uint32_t visits;
+};
+
+static void append(const struct vw_value_input *input, const char *method, const struct sum *sums, bool loss,
+                   struct vw_ledger_score *scores, uint32_t *score_count) {
+    for (uint32_t i = 0; i < input->image_count; i++) {
+        if (strcmp(input->images[i].split, "train") != 0) continue;
+        scores[(*score_count)++] = (struct vw_ledger_score){.image_id = input->images[i].image_id,
+                                                            .method = method,
+                                                            .value = loss ? sums[i].loss : sums[i].psnr,
+                                                            .unit = vw_value_method_find(method)->unit,
+                                                            .standard_error = NAN,
+                                                            .visits = sums[i].visits,
+                                                            .resampling_stderr = NAN,
+                                                            .ci_low = NAN,
+                                                            .ci_high = NAN};
+    }
+}
+
+enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
+                                        uint32_t *score_count) {
+    if (!input->lasting_count || input->lasting_count + 1 != input->record_count) return VW_OK;
+    struct sum *sums = vw_allocate(input->image_count, sizeof *sums);
+    if (!sums) return VW_ERROR_MEMORY;
+    for (uint64_t i = 0; i < input->lasting_count; i++) {
+        const struct vw_ledger_image *image =
+            vw_ledger_find_image(input->images, input->image_count, input->records[i + 1].view);
+        if (!image) continue;
+        struct sum *sum = &sums[image - input->images];
+        sum->psnr += input->lasting[i].psnr;
+        sum->loss += input->lasting[i].loss;
+        sum->visits++;
+    }
+    append(input, "lasting_psnr", sums, false, scores, score_count);
+    append(input, "lasting_loss", sums, true, scores, score_count);
+    free(sums);
+    return VW_OK;
+}
+
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *sweep, uint64_t steps_per_epoch) {
+    struct vw_lasting_growth growth = {.factor = 1};
+    uint64_t averaged = sweep->epochs * steps_per_epoch, end = sweep->step_count;
+    if (averaged < end) end -= averaged;
+    double least = INFINITY;
+    uint64_t least_step = end;
+    for (uint64_t step = end; step > 0; step--) {
+        double size = sweep->steps[step - 1].size_psnr;
+        if (size / least > growth.factor) growth = (struct vw_lasting_growth){size / least, step, least_step};
+        if (!(size > 0) || size >= least) continue;
+        least = size;
+        least_step = step;
+    }
+    return growth;
+}
+
+double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss) {
+    enum { PHOTOS_MOST = 64, PHOTOS_LEAST = 3 };
+    double predicted[PHOTOS_MOST], measured[PHOTOS_MOST];
+    uint32_t count = sweep->check_count < PHOTOS_MOST ? sweep->check_count : PHOTOS_MOST;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_gate_check *check = &sweep->checks[i];
+        predicted[i] = loss ? check->predicted_loss : check->predicted_psnr;
+        measured[i] = loss ? check->measured_loss : check->measured_psnr;
+    }
+    return count < PHOTOS_LEAST ? NAN : vw_pearson(predicted, measured, count);
+}

@@ -1,0 +1,27 @@
+// The scores lasting_psnr and lasting_loss, from the sweep of a run (value.h has their formula).
+#ifndef VIEWWORTH_VALUE_LASTING_SCORES_H
+#define VIEWWORTH_VALUE_LASTING_SCORES_H
+
+#include <stdint.h>
+
+#include "viewworth/status.h"
+#include "viewworth/value.h"
+
+// Appends both for every train image, in image order; nothing without a sweep of exactly the input's steps. There is no
+// standard error: a sweep holds nothing of other seeds, by which lasting credit differs most.
+enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
+                                        uint32_t *score_count);
+
+// How far the gradient of the end grew on its way back: the largest ratio of its length at a step to that at a later
+// one. Lengths of steps that U itself averages over do not count, unless all do. 1: it never grew.
+struct vw_lasting_growth {
+    double factor;
+    uint64_t first_step, last_step; // it grew from last_step back to first_step
+};
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *sweep, uint64_t steps_per_epoch);
+
+// Pearson of predicted against measured over the photos of the gate. NaN: fewer than three.
+double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss);
+extern const double vw_lasting_gate_least; // below it lasting credit is not to be trusted
+
+#endif
