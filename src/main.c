@@ -35,7 +35,7 @@ static const struct vw_command commands[] = {
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
      "not trained again: the report and the tables are written again, except scores.csv, and --sign signs it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
-         VW_OPTIONS_ONE_VALUE | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
+         VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
     {VW_COMMANDS_VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
      "Writes ledger.db, field.vwf (the trained field) and checkpoints to the --out folder.",
@@ -47,6 +47,14 @@ static const struct vw_command commands[] = {
      "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
+    {VW_COMMANDS_USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
+     "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
+     "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, scores.csv "
+     "and the report. Only differences between photos mean something: their zero does not.\n"
+     "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared with "
+     "the predicted one. If they disagree, the command says so. A sweep that was stopped goes on with the same command; a "
+     "run that has one is only shown. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
      "select it, and keeps all photos unless a list is better beyond noise. Writes retrainings.db to OUT. Uses the "
@@ -90,7 +98,7 @@ static const struct vw_command commands[] = {
      "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
      "side by side). Resumes runs that are not finished and reuses finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS |
-         VW_OPTIONS_REPRODUCE | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
+         VW_OPTIONS_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},
 
     {VW_COMMANDS_EXPERIMENT, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",

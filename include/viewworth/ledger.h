@@ -91,8 +91,8 @@ struct vw_lasting_step {
 struct vw_gate_check {
     uint32_t image_id;
     uint64_t from_step;
-    double predicted_psnr, measured_psnr; // dB per unit of scale
-    double predicted_loss, measured_loss; // mean absolute error, more = better
+    double predicted_psnr, measured_psnr; // dB per unit of scale; measured NaN: a training was not finite
+    double predicted_loss, measured_loss; // the same in mean absolute error, more = better
 };
 
 // A sweep. step_count 0: there is none.

@@ -26,6 +26,7 @@ struct vw_run_state {
     uint32_t epoch, epochs;     // epoch counts from 0
     double val_psnr_db;         // of the last validated step on disk; NaN: unknown
     bool finished;              // all steps are taken
+    bool sweeping;              // the sweep for lasting credit: its own steps, replayed and swept
 };
 
 // Called before the first and after every batch of steps, and at the end. Returning false asks the run to stop.
@@ -54,10 +55,13 @@ struct vw_run_params {
     uint32_t explicit_fields;       // VW_EXPLICIT_*
     const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
     const char *sign_key_path;      // sign the finished run with this secret key (viewworth keygen); NULL: do not
-    bool no_thumbnails;             // leave the photos out of the report
-    bool profile;                   // time every pass
-    vw_run_progress *progress;      // NULL: none
-    void *context;                  // passed to progress; borrowed until the run is closed
+    bool lasting;                   // also sweep the finished training for lasting credit (value.h), unless it was
+    uint32_t lasting_rays;     // of each step that the sweep's product takes; 0: all, or those of a sweep that is there
+    bool no_gate;              // do not check by trainings what the sweep says
+    bool no_thumbnails;        // leave the photos out of the report
+    bool profile;              // time every pass
+    vw_run_progress *progress; // NULL: none
+    void *context;             // passed to progress; borrowed until the run is closed
 };
 
 // Locks OUT until the run is closed, opens device and scene, decides which effects are on, and creates or resumes the

@@ -228,6 +228,16 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VALUE, VW_SECTION_SCORES, OPTION(FLAG, config.noise_floor)},
     {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_OPTIONS_VALUE,
      VW_SECTION_SCORES, OPTION(COUNT, config.same_state), RANGE(1, 1000000)},
+    {"lasting", NULL,
+     "Also sweep the finished training backwards for lasting credit: what the steps on a photo leave behind at its end "
+     "(scores lasting_psnr and lasting_loss)",
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE, VW_SECTION_SCORES, OPTION(FLAG, lasting), COMMON},
+    {"lasting-rays", "N", "Rays of each step by which the sweep follows its gradient back; fewer are faster",
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting_rays), RANGE(1, 65536),
+     DEFAULT("all rays of a step")},
+    {"no-gate", NULL,
+     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter",
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, no_gate)},
 
     // The field.
     {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,

@@ -34,6 +34,8 @@ struct vw_options {
     uint32_t seeds;    // number of runs
     uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
+    bool lasting, no_gate;
+    uint32_t lasting_rays; // 0: all
     const char *payout;
     double until_stable; // 0: take all epochs
     const char *accuracy, *budget;
@@ -87,6 +89,7 @@ enum {
     VW_OPTIONS_THUMBNAILS = 524288, // commands that write a report
     VW_OPTIONS_TRADEOFF = 1048576,
     VW_OPTIONS_KEYGEN = 2097152,
+    VW_OPTIONS_LASTING = 4194304, // commands that may sweep a run for lasting credit
 };
 
 // The headings under which viewworth --help lists commands, in this order.

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "cli/option_table.h"
 
 enum {
@@ -154,4 +155,13 @@ bool vw_options_have(const struct vw_options *options, const char *name) {
     for (int i = 0; i < vw_option_count; i++)
         if ((options->given[i / 64] >> i % 64 & 1) && strcmp(vw_option_table[i].name, name) == 0) return true;
     return false;
+}
+
+enum vw_status vw_options_check_lasting(const struct vw_options *options) {
+    static const char *const names[] = {"lasting-rays", "no-gate"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
+        if (!options->lasting && vw_options_have(options, names[i]))
+            return vw_fail(VW_ERROR_USAGE, "--%s is of the sweep of --lasting; add --lasting, or leave it out",
+                           names[i]);
+    return VW_OK;
 }

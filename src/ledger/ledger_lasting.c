@@ -167,8 +167,8 @@ static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_swe
     }
     for (uint32_t i = 0; whole && i < sweep->check_count; i++) {
         const struct vw_gate_check *check = &sweep->checks[i];
-        whole = isfinite(check->predicted_psnr) && isfinite(check->measured_psnr) && isfinite(check->predicted_loss) &&
-                isfinite(check->measured_loss);
+        whole = isfinite(check->predicted_psnr) && !isinf(check->measured_psnr) && isfinite(check->predicted_loss) &&
+                !isinf(check->measured_loss);
     }
     return whole;
 }
@@ -243,9 +243,9 @@ static enum vw_status read_check(struct vw_ledger *ledger, sqlite3_stmt *stateme
         .image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
         .from_step = vw_ledger_read_count(ledger, statement, 1, ledger->next_step, &status),
         .predicted_psnr = read_real(ledger, statement, 2, &status),
-        .measured_psnr = read_real(ledger, statement, 3, &status),
+        .measured_psnr = vw_ledger_read_real(ledger, statement, 3, &status),
         .predicted_loss = read_real(ledger, statement, 4, &status),
-        .measured_loss = read_real(ledger, statement, 5, &status),
+        .measured_loss = vw_ledger_read_real(ledger, statement, 5, &status),
     };
     if (index > 0 && check[-1].image_id >= check->image_id) refuse(ledger, "checks a photo twice", &status);
     return status;

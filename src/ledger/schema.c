@@ -55,8 +55,7 @@ static const char lasting_sql[] =
     " PRIMARY KEY (run_id, step), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE lasting_check ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, from_step INTEGER NOT NULL,"
-    " predicted_psnr REAL NOT NULL, measured_psnr REAL NOT NULL, predicted_loss REAL NOT NULL,"
-    " measured_loss REAL NOT NULL,"
+    " predicted_psnr REAL NOT NULL, measured_psnr REAL, predicted_loss REAL NOT NULL, measured_loss REAL,"
     " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
     "PRAGMA user_version = 7;";
 

@@ -209,7 +209,7 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: run is NULL; open one by vw_run_open");
     if (run->failed) return vw_fail(VW_ERROR_USAGE, "vw_run_advance: the run has failed; close it and resume it");
     if (run->complete || run->over || steps == 0) return VW_OK;
-    if (run->finished)
+    if (run->finished || run->ended)
         return vw_fail(VW_ERROR_USAGE,
                        "vw_run_advance: the run is finished; open it again with resume to take more steps");
     enum vw_status status = begin(run);

@@ -82,7 +82,7 @@ static enum vw_status save_field(struct vw_run *run) {
 
 // The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
-    if (run->complete || run->finished) return VW_OK;
+    if (run->complete || run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->scoring;
     enum vw_status status = vw_run_remove_outdated(run->out);
     if (!status) status = save_field(run);
@@ -95,6 +95,7 @@ static enum vw_status end(struct vw_run *run) {
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // of a run that ends before its last step
     if (!status) log_statistics(&run->statistics);
+    run->ended = !status;
     return status;
 }
 
@@ -107,8 +108,9 @@ static int compare_scores(const void *left, const void *right) {
 }
 
 // The scores of a method are neighbours.
-static enum vw_status rank(struct vw_run *run) {
+enum vw_status vw_run_rank(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->scoring;
+    free(run->ranked);
     run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
     if (!run->ranked) return VW_ERROR_MEMORY;
     if (scoring->score_count) memcpy(run->ranked, scoring->scores, scoring->score_count * sizeof *run->ranked);
@@ -124,7 +126,7 @@ static enum vw_status rank(struct vw_run *run) {
 static enum vw_status score(struct vw_run *run) {
     if (run->scored || !run->validate) return VW_OK;
     enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->scoring);
-    if (!status) status = rank(run);
+    if (!status) status = vw_run_rank(run);
     run->scored = !status;
     return status;
 }
@@ -140,12 +142,14 @@ static enum vw_status score_and_end(struct vw_run *run) {
     if (!status) status = vw_run_catch_up(run);
     if (!status) status = score(run);
     if (!status) status = end(run);
+    if (!status && run->lasting.wanted) status = vw_run_sweep(run);
+    if (!status && run->validate) status = vw_lasting_summary_make(run->ledger, &run->summary);
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;
 }
 
 enum vw_status vw_run_score(struct vw_run *run) {
-    if (run->complete) return VW_OK;
+    if (run->complete && !run->lasting.wanted) return VW_OK;
     enum vw_status status = score_and_end(run);
     run->finished |= !status;
     return status;

@@ -26,25 +26,39 @@ char *vw_scene_options_to_json(const struct vw_scene_params *options) {
     return json;
 }
 
-enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu,
-                               struct vw_scene **scene) {
-    struct vw_scene_params options = {.path = path, .gpu = gpu};
+enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, struct vw_scene_params *options) {
+    struct vw_scene_params read = {0};
     json_error_t error;
     json_int_t downscale = 1, corrupt = 0;
-    json_t *object = vw_json_load(scene_options_json, strlen(scene_options_json), 0, &error);
+    json_t *object = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status = VW_OK;
-    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format",
-                                  &options.format, "pool", &options.pool, "train", &options.train_list, "val",
-                                  &options.val_list, "test", &options.test_list, "providers", &options.providers,
-                                  "downscale", &downscale, "corrupt", &corrupt))
-        status =
-            vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", scene_options_json, error.text);
+    if (!object ||
+        json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format", &read.format,
+                       "pool", &read.pool, "train", &read.train_list, "val", &read.val_list, "test", &read.test_list,
+                       "providers", &read.providers, "downscale", &downscale, "corrupt", &corrupt))
+        status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", json, error.text);
     if (!status && (downscale < 1 || downscale > UINT32_MAX || corrupt < 0 || corrupt > UINT32_MAX))
-        status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again",
-                         scene_options_json);
-    options.downscale = (uint32_t)downscale;
-    options.corrupt = (uint32_t)corrupt;
-    if (!status) status = vw_scene_open(&options, scene);
-    json_decref(object); // which owns the texts of the options
+        status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again", json);
+    if (status) {
+        json_decref(object);
+        return status;
+    }
+    read.downscale = (uint32_t)downscale;
+    read.corrupt = (uint32_t)corrupt;
+    *texts = object;
+    *options = read;
+    return VW_OK;
+}
+
+enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu,
+                               struct vw_scene **scene) {
+    struct vw_scene_params options;
+    json_t *texts = NULL;
+    enum vw_status status = vw_scene_options_from_json(scene_options_json, &texts, &options);
+    if (status) return status;
+    options.path = path;
+    options.gpu = gpu;
+    status = vw_scene_open(&options, scene);
+    json_decref(texts);
     return status;
 }

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_RUN_OPEN_H
 #define VIEWWORTH_RUN_OPEN_H
 
+#include <jansson.h>
 #include <stdbool.h>
 
 #include "viewworth/gpu.h"
@@ -15,6 +16,8 @@ enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu)
 // The scene options for run.scene_options_json: canonical JSON of those that are not at their defaults, without path,
 // headers_only and gpu; "{}" without any. Owned by the caller.
 char *vw_scene_options_to_json(const struct vw_scene_params *options);
+// The same back. `*texts` owns the texts of the options (json_decref).
+enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, struct vw_scene_params *options);
 // Opens the scene of a recorded run. Relative paths are relative to the folder that the run was started in. `gpu` is
 // needed for recipes.
 enum vw_status vw_reopen_scene(const char *path, const char *scene_options_json, struct vw_gpu *gpu,

@@ -33,9 +33,10 @@ static enum vw_status check_params(const struct vw_run_params *params) {
     if (!status && params->preset) status = vw_preset_check(params->preset);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout))
-        status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s and payout, "
-                                         "which need validation: leave them out");
+        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout || params->lasting))
+        status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s, payout and "
+                                         "lasting, which need validation: leave them out");
+    if (!status && params->lasting) status = vw_lasting_check_config(params->config);
     return status;
 }
 
@@ -47,6 +48,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->validate = !params->train_only;
     run->no_thumbnails = params->no_thumbnails;
     run->wants_profile = params->profile;
+    run->lasting = (struct vw_lasting_wanted){params->lasting, params->lasting_rays, params->no_gate};
     run->until_stable = params->until_stable;
     run->progress = params->progress;
     run->context = params->context;
@@ -199,6 +201,7 @@ static void free_results(struct vw_run *run) {
     vw_validation_views_free(&run->validation);
     vw_attribution_free(&run->attribution);
     vw_scoring_free(&run->scoring);
+    vw_lasting_summary_free(&run->summary);
     free(run->ranked);
     free(run->report_path);
 }

@@ -27,6 +27,7 @@ void vw_run_get_results(const struct vw_run *run, struct vw_run_results *results
         .probe_costs = &run->probe_costs,
         .attribution = &run->attribution,
         .validation = &run->validation,
+        .lasting = run->summary.sweep.step_count ? &run->summary : NULL,
     };
     struct vw_ledger_run row;
     if (!run->ledger) return;

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_RUN_RUN_H
 #define VIEWWORTH_RUN_RUN_H
 
+#include "run/lasting.h"
 #include "run/outputs/attribution.h"
 #include "run/outputs/validation_views.h"
 #include "run/plan/plan.h"
@@ -47,6 +48,7 @@ struct vw_run_results {
     const struct vw_probe_costs *probe_costs;
     const struct vw_attribution *attribution;
     const struct vw_validation_views *validation;
+    const struct vw_lasting_summary *lasting; // NULL: the run has no sweep
 };
 
 // After vw_run_finish().

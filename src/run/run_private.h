@@ -7,6 +7,7 @@
 
 #include "base/utc.h"
 #include "run/checkpoints.h"
+#include "run/lasting.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/outputs/attribution.h"
@@ -29,8 +30,9 @@ struct vw_run {
     char *sign_key_path;      // owned; NULL: the run is not signed
     char *providers_path;     // owned; NULL: none was given
     bool resume, validate, no_thumbnails, wants_profile;
-    double until_stable;   // 0: never
-    uint64_t payout_cents; // 0: none
+    struct vw_lasting_wanted lasting; // what is asked of a sweep
+    double until_stable;              // 0: never
+    uint64_t payout_cents;            // 0: none
     vw_run_progress *progress;
     void *context;
     struct vw_plan plan; // without a record unless a preset or a budget chose
@@ -71,6 +73,7 @@ struct vw_run {
     // What it results in.
     struct vw_profile profile; // without rows unless asked for
     bool scored;               // scoring holds the scores of all steps
+    bool ended;                // the ledger says "finished", with these scores
     bool finished;             // and vw_run_score() or vw_run_finish() succeeded
     struct vw_scoring scoring;
     struct vw_probe_costs probe_costs;
@@ -78,7 +81,8 @@ struct vw_run {
     struct vw_validation_views validation;
     struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of `scoring`
     char finished_utc[VW_UTC_BYTES];
-    char *report_path; // owned; NULL: none was written
+    struct vw_lasting_summary summary; // of the sweep; empty without one
+    char *report_path;                 // owned; NULL: none was written
 };
 
 // Creates the ledger, with the run row and the image rows.
@@ -89,6 +93,8 @@ enum vw_status vw_run_catch_up(struct vw_run *run);
 void vw_run_save_checkpoint(struct vw_run *run);
 // Removes the tables, the report and the signature of what the run was before further steps.
 enum vw_status vw_run_remove_outdated(const char *out);
+// Ranks run->scoring.
+enum vw_status vw_run_rank(struct vw_run *run);
 // Counts a step that is in the ledger.
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
 // Before closing: saves a checkpoint of a run that was not finished, and marks it "interrupted".

@@ -2,17 +2,6 @@
 
 #include <stdlib.h>
 
-static enum vw_status load_lasting(struct vw_ledger *ledger, struct vw_value_input *input) {
-    struct vw_lasting_sweep sweep = {0};
-    enum vw_status status = vw_ledger_get_lasting(ledger, &sweep);
-    if (status) return status;
-    input->lasting = sweep.steps;
-    input->lasting_count = sweep.step_count;
-    sweep.steps = NULL; // the input has them now
-    vw_lasting_sweep_free(&sweep);
-    return VW_OK;
-}
-
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input) {
     double beta1 =
         config->optimizer == VW_OPTIMIZER_SGD ? 0 : config->beta1; // which plain gradient descent does not use
@@ -24,13 +13,13 @@ enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config 
     if (!status) status = vw_ledger_get_probes(ledger, &probes, &input->probe_count);
     input->records = records;
     input->probes = probes;
-    return status ? status : load_lasting(ledger, input);
+    return status ? status : vw_ledger_get_lasting(ledger, &input->lasting);
 }
 
 void vw_scoring_unload(struct vw_value_input *input) {
     free((void *)input->records);
     free((void *)input->probes);
-    free((void *)input->lasting);
+    vw_lasting_sweep_free(&input->lasting);
 }
 
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring) {

@@ -104,6 +104,7 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
     struct vw_value_input of_half = *input;
     of_half.records = records;
     of_half.probe_count = 0;
+    of_half.lasting = (struct vw_lasting_sweep){0}; // it is of all validation photos
     if (!status) status = vw_value_score(&of_half, scores, score_count);
     free(records);
     free(reading.of_steps);

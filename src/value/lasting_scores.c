@@ -34,16 +34,16 @@ static void append(const struct vw_value_input *input, const char *method, const
 
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count) {
-    if (!input->lasting_count || input->lasting_count + 1 != input->record_count) return VW_OK;
+    if (!input->lasting.step_count || input->lasting.step_count + 1 != input->record_count) return VW_OK;
     struct sum *sums = vw_allocate(input->image_count, sizeof *sums);
     if (!sums) return VW_ERROR_MEMORY;
-    for (uint64_t i = 0; i < input->lasting_count; i++) {
+    for (uint64_t i = 0; i < input->lasting.step_count; i++) {
         const struct vw_ledger_image *image =
             vw_ledger_find_image(input->images, input->image_count, input->records[i + 1].view);
         if (!image) continue;
         struct sum *sum = &sums[image - input->images];
-        sum->psnr += input->lasting[i].psnr;
-        sum->loss += input->lasting[i].loss;
+        sum->psnr += input->lasting.steps[i].psnr;
+        sum->loss += input->lasting.steps[i].loss;
         sum->visits++;
     }
     append(input, "lasting_psnr", sums, false, scores, score_count);
@@ -71,11 +71,12 @@ struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *swe
 double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss) {
     enum { PHOTOS_MOST = 64, PHOTOS_LEAST = 3 };
     double predicted[PHOTOS_MOST], measured[PHOTOS_MOST];
-    uint32_t count = sweep->check_count < PHOTOS_MOST ? sweep->check_count : PHOTOS_MOST;
-    for (uint32_t i = 0; i < count; i++) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < sweep->check_count && count < PHOTOS_MOST; i++) {
         const struct vw_gate_check *check = &sweep->checks[i];
-        predicted[i] = loss ? check->predicted_loss : check->predicted_psnr;
-        measured[i] = loss ? check->measured_loss : check->measured_psnr;
+        predicted[count] = loss ? check->predicted_loss : check->predicted_psnr;
+        measured[count] = loss ? check->measured_loss : check->measured_psnr;
+        count += isfinite(measured[count]);
     }
     return count < PHOTOS_LEAST ? NAN : vw_pearson(predicted, measured, count);
 }

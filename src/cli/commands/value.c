@@ -31,7 +31,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "sign", "profile"};
+    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "sign", "profile", "lasting"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
         if (vw_options_have(options, single[i]))
             return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
@@ -53,6 +53,8 @@ static enum vw_status make_folds(const struct vw_options *options) {
 }
 
 enum vw_status vw_command_value(const struct vw_options *options) {
+    enum vw_status status = vw_options_check_lasting(options);
+    if (status) return status;
     if (options->kfold) return make_folds(options);
     if (options->together)
         return vw_fail(VW_ERROR_USAGE, "--together is for several trainings; give it with --kfold K, or leave it out");

@@ -7,6 +7,7 @@
 
 #include "cli/output/attribution_output.h"
 #include "cli/output/json_output.h"
+#include "cli/output/lasting_output.h"
 #include "cli/output/plan_output.h"
 #include "cli/output/probe_costs_output.h"
 #include "cli/output/profile_output.h"
@@ -81,6 +82,7 @@ static void print_noise_floor(const struct vw_noise_floor *floor) {
 static void print_valued(const struct vw_run_results *results, const struct ranking *ranking) {
     const struct vw_noise_floor *floor = results->noise_floor;
     print_ranking(results->scene, ranking);
+    if (results->lasting) vw_lasting_print(results->lasting);
     vw_attribution_print(results->attribution);
     if (results->until_stable > 0) vw_stability_print(results->stability, results->until_stable, results->config);
     if (results->plan) vw_plan_print(results->plan, results->config);
@@ -158,6 +160,7 @@ static bool add_values(const struct vw_run_results *results, const struct rankin
     json_t *values = values_to_json(results, ranking);
     bool added = !json_object_update(root, values) && vw_attribution_add_json(results->attribution, root) &&
                  vw_validation_views_add_json(results->validation, root) &&
+                 (!results->lasting || !json_object_set_new(root, "lasting", vw_lasting_to_json(results->lasting))) &&
                  (!results->plan || vw_plan_add_json(results->plan, results->config, root));
     json_decref(values);
     return added;

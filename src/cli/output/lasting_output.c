@@ -1,0 +1,121 @@
+#include "cli/output/lasting_output.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+#include "cli/output/json_output.h"
+#include "cli/output/print.h"
+#include "ledger/find_image.h"
+#include "value/lasting_scores.h"
+
+enum { SHOWN_AT_EACH_END = 5 };
+static const double GROWTH_WORTH_A_WORD = 2; // of |lambda|; scenes that passed the gate stayed below it
+
+static const char *name_of(const struct vw_lasting_summary *summary, uint32_t image_id) {
+    const struct vw_ledger_image *image = vw_ledger_find_image(summary->images, summary->image_count, image_id);
+    return image ? image->name : "?";
+}
+
+static uint32_t count_shown(const struct vw_lasting_summary *summary) {
+    uint32_t half = summary->score_count > 1 ? summary->score_count / 2 : summary->score_count;
+    return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
+}
+
+static const struct vw_ledger_score *score_at(const struct vw_lasting_summary *summary, uint32_t place,
+                                              bool from_best) {
+    return &summary->scores[from_best ? place : summary->score_count - 1 - place];
+}
+
+static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } // not if it is NaN
+
+// ---- Text ----------------------------------------------------------------------------------------------------------
+
+static void print_end(const struct vw_lasting_summary *summary, bool from_best) {
+    for (uint32_t i = 0; i < count_shown(summary); i++) {
+        const struct vw_ledger_score *score = score_at(summary, i, from_best);
+        vw_print("  %+9.4f %s  %s\n", score->value, score->unit, name_of(summary, score->image_id));
+    }
+}
+
+static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
+    if (growth->factor > GROWTH_WORTH_A_WORD)
+        vw_print("         on its way back the gradient grew %.3g-fold, from step %" PRIu64 " to step %" PRIu64 "%s\n",
+                 growth->factor, growth->last_step, growth->first_step,
+                 trusted ? "" : ": small errors grow with it; a lower --lr helps");
+    else if (!trusted)
+        vw_print(
+            "         the gradient did not grow on its way back (%.3g-fold at most): the changes of the gate may be "
+            "too large for a prediction to first order, or too small against noise; more --val-rays help\n",
+            growth->factor);
+}
+
+static void print_gate(const struct vw_lasting_summary *summary) {
+    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
+    double psnr = vw_lasting_gate(sweep, false), loss = vw_lasting_gate(sweep, true);
+    if (!sweep->check_count) {
+        vw_print("gate     not passed through (--no-gate): whether lasting credit can be trusted here is not known\n");
+        return;
+    }
+    vw_print("gate     change of the end when the steps on a photo behind step %" PRIu64
+             " are longer and shorter: predicted, measured\n",
+             sweep->checks->from_step);
+    for (uint32_t i = 0; i < sweep->check_count; i++)
+        vw_print("  %+9.4f  %+9.4f dB  %s\n", sweep->checks[i].predicted_psnr, sweep->checks[i].measured_psnr,
+                 name_of(summary, sweep->checks[i].image_id));
+    vw_print("         Pearson's correlation %.2f (mean absolute error: %.2f)\n", psnr, loss);
+    if (!is_trusted(psnr))
+        vw_print("         below %.1f: lasting credit is not to be trusted here\n", vw_lasting_gate_least);
+    print_growth(&growth, is_trusted(psnr));
+}
+
+void vw_lasting_print(const struct vw_lasting_summary *summary) {
+    vw_print(
+        "highest lasting credit (lasting_psnr: what the steps on the photo leave behind at the end; only differences "
+        "mean something)\n");
+    print_end(summary, true);
+    vw_print("lowest lasting credit\n");
+    print_end(summary, false);
+    print_gate(summary);
+}
+
+// ---- JSON ----------------------------------------------------------------------------------------------------------
+
+static json_t *end_to_json(const struct vw_lasting_summary *summary, bool from_best) {
+    json_t *array = json_array();
+    for (uint32_t i = 0; i < count_shown(summary); i++) {
+        const struct vw_ledger_score *score = score_at(summary, i, from_best);
+        vw_json_append(&array, json_pack("{s:s, s:s, s:o, s:s}", "name", name_of(summary, score->image_id), "method",
+                                         score->method, "value", vw_json_real(score->value), "unit", score->unit));
+    }
+    return array;
+}
+
+static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
+    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    if (!sweep->check_count) return json_null();
+    double psnr = vw_lasting_gate(sweep, false);
+    json_t *photos = json_array();
+    for (uint32_t i = 0; i < sweep->check_count; i++) {
+        const struct vw_gate_check *check = &sweep->checks[i];
+        vw_json_append(&photos, json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "name", name_of(summary, check->image_id),
+                                          "from_step", (json_int_t)check->from_step, "predicted_psnr",
+                                          vw_json_real(check->predicted_psnr), "measured_psnr",
+                                          vw_json_real(check->measured_psnr), "predicted_loss",
+                                          vw_json_real(check->predicted_loss), "measured_loss",
+                                          vw_json_real(check->measured_loss)));
+    }
+    return json_pack("{s:o, s:o, s:b, s:o}", "pearson_psnr", vw_json_real(psnr), "pearson_loss",
+                     vw_json_real(vw_lasting_gate(sweep, true)), "trusted", is_trusted(psnr), "photos", photos);
+}
+
+json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary) {
+    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
+    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps",
+                     (json_int_t)sweep->step_count, "rays", (json_int_t)sweep->rays, "epochs",
+                     (json_int_t)sweep->epochs, "states", (json_int_t)sweep->states, "has_zero", 0, "growth", "factor",
+                     vw_json_real(growth.factor), "first_step", (json_int_t)growth.first_step, "last_step",
+                     (json_int_t)growth.last_step, "gate", gate_to_json(summary), "highest", end_to_json(summary, true),
+                     "lowest", end_to_json(summary, false));
+}

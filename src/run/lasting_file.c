@@ -1,0 +1,85 @@
+#include "run/lasting_file.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/inside.h"
+#include "base/memory.h"
+
+const char vw_lasting_file_name[] = "lasting_credits.vwc";
+
+_Static_assert(sizeof(struct vw_lasting_step) == 40, "the file holds it as it is");
+
+static char *make_header(const struct vw_lasting_file *file) {
+    return vw_format_text("viewworth lasting credits 1, run %s, rays %" PRIu32 ", steps %" PRIu64 "\n", file->run_id,
+                          file->rays, file->steps);
+}
+
+enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_step *credits,
+                                    uint64_t first_step) {
+    char *header = make_header(file), *path = vw_path_join(file->out, vw_lasting_file_name);
+    size_t header_bytes = header ? strlen(header) : 0,
+           body_bytes = header_bytes + (size_t)(file->steps - first_step + 1) * sizeof *credits;
+    uint8_t *bytes = header && path ? vw_allocate(body_bytes + VW_HASH_BYTES, 1) : NULL;
+    enum vw_status status = bytes ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) {
+        memcpy(bytes, header, header_bytes);
+        memcpy(bytes + header_bytes, &credits[first_step - 1], body_bytes - header_bytes);
+        vw_sha256(bytes, body_bytes, bytes + body_bytes);
+        status = vw_file_write(path, bytes, body_bytes + VW_HASH_BYTES);
+    }
+    free(bytes);
+    free(header);
+    free(path);
+    return status;
+}
+
+static bool are_credits(const struct vw_lasting_step *credits, uint64_t count, uint64_t first_step) {
+    for (uint64_t i = 0; i < count; i++)
+        if (credits[i].step != first_step + i || !isfinite(credits[i].psnr) || !isfinite(credits[i].loss) ||
+            !(isfinite(credits[i].size_psnr) && credits[i].size_psnr >= 0) ||
+            !(isfinite(credits[i].size_loss) && credits[i].size_loss >= 0))
+            return false;
+    return true;
+}
+
+static enum vw_status take(const struct vw_lasting_file *file, const uint8_t *bytes, size_t size_bytes,
+                           const char *header, struct vw_lasting_step *credits, uint64_t *first_step) {
+    uint8_t hash[VW_HASH_BYTES];
+    size_t header_bytes = strlen(header), frame_bytes = header_bytes + VW_HASH_BYTES;
+    bool known = size_bytes > frame_bytes && memcmp(bytes, header, header_bytes) == 0 &&
+                 (size_bytes - frame_bytes) % sizeof *credits == 0;
+    uint64_t count = known ? (size_bytes - frame_bytes) / sizeof *credits : 0;
+    if (known && count <= file->steps) {
+        vw_sha256(bytes, size_bytes - VW_HASH_BYTES, hash);
+        struct vw_lasting_step *read = vw_allocate(count, sizeof *read);
+        if (!read) return VW_ERROR_MEMORY;
+        memcpy(read, bytes + header_bytes, count * sizeof *read);
+        known = memcmp(hash, bytes + size_bytes - VW_HASH_BYTES, VW_HASH_BYTES) == 0 &&
+                are_credits(read, count, file->steps - count + 1);
+        if (known) memcpy(&credits[file->steps - count], read, count * sizeof *read);
+        free(read);
+        *first_step = file->steps - count + 1;
+        if (known) return VW_OK;
+    }
+    return vw_fail(VW_ERROR_INPUT, "%s/%s: damaged, or of another sweep; remove the file: the sweep starts anew",
+                   file->out, vw_lasting_file_name);
+}
+
+enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, struct vw_lasting_step *credits,
+                                    uint64_t *first_step) {
+    char *header = make_header(file);
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    if (!header) return VW_ERROR_MEMORY;
+    size_t most_bytes = strlen(header) + VW_HASH_BYTES + (size_t)file->steps * sizeof *credits;
+    enum vw_status status = vw_file_read_inside(file->out, vw_lasting_file_name, most_bytes, &bytes, &size_bytes);
+    if (!status) status = take(file, bytes, size_bytes, header, credits, first_step);
+    free(bytes);
+    free(header);
+    return status;
+}

@@ -1,0 +1,44 @@
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "run/lasting.h"
+
+static int compare_scores(const void *left, const void *right) {
+    const struct vw_ledger_score *a = left, *b = right;
+    if (a->value != b->value) return a->value > b->value ? -1 : 1;
+    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
+}
+
+static enum vw_status fill(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {
+    uint32_t kept = 0, count = 0;
+    enum vw_status status = vw_ledger_get_images(ledger, &summary->images, &summary->image_count);
+    if (!status) status = vw_ledger_get_scores(ledger, &summary->scores, &count);
+    if (status) return status;
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(summary->scores[i].method, "lasting_psnr") == 0) summary->scores[kept++] = summary->scores[i];
+    summary->score_count = kept;
+    if (kept) qsort(summary->scores, kept, sizeof *summary->scores, compare_scores);
+    for (uint32_t i = 0; i < summary->image_count; i++)
+        summary->steps_per_epoch += strcmp(summary->images[i].split, "train") == 0;
+    return VW_OK;
+}
+
+enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {
+    struct vw_lasting_summary made = {0};
+    enum vw_status status = vw_ledger_get_lasting(ledger, &made.sweep);
+    if (!status && made.sweep.step_count) status = fill(ledger, &made);
+    if (status) {
+        vw_lasting_summary_free(&made);
+        return status;
+    }
+    vw_lasting_summary_free(summary);
+    *summary = made;
+    return VW_OK;
+}
+
+void vw_lasting_summary_free(struct vw_lasting_summary *summary) {
+    vw_lasting_sweep_free(&summary->sweep);
+    free(summary->scores);
+    *summary = (struct vw_lasting_summary){0};
+}
