@@ -203,6 +203,11 @@ static enum vw_status gate(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
     uint32_t *views = NULL, count = 0;
     if (run->lasting.no_gate) return VW_OK;
+    if (run->config.beta1 > 0 && run->config.optimizer != VW_OPTIMIZER_SGD) {
+        vw_log_warning("no gate: with --beta1 above 0 a step also moves along the gradients of earlier photos, so that "
+                       "scaling the steps on a photo says nothing of that photo");
+        return VW_OK;
+    }
     enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &views, &count);
     if (status) return status;
     uint64_t span = (uint64_t)GATE_EPOCHS * count, from_step = sweep->steps > span ? sweep->steps - span : 0;

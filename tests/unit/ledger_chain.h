@@ -34,17 +34,21 @@ static inline void feed_rows(crypto_generichash_state *state, sqlite3 *raw, cons
     sqlite3_finalize(statement);
 }
 
-// Ends a hash into `hex` and tells whether run.COLUMN, or with `step` not -1 that of the step, is the same. With
-// `rewrite`, makes it the same.
+enum { OF_RUN = -1, OF_SWEEP = -2 };
+
+// Ends a hash into `hex` and tells whether run.COLUMN, or with `step` not OF_RUN that of the step or of the sweep, is
+// the same. With `rewrite`, makes it the same.
 static inline bool hash_is(crypto_generichash_state *state, sqlite3 *raw, const char *column, int64_t step,
                            bool rewrite, char hex[VW_HASH_HEX_BYTES]) {
     unsigned char hash[VW_HASH_BYTES];
     crypto_generichash_final(state, hash, sizeof hash);
     sodium_bin2hex(hex, 65, hash, sizeof hash);
-    const char *table = step < 0 ? "run" : "step WHERE step = ?";
-    char *change = vw_format_text("UPDATE %s SET %s = '%s'%s", step < 0 ? "run" : "step", column, hex,
-                                  step < 0 ? "" : " WHERE step = ?");
-    char *ask = vw_format_text("SELECT %s FROM %s", column, table);
+    const char *table = step == OF_RUN     ? "run"
+                        : step == OF_SWEEP ? "lasting"
+                                           : "step",
+               *which = step < 0 ? "" : " WHERE step = ?";
+    char *change = vw_format_text("UPDATE %s SET %s = '%s'%s", table, column, hex, which);
+    char *ask = vw_format_text("SELECT %s FROM %s%s", column, table, which);
     sqlite3_stmt *statement = sql_query(raw, rewrite ? change : ask, step);
     bool row = sqlite3_step(statement) == SQLITE_ROW;
     bool same = rewrite || (row && strcmp((const char *)sqlite3_column_text(statement, 0), hex) == 0);
@@ -69,6 +73,31 @@ static inline bool is_running(sqlite3 *raw) {
     return running;
 }
 
+static inline bool has_sweep(sqlite3 *raw) {
+    sqlite3_stmt *statement = sql_query(raw, "SELECT 1 FROM sqlite_schema WHERE name = 'lasting'", 0);
+    bool tables = sqlite3_step(statement) == SQLITE_ROW;
+    sqlite3_finalize(statement);
+    if (!tables) return false;
+    statement = sql_query(raw, "SELECT 1 FROM lasting", 0);
+    bool found = sqlite3_step(statement) == SQLITE_ROW;
+    sqlite3_finalize(statement);
+    return found;
+}
+
+static inline bool follow_sweep(sqlite3 *raw, const char *last_row_hash, bool rewrite) {
+    crypto_generichash_state state;
+    char hash[VW_HASH_HEX_BYTES];
+    crypto_generichash_init(&state, NULL, 0, 32);
+    feed_text(&state, last_row_hash);
+    feed_rows(&state, raw, "SELECT run_id, rays, epochs, states FROM lasting", 0);
+    feed_rows(&state, raw, "SELECT run_id, step, psnr, loss, size_psnr, size_loss FROM lasting_step ORDER BY step", 0);
+    feed_rows(&state, raw,
+              "SELECT run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss"
+              " FROM lasting_check ORDER BY image_id",
+              0);
+    return hash_is(&state, raw, "row_hash", OF_SWEEP, rewrite, hash);
+}
+
 // Goes along the chain; with `rewrite`, as whoever forges a ledger does, writing every hash.
 static inline bool follow_chain(const char *path, bool rewrite) {
     sqlite3 *raw = sql_open(path);
@@ -80,7 +109,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
     feed_rows(&state, raw,
               "SELECT image_id, scene_hash, name, split, provider, sha256, ground_truth FROM image ORDER BY image_id",
               0);
-    bool holds = hash_is(&state, raw, "row_hash", -1, rewrite, head);
+    bool holds = hash_is(&state, raw, "row_hash", OF_RUN, rewrite, head);
     int64_t count = count_steps(raw);
     for (int64_t step = 0; step < count; step++) {
         crypto_generichash_init(&state, NULL, 0, 32);
@@ -98,6 +127,8 @@ static inline bool follow_chain(const char *path, bool rewrite) {
                   step);
         holds = hash_is(&state, raw, "row_hash", step, rewrite, head) && holds;
     }
+    bool swept = has_sweep(raw);
+    if (swept) holds = follow_sweep(raw, head, rewrite) && holds;
     crypto_generichash_init(&state, NULL, 0, 32);
     if (is_running(raw)) feed_rows(&state, raw, "SELECT row_hash FROM run", 0);
     else feed_text(&state, head);
@@ -110,7 +141,8 @@ static inline bool follow_chain(const char *path, bool rewrite) {
               "rank_ci_low, rank_ci_high FROM score"
               " ORDER BY rowid",
               0);
-    holds = hash_is(&state, raw, "final_hash", -1, rewrite, head) && holds;
+    if (swept) feed_rows(&state, raw, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", 0);
+    holds = hash_is(&state, raw, "final_hash", OF_RUN, rewrite, head) && holds;
     sqlite3_close(raw);
     return holds;
 }

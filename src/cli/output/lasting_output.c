@@ -54,7 +54,8 @@ static void print_gate(const struct vw_lasting_summary *summary) {
     const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
     double psnr = vw_lasting_gate(sweep, false), loss = vw_lasting_gate(sweep, true);
     if (!sweep->check_count) {
-        vw_print("gate     not passed through (--no-gate): whether lasting credit can be trusted here is not known\n");
+        vw_print(
+            "gate     none (--no-gate, or a run with momentum): whether lasting credit can be trusted here is not known\n");
         return;
     }
     vw_print("gate     change of the end when the steps on a photo behind step %" PRIu64
