@@ -7,22 +7,24 @@
 #include <stdint.h>
 
 #include "base/interrupt.h"
+#include "run/lasting.h"
 #include "run/session.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 
 struct vw_experiment_params {
-    struct vw_scene_params scene;   // path is needed; gpu is ignored
-    const struct vw_config *config; // needed; its seed is the first one
-    const char *device;             // index or part of the name; NULL: the preferred device
-    const char *out;                // needed
-    uint32_t seeds;                 // as many are compared: config->seed and those after it
-    uint32_t together;              // runs or trainings that take their steps together; 0: by the device
-    bool no_thumbnails;             // leave the photos out of the report
-    bool paper_methods;             // reproduce: also the other forms of scores that the paper discusses (value.h)
-    struct vw_interrupt interrupt;  // asked between batches of steps, and between retrainings
-    vw_run_progress *progress;      // of single runs; NULL: none
-    void *context;                  // passed to progress
+    struct vw_scene_params scene;     // path is needed; gpu is ignored
+    const struct vw_config *config;   // needed; its seed is the first one
+    const char *device;               // index or part of the name; NULL: the preferred device
+    const char *out;                  // needed
+    uint32_t seeds;                   // as many are compared: config->seed and those after it
+    uint32_t together;                // runs or trainings that take their steps together; 0: by the device
+    bool no_thumbnails;               // leave the photos out of the report
+    bool paper_methods;               // reproduce: also the other forms of scores that the paper discusses (value.h)
+    struct vw_lasting_wanted lasting; // sweeps of single runs
+    struct vw_interrupt interrupt;    // asked between batches of steps, and between retrainings
+    vw_run_progress *progress;        // of single runs; NULL: none
+    void *context;                    // passed to progress
 };
 
 // Checks what can be checked before any work: that `seed_count` seeds from the first on exist, that OUT can be a

@@ -184,6 +184,10 @@ static enum vw_status compare_runs(struct vw_reproduction *reproduction) {
     enum vw_status status = read_runs(reproduction->params, &runs);
     if (!status) status = make_stops(&runs, reproduction);
     if (!status) status = write_tables(&runs, reproduction);
+    if (!status && reproduction->params->lasting.wanted)
+        status =
+            vw_lasting_seeds_make(reproduction->params->out, &reproduction->stops[reproduction->stop_count - 1].tables,
+                                  runs.inputs, &reproduction->lasting);
     free_runs(&runs);
     return status;
 }
@@ -210,6 +214,7 @@ static void free_stop(struct vw_reproduction_stop *stop) {
 void vw_reproduction_free(struct vw_reproduction *reproduction) {
     for (uint32_t i = 0; i < reproduction->stop_count; i++) free_stop(&reproduction->stops[i]);
     free(reproduction->stops);
+    vw_lasting_seeds_free(&reproduction->lasting);
     free(reproduction->agreement_path);
     free(reproduction->scatter_path);
     free(reproduction->report_path);

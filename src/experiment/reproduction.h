@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "experiment/experiment.h"
+#include "experiment/lasting_seeds.h"
 #include "value/evaluation/agreement.h"
 #include "viewworth/status.h"
 
@@ -23,6 +24,7 @@ struct vw_reproduction {
                                         // last one is after all epochs
     uint32_t stop_count;
     char *agreement_path, *scatter_path; // owned
+    struct vw_lasting_seeds lasting;     // empty unless params->lasting.wanted
     char *report_path;                   // owned; NULL when there is no report
 };
 
@@ -36,6 +38,7 @@ struct vw_reproduction {
 // - scatter.csv: header name,method,seed_a,seed_b,value_a,value_b,corrupted; a row per method, pair and train photo
 // after
 //   all epochs. `corrupted`: 1 or 0, empty where ground truth is unknown.
+// - lasting_seeds.csv (lasting_seeds.h), with params->lasting.wanted
 // - report.html
 // Free the result also after a failure.
 enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, struct vw_reproduction *reproduction);

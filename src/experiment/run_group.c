@@ -66,6 +66,9 @@ static enum vw_status open_run(struct group *group, const struct vw_planned_run 
                                              .device = params->device,
                                              .out = folder,
                                              .resume = true,
+                                             .lasting = params->lasting.wanted,
+                                             .lasting_rays = params->lasting.rays,
+                                             .no_gate = params->lasting.no_gate,
                                              .progress = report_progress,
                                              .context = opened};
     enum vw_status status = check_ledger(params->out, planned->folder);

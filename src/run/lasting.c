@@ -203,7 +203,7 @@ static enum vw_status gate(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
     uint32_t *views = NULL, count = 0;
     if (run->lasting.no_gate) return VW_OK;
-    if (run->config.beta1 > 0 && run->config.optimizer != VW_OPTIMIZER_SGD) {
+    if (run->config.beta1 > 0) {
         vw_log_warning("no gate: with --beta1 above 0 a step also moves along the gradients of earlier photos, so that "
                        "scaling the steps on a photo says nothing of that photo");
         return VW_OK;

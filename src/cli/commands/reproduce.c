@@ -2,12 +2,15 @@
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/reproduction_output.h"
+#include "cli/parse_options.h"
 
 enum vw_status vw_command_reproduce(const struct vw_options *options) {
     struct vw_progress progress = {0};
     const struct vw_experiment_params params = vw_params_of_experiment(options, &progress);
     struct vw_reproduction reproduction;
-    enum vw_status status = vw_reproduction_make(&params, &reproduction);
+    enum vw_status status = vw_options_check_lasting(options);
+    if (status) return status;
+    status = vw_reproduction_make(&params, &reproduction);
     vw_progress_end(&progress);
     if (!status) status = vw_reproduction_print(&reproduction, options->json);
     vw_reproduction_free(&reproduction);

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "cli/output/json_output.h"
+#include "cli/output/lasting_seeds_output.h"
 #include "cli/output/print.h"
 #include "viewworth/value.h"
 
@@ -100,6 +101,7 @@ static void print_text(const struct vw_reproduction *reproduction) {
         print_row(reproduction, stop, method, VW_ARRAY_COUNT(columns));
     }
     print_by_epochs(reproduction);
+    if (reproduction->lasting.photo_count) vw_lasting_seeds_print(&reproduction->lasting, config->seed);
     vw_print("\nagreement  %s\nscatter    %s\n", reproduction->agreement_path, reproduction->scatter_path);
     if (reproduction->report_path) vw_print("report     %s\n", reproduction->report_path);
 }
@@ -142,10 +144,11 @@ static json_t *reproduction_to_json(const struct vw_reproduction *reproduction) 
         vw_json_append(&stops, stop_to_json(reproduction, &reproduction->stops[i]));
     for (uint32_t i = 0; i < params->seeds; i++)
         vw_json_append(&seeds, json_integer((json_int_t)(params->config->seed + i)));
-    return json_pack("{s:s, s:o, s:s, s:I, s:o, s:s, s:s, s:s*}", "scene", params->scene.path, "seeds", seeds, "vary",
-                     vw_vary_name(params->config->vary), "photos",
-                     (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops, "agreement",
-                     reproduction->agreement_path, "scatter", reproduction->scatter_path, "report",
+    json_t *lasting = reproduction->lasting.photo_count ? vw_lasting_seeds_to_json(&reproduction->lasting) : NULL;
+    return json_pack("{s:s, s:o, s:s, s:I, s:o, s:o*, s:s, s:s, s:s*}", "scene", params->scene.path, "seeds", seeds,
+                     "vary", vw_vary_name(params->config->vary), "photos",
+                     (json_int_t)last_stop(reproduction)->tables.photo_count, "by_epochs", stops, "lasting", lasting,
+                     "agreement", reproduction->agreement_path, "scatter", reproduction->scatter_path, "report",
                      reproduction->report_path);
 }
 
