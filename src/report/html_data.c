@@ -8,9 +8,13 @@
 #include "ledger/find_image.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "report/advice.h"
 #include "value/repair.h"
+#include "value/series.h"
 
 enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
+enum { VISITS_SHOWN = 200000 }; // of all photos together: more epochs are summed in groups
+#define CREDIT_UNIT_DB 1e-5     // credits are whole numbers of it, which take half the place
 
 // jansson gives NULL when memory is short and takes it for a failure wherever it is put or filled: whether all could be
 // added is all there is to check. What could not be added is gone, and must not be filled any more.
@@ -226,6 +230,96 @@ static enum vw_status put_repair(const struct vw_report_run *run, json_t *object
     return status;
 }
 
+// ---- Credit by epoch -----------------------------------------------------------------------------------------------
+
+// Sums by photo and group of neighbouring epochs.
+struct credits {
+    double *sums;   // owned; image * group_count + group
+    bool *counted;  // owned; by image: it has a visit
+    uint32_t group_count, group_epochs;
+};
+
+static enum vw_status sum_credits(const struct vw_report_run *run, struct credits *credits) {
+    const struct vw_value_input input = {.records = run->records,
+                                         .record_count = run->record_count,
+                                         .burn_in_epochs = run->burn_in_epochs,
+                                         .images = run->images,
+                                         .image_count = run->image_count};
+    struct vw_series series = {0};
+    enum vw_status status = vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series);
+    uint64_t cells = (uint64_t)series.epoch_count * run->image_count;
+    credits->group_epochs = (uint32_t)(cells / VISITS_SHOWN) + 1;
+    credits->group_count = (series.epoch_count + credits->group_epochs - 1) / credits->group_epochs;
+    credits->sums = vw_allocate((size_t)credits->group_count * run->image_count, sizeof *credits->sums);
+    credits->counted = vw_allocate(run->image_count, sizeof *credits->counted);
+    if (!status && (!credits->sums || !credits->counted)) status = VW_ERROR_MEMORY;
+    for (uint64_t i = 0; i < series.count && !status; i++) {
+        const struct vw_visit *visit = &series.visits[i];
+        if (!isfinite(visit->delta)) continue;
+        credits->counted[visit->image] = true;
+        credits->sums[(size_t)visit->image * credits->group_count + visit->epoch / credits->group_epochs] +=
+            visit->delta;
+    }
+    vw_series_free(&series);
+    return status;
+}
+
+static int put_credit_rows(const struct credits *credits, uint32_t image_count, json_t *object) {
+    json_t *rows = put_child(object, "rows", json_array());
+    int failed = !rows;
+    for (uint32_t i = 0; i < image_count && !failed; i++) {
+        json_t *row = append_child(rows, credits->counted[i] ? json_array() : json_null());
+        failed = !row;
+        for (uint32_t g = 0; g < credits->group_count && credits->counted[i] && !failed; g++) {
+            double sum_db = credits->sums[(size_t)i * credits->group_count + g];
+            failed = json_array_append_new(row, json_integer((json_int_t)llround(sum_db / CREDIT_UNIT_DB)));
+        }
+    }
+    return failed;
+}
+
+static enum vw_status put_credit(const struct vw_report_run *run, json_t *object) {
+    struct credits credits = {0};
+    enum vw_status status = sum_credits(run, &credits);
+    if (!status && !credits.group_count) status = put(object, "credit", json_null()) ? out_of_memory() : VW_OK;
+    else if (!status) {
+        json_t *credit = put_child(object, "credit", json_object());
+        if (!credit || put(credit, "unit", json_real(CREDIT_UNIT_DB)) ||
+            put_count(credit, "first_epoch", run->burn_in_epochs) ||
+            put_count(credit, "group_epochs", credits.group_epochs) ||
+            put_credit_rows(&credits, run->image_count, credit))
+            status = out_of_memory();
+    }
+    free(credits.sums);
+    free(credits.counted);
+    return status;
+}
+
+// ---- Advice --------------------------------------------------------------------------------------------------------
+
+static int put_marked(const struct vw_advice *advice, uint32_t image_count, enum vw_advice_mark mark, const char *key,
+                      json_t *object) {
+    json_t *list = put_child(object, key, json_array());
+    int failed = !list;
+    for (uint32_t i = 0; i < image_count && !failed; i++)
+        if (advice->marks[i] & mark) failed = json_array_append_new(list, json_integer(i));
+    return failed;
+}
+
+static enum vw_status put_advice(const struct vw_report_run *run, json_t *object) {
+    struct vw_advice advice;
+    enum vw_status status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &advice);
+    json_t *marks = status ? NULL : put_child(object, "advice", json_object());
+    if (!status &&
+        (!marks || put_text(marks, "basis", advice.basis) || put(marks, "by_order", json_boolean(advice.by_order)) ||
+         put_marked(&advice, run->image_count, VW_ADVICE_REMOVABLE, "removable", marks) ||
+         put_marked(&advice, run->image_count, VW_ADVICE_IRREPLACEABLE, "irreplaceable", marks) ||
+         put_marked(&advice, run->image_count, VW_ADVICE_LOOK, "look", marks)))
+        status = out_of_memory();
+    vw_advice_free(&advice);
+    return status;
+}
+
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
 // By its place in `images`; null for one that they lack.
@@ -309,10 +403,14 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     failed |= put_steps(run, object) | put_matrix(run, object);
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
     if (!status) status = put_repair(run, object);
+    if (!status) status = put_credit(run, object);
+    if (!status) status = put_advice(run, object);
     if (!status)
         status = put_parsed(run->row->config_json, run->label, "run.config_json of the ledger", object, "config");
     if (!status)
         status = put_parsed(run->row->effects_json, run->label, "run.effects_json of the ledger", object, "effects");
+    if (!status) status = put_parsed(run->map_json, run->label, "map.json", object, "map");
+    if (!status) status = put_parsed(run->residuals_json, run->label, "residuals.json", object, "residuals");
     if (!status) status = put_parsed(run->row->plan_json, run->label, "run.plan_json of the ledger", object, "plan");
     if (!status)
         status = put_parsed(run->row->scene_options_json, run->label, "run.scene_options_json of the ledger", object,

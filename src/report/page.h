@@ -45,6 +45,8 @@ struct vw_report_run {
     const struct vw_view_evidence *views;       // one per column of the matrix
     const double *standard_errors;              // one per row of the matrix
     const struct vw_report_picture *thumbnails; // WebP, one per image; runs may share them; NULL: none
+    const char *map_json;       // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
+    const char *residuals_json; // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
 };
 
 // What a folder holds beside runs, as a JSON text that the page's script knows by its kind:

@@ -10,6 +10,8 @@
 #include "base/hash.h"
 #include "report/page.h"
 #include "run/outputs/report_folder.h"
+#include "run/outputs/residuals.h"
+#include "run/outputs/scene_map.h"
 #include "run/run_private.h"
 #include "run/sign.h"
 #include "run/signature.h"
@@ -54,7 +56,7 @@ static void log_statistics(const struct vw_step_statistics *statistics) {
 
 enum vw_status vw_run_remove_outdated(const char *out) {
     static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",   "matrix.csv",
-                                        "providers.csv",   "payout.csv", "duplicates.csv"};
+                                        "providers.csv",   "payout.csv", "duplicates.csv", VW_RESIDUALS_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         char *path = vw_path_join(out, names[i]);
         if (!path) return VW_ERROR_MEMORY;
@@ -184,11 +186,29 @@ static char *write_report(struct vw_run *run) {
     return vw_report_folder_finish(run->out, &params, &page);
 }
 
+// What the report shows of the scene and the field, so that it can be made again without them. A run that was complete
+// has these files, and a trainer that was not brought to its last step.
+static void write_pictures(struct vw_run *run) {
+    const struct vw_residuals_params params = {
+        .scene = run->scene,
+        .trainer = run->trainer,
+        .scoring = &run->scoring,
+        .config = &run->config,
+        .on_background = vw_effects_is_on(run->effects, run->effect_count, "background"),
+        .fitted = vw_effects_fit_views(run->effects, run->effect_count),
+        .out = run->out,
+    };
+    enum vw_status status = vw_scene_map_write(run->scene, run->out);
+    if (!status && !run->complete && !run->no_thumbnails) status = vw_residuals_write(&params);
+    if (status) vw_log_warning("the report lacks its map or renders: %s", vw_error_message());
+}
+
 static enum vw_status write_tables(struct vw_run *run) {
     run->probe_costs = vw_probe_costs_count(&run->scoring.input, run->trainer, vw_now_s() - run->plan.started_s);
     enum vw_status status = vw_attribution_make(run->scene, &run->scoring, run->out, vw_value_default_method,
                                                 run->payout_cents, &run->attribution);
     if (!status) status = vw_validation_views_make(run->scene, run->ledger, &run->scoring, run->out, &run->validation);
+    if (!status) write_pictures(run);
     if (!status) run->report_path = write_report(run);
     return status;
 }

@@ -9,15 +9,21 @@
 
 enum { TILE_RAYS = 8192 };
 
-static enum vw_status render_tiles(const struct vw_scene *scene, uint32_t view, struct evaluator *evaluator,
-                                   struct vw_pixel *pixels, vw_float4 *colours, float *rgb) {
+// The photo's pixel in the middle of the `place`-th of `count` parts of a side.
+static uint32_t middle_of(uint32_t side_px, uint64_t place, uint32_t count) {
+    return (uint32_t)((2 * place + 1) * side_px / (2 * (uint64_t)count));
+}
+
+static enum vw_status render_tiles(const struct vw_scene *scene, uint32_t view, const uint32_t size_px[2],
+                                   struct evaluator *evaluator, struct vw_pixel *pixels, vw_float4 *colours,
+                                   float *rgb) {
     const struct vw_image *image = &scene->views[view].image;
-    uint64_t total = (uint64_t)image->width_px * image->height_px;
+    uint64_t total = (uint64_t)size_px[0] * size_px[1];
     for (uint64_t first = 0; first < total; first += TILE_RAYS) {
         uint32_t count = total - first < TILE_RAYS ? (uint32_t)(total - first) : TILE_RAYS;
         for (uint32_t i = 0; i < count; i++)
-            pixels[i] = pixels_at(scene, view, (uint32_t)((first + i) % image->width_px),
-                                  (uint32_t)((first + i) / image->width_px));
+            pixels[i] = pixels_at(scene, view, middle_of(image->width_px, (first + i) % size_px[0], size_px[0]),
+                                  middle_of(image->height_px, (first + i) / size_px[0], size_px[1]));
         enum vw_status status = evaluator_render(evaluator, pixels, count, colours);
         if (status != VW_OK) return status;
         for (uint32_t i = 0; i < count; i++) memcpy(rgb + 3 * (first + i), &colours[i], 3 * sizeof *rgb);
@@ -25,15 +31,15 @@ static enum vw_status render_tiles(const struct vw_scene *scene, uint32_t view, 
     return VW_OK;
 }
 
-enum vw_status render_view(struct field *field, const struct vw_scene *scene, uint32_t view, float **rgb) {
-    const struct vw_image *image = &scene->views[view].image;
+enum vw_status render_view(struct field *field, const struct vw_scene *scene, uint32_t view, const uint32_t size_px[2],
+                           float **rgb) {
     struct evaluator evaluator = {0};
     struct vw_pixel *pixels = vw_allocate(TILE_RAYS, sizeof *pixels);
     vw_float4 *colours = vw_allocate(TILE_RAYS, sizeof *colours);
-    float *rendered = vw_allocate((size_t)image->width_px * image->height_px, 3 * sizeof *rendered);
+    float *rendered = vw_allocate((size_t)size_px[0] * size_px[1], 3 * sizeof *rendered);
     enum vw_status status =
         pixels && colours && rendered ? evaluator_create(field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
-    if (status == VW_OK) status = render_tiles(scene, view, &evaluator, pixels, colours, rendered);
+    if (status == VW_OK) status = render_tiles(scene, view, size_px, &evaluator, pixels, colours, rendered);
     evaluator_destroy(&evaluator);
     free(pixels);
     free(colours);

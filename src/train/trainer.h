@@ -118,6 +118,10 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the
 // caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
+// The same with fewer pixels, at most the view's width and height: pixel (x, y) is the view's pixel in the middle of
+// what it covers, ((2 x + 1) width / (2 size_px[0]), ...) rounded down.
+enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
+                                       float **rgb);
 
 // How near the field comes to each of these views (scene indices): validation's passes, on all usable pixels, or on
 // `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the left

@@ -125,7 +125,13 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *pat
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
-    return render_view(&trainer->field, trainer->scene, view, rgb);
+    const struct vw_image *image = &trainer->scene->views[view].image;
+    return render_view(&trainer->field, trainer->scene, view, (uint32_t[]){image->width_px, image->height_px}, rgb);
+}
+
+enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
+                                       float **rgb) {
+    return render_view(&trainer->field, trainer->scene, view, size_px, rgb);
 }
 
 static struct measured_field measured_field_of(struct vw_trainer *trainer) {

@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "run/outputs/report_shape.h"
+#include "run/outputs/residuals.h"
+#include "run/outputs/scene_map.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/inside.h"
@@ -174,6 +176,37 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
         if (held && !status) status = known[i].add(files, out, known[i].file, path, text, size_bytes);
         free(path);
     }
+    return status;
+}
+
+// ---- Of a run ------------------------------------------------------------------------------------------------------
+
+static enum vw_status read_checked(const char *out, const char *file, const char *scene_hash, uint32_t image_count,
+                                   enum vw_status (*check)(const char *, json_t *, const char *, uint32_t),
+                                   char **json) {
+    json_error_t error;
+    void *text = NULL;
+    size_t size_bytes = 0;
+    char *path = vw_path_join(out, file);
+    if (!path) return VW_ERROR_MEMORY;
+    bool held = vw_file_exists(path);
+    enum vw_status status = held ? vw_file_read_inside(out, file, TABLE_LIMIT_BYTES, &text, &size_bytes) : VW_OK;
+    json_t *value = held && !status ? vw_json_load(text, size_bytes, 0, &error) : NULL;
+    if (held && !status)
+        status = value ? check(path, value, scene_hash, image_count)
+                       : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    json_decref(value);
+    free(path);
+    *json = text;
+    return status;
+}
+
+enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
+                                      char **map_json, char **residuals_json) {
+    enum vw_status status =
+        read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, map_json);
+    if (!status && !no_photos)
+        status = read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, residuals_json);
     return status;
 }
 

@@ -2,7 +2,9 @@
 #ifndef VIEWWORTH_REPORT_FILES_H
 #define VIEWWORTH_REPORT_FILES_H
 
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "report/page.h"
 #include "viewworth/status.h"
@@ -18,5 +20,11 @@ struct vw_report_files {
 // be passed on with it. Free it also after a failure.
 enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out);
 void vw_report_files_free(struct vw_report_files *files);
+
+// Reads map.json and, unless `no_photos`, residuals.json of a run's folder, each NULL where it is missing; the texts
+// are owned by the caller, also after a failure. VW_ERROR_INPUT as above, and when they are not of this scene and these
+// images.
+enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
+                                      char **map_json, char **residuals_json);
 
 #endif

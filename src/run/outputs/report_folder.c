@@ -31,6 +31,7 @@ struct held_run {
     struct vw_view_evidence *views;
     double *standard_errors;
     const struct vw_report_picture *thumbnails; // lent by the sets
+    char *map_json, *residuals_json;            // owned, also of a run in hand; NULL: none
     char head[VW_HASH_HEX_BYTES];
 };
 
@@ -82,6 +83,8 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
     };
     if (run->in_hand) page = *run->in_hand;
     page.thumbnails = run->thumbnails;
+    page.map_json = run->map_json;
+    page.residuals_json = run->residuals_json;
     return page;
 }
 
@@ -92,6 +95,8 @@ static void close_run(struct held_run *run) {
     free(run->views);
     free(run->standard_errors);
     free(run->scores);
+    free(run->map_json);
+    free(run->residuals_json);
     free(run->folder);
 }
 
@@ -105,6 +110,12 @@ static bool is_held(const struct gathering *gathering, const struct held_run *ru
     return false;
 }
 
+static enum vw_status read_pictures(const struct gathering *gathering, struct held_run *run) {
+    const struct vw_report_run page = run_of_page(run);
+    return vw_report_files_of_run(run->folder, page.row->scene_hash, page.image_count,
+                                  gathering->params->no_thumbnails, &run->map_json, &run->residuals_json);
+}
+
 static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {
     const struct vw_report_run *in_hand = gathering->in_hand;
     enum vw_status status =
@@ -115,7 +126,8 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     run->folder = vw_copy_text(folder);
     if (!run->folder) status = VW_ERROR_MEMORY;
     else if (!run->in_hand) status = read_run(run);
-    if (status || !is_held(gathering, run)) return status;
+    if (status) return status;
+    if (!is_held(gathering, run)) return read_pictures(gathering, run);
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
     *run = (struct held_run){0};

@@ -9,6 +9,7 @@
 #include "run/plan/estimate.h"
 #include "run/checks.h"
 #include "run/plan/presets.h"
+#include "run/outputs/residuals.h"
 #include "run/outputs/thumbnails.h"
 #include "run/plan/budget.h"
 #include "base/file.h"
@@ -197,6 +198,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     if (status) return status;
     vw_plan_estimate_finish(session->scene, params->no_thumbnails, plan);
     status = choose_candidate(&choice, plan);
+    if (!params->no_thumbnails) plan->finish_step_s += VW_RESIDUALS_SHARE * plan->step_s;
     if (!status) status = record_plan(&choice, config, plan);
     if (status) return status;
     log_plan(plan, config);

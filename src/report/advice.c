@@ -1,0 +1,115 @@
+#include "report/advice.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "ledger/find_image.h"
+#include "viewworth/selection.h"
+
+static bool is_known(const struct vw_ledger_score *score, const char *method) {
+    return strcmp(score->method, method) == 0 && isfinite(score->value) && score->visits > 0;
+}
+
+static bool has_known(const struct vw_ledger_score *scores, uint32_t score_count, const char *method) {
+    uint32_t i = 0;
+    while (i < score_count && !is_known(&scores[i], method)) i++;
+    return i < score_count;
+}
+
+// ---- Photos to look at ---------------------------------------------------------------------------------------------
+
+static void mark(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id,
+                 enum vw_advice_mark mark, struct vw_advice *advice) {
+    const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, image_id);
+    if (image) advice->marks[image - images] |= (uint8_t)mark;
+}
+
+static enum vw_status mark_looks(const struct vw_ledger_score *scores, uint32_t score_count,
+                                 const struct vw_ledger_image *images, uint32_t image_count,
+                                 struct vw_advice *advice) {
+    struct vw_selection selection = {0};
+    const struct vw_selection_params params = {.rule = VW_SELECT_OUTLIERS};
+    enum vw_status status = vw_selection_make(scores, score_count, images, image_count, &params, &selection);
+    for (uint32_t i = 0; i < selection.outlier_count; i++)
+        mark(images, image_count, selection.outliers[i].image_id, VW_ADVICE_LOOK, advice);
+    for (uint32_t i = 0; i < score_count; i++)
+        if (is_known(&scores[i], "quality") && scores[i].ci_high < VW_ADVICE_LOW_QUALITY)
+            mark(images, image_count, scores[i].image_id, VW_ADVICE_LOOK, advice);
+    vw_selection_free(&selection);
+    return status == VW_ERROR_MEMORY ? status : VW_OK; // a ledger without train photos has no outliers
+}
+
+// ---- Photos that can be left out, and those that cannot ------------------------------------------------------------
+
+static int compare_values(const void *left, const void *right) {
+    double a = *(const double *)left, b = *(const double *)right;
+    return a > b ? -1 : a < b;
+}
+
+// 1 for the highest; equal values share the best rank. `values` are the highest first.
+static uint32_t rank_of(const double *values, uint32_t count, double value) {
+    uint32_t low = 0, high = count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (values[middle] > value) low = middle + 1;
+        else high = middle;
+    }
+    return low + 1;
+}
+
+static uint8_t judge(const struct vw_ledger_score *score, uint32_t rank, uint32_t count, bool by_order) {
+    if (!by_order) {
+        if (!(score->ci_low > 0)) return isnan(score->ci_low) ? 0 : VW_ADVICE_REMOVABLE;
+        return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
+    }
+    uint32_t best = score->rank_ci_low ? score->rank_ci_low : rank;
+    uint32_t worst = score->rank_ci_high ? score->rank_ci_high : rank;
+    if (best > (count + 1) / 2) return VW_ADVICE_REMOVABLE;
+    return worst <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
+}
+
+static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t score_count,
+                                 const struct vw_ledger_image *images, uint32_t image_count,
+                                 struct vw_advice *advice) {
+    uint32_t count = 0;
+    double *values = vw_allocate(score_count, sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < score_count; i++)
+        if (is_known(&scores[i], advice->basis)) values[count++] = scores[i].value;
+    qsort(values, count, sizeof *values, compare_values);
+    for (uint32_t i = 0; i < score_count; i++) {
+        if (!is_known(&scores[i], advice->basis)) continue;
+        uint8_t found = judge(&scores[i], rank_of(values, count, scores[i].value), count, advice->by_order);
+        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
+        if (!image || (found == VW_ADVICE_REMOVABLE && advice->marks[image - images] & VW_ADVICE_LOOK)) continue;
+        advice->marks[image - images] |= found;
+    }
+    free(values);
+    return VW_OK;
+}
+
+static void choose_basis(const struct vw_ledger_score *scores, uint32_t score_count, struct vw_advice *advice) {
+    if (has_known(scores, score_count, "worth_psnr")) advice->basis = "worth_psnr";
+    else if (has_known(scores, score_count, "lasting_psnr")) advice->basis = "lasting_psnr";
+    advice->by_order = true;
+    for (uint32_t i = 0; i < score_count; i++)
+        if (is_known(&scores[i], "worth_psnr") && isfinite(scores[i].ci_low)) advice->by_order = false;
+}
+
+enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
+                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
+    *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
+    if (!advice->marks) return VW_ERROR_MEMORY;
+    if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
+    choose_basis(scores, score_count, advice);
+    enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
+    if (!status && advice->basis) status = mark_worth(scores, score_count, images, image_count, advice);
+    return status;
+}
+
+void vw_advice_free(struct vw_advice *advice) {
+    free(advice->marks);
+    *advice = (struct vw_advice){0};
+}

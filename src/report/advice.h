@@ -1,0 +1,34 @@
+// What a reader can do with the photos: which can be left out, which are irreplaceable, and which need a look.
+//
+// A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the upper
+// end of its quality's interval is below VW_ADVICE_LOW_QUALITY.
+// The other two rest on worth_psnr where there is one, else on lasting_psnr; credit does not tell them (value/README.md).
+// - With intervals of worth_psnr: a photo can be left out if its interval is not above 0, and is irreplaceable if it is
+//   above 0 and the photo is among the most valuable tenth.
+// - Otherwise only the order means something: a photo can probably be left out if its rank interval lies in the lower
+//   half, and is irreplaceable if its rank interval lies in the upper quarter. A rank without an interval is one point.
+// A photo that needs a look is never among those that can be left out.
+#ifndef VIEWWORTH_REPORT_ADVICE_H
+#define VIEWWORTH_REPORT_ADVICE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/ledger.h"
+#include "viewworth/status.h"
+
+#define VW_ADVICE_LOW_QUALITY 0.25
+enum vw_advice_mark { VW_ADVICE_REMOVABLE = 1, VW_ADVICE_IRREPLACEABLE = 2, VW_ADVICE_LOOK = 4 };
+
+struct vw_advice {
+    const char *basis; // static: "worth_psnr" or "lasting_psnr"; NULL: neither is known, only looks are advised
+    bool by_order;     // by ranks, since the basis has no zero or no intervals
+    uint8_t *marks;    // owned; enum vw_advice_mark, one sum per image
+};
+
+// Free the advice also after a failure. Without scores no photo has a mark. VW_ERROR_MEMORY.
+enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
+                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice);
+void vw_advice_free(struct vw_advice *advice);
+
+#endif

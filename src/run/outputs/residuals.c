@@ -1,0 +1,249 @@
+#include "run/outputs/residuals.h"
+
+#include <math.h>
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "base/psnr.h"
+#include "image/image.h"
+#include "image/photo_formats.h"
+
+enum { PANES = 3, WIDEST = 4, PICTURE_LIMIT_BYTES = 1 << 18 };
+#define FULL_ERROR 0.4f // white
+
+// ---- Which photos --------------------------------------------------------------------------------------------------
+
+struct candidate {
+    uint32_t view;
+    double quality; // -1: validation photo; 2: unknown
+};
+
+static int compare_candidates(const void *left, const void *right) {
+    const struct candidate *a = left, *b = right;
+    if (a->quality != b->quality) return a->quality < b->quality ? -1 : 1;
+    return a->view < b->view ? -1 : a->view > b->view;
+}
+
+static double quality_of(const struct vw_scoring *scoring, uint32_t view) {
+    for (uint32_t i = 0; i < scoring->score_count; i++) {
+        const struct vw_ledger_score *score = &scoring->scores[i];
+        if (score->image_id == view && score->visits && strcmp(score->method, "quality") == 0) return score->value;
+    }
+    return 2;
+}
+
+static enum vw_status list_candidates(const struct vw_residuals_params *params, struct candidate **candidates,
+                                      uint32_t *count) {
+    const struct vw_scene *scene = params->scene;
+    *candidates = vw_allocate(scene->view_count, sizeof **candidates);
+    if (!*candidates) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        enum vw_split split = scene->views[v].split;
+        if (!scene->views[v].image.pixels || (split != VW_SPLIT_VAL && split != VW_SPLIT_TRAIN)) continue;
+        double quality = split == VW_SPLIT_VAL ? -1 : quality_of(params->scoring, v);
+        (*candidates)[(*count)++] = (struct candidate){v, quality};
+    }
+    qsort(*candidates, *count, sizeof **candidates, compare_candidates);
+    return VW_OK;
+}
+
+static double rays_allowed(const struct vw_residuals_params *params) {
+    double rays = (double)params->scoring->input.record_count * (3.0 * params->config->rays + params->config->val_rays);
+    return fmax(VW_RESIDUALS_SHARE * rays, VW_RESIDUALS_RAYS_MIN);
+}
+
+// ---- One picture ---------------------------------------------------------------------------------------------------
+
+static void choose_size(const struct vw_image *image, uint32_t size_px[2]) {
+    size_px[1] = image->height_px < VW_RESIDUALS_HEIGHT_PX ? image->height_px : VW_RESIDUALS_HEIGHT_PX;
+    uint64_t width_px = (uint64_t)image->width_px * size_px[1] / image->height_px;
+    size_px[0] = width_px < 1 ? 1 : width_px > WIDEST * size_px[1] ? WIDEST * size_px[1] : (uint32_t)width_px;
+}
+
+struct panes {
+    uint32_t size_px[2]; // of each
+    float *photo;        // rgb, as training sees it
+    float *render;
+    uint8_t *counts; // by pixel
+};
+
+static void read_photo(const struct vw_residuals_params *params, uint32_t view, struct panes *panes) {
+    const struct vw_view *of_view = &params->scene->views[view];
+    const struct vw_image *image = &of_view->image;
+    for (uint32_t y = 0, pixel = 0; y < panes->size_px[1]; y++)
+        for (uint32_t x = 0; x < panes->size_px[0]; x++, pixel++) {
+            uint32_t column = (uint32_t)((2 * (uint64_t)x + 1) * image->width_px / (2 * (uint64_t)panes->size_px[0])),
+                     row = (uint32_t)((2 * (uint64_t)y + 1) * image->height_px / (2 * (uint64_t)panes->size_px[1]));
+            float rgba[4];
+            vw_image_pixel(image, column, row, rgba);
+            float alpha = params->on_background ? rgba[3] : 1;
+            for (int c = 0; c < 3; c++)
+                panes->photo[3 * pixel + c] = alpha * rgba[c] + (1 - alpha) * params->scene->background[c];
+            panes->counts[pixel] = vw_view_keeps(of_view, column, row);
+        }
+}
+
+// The gain and bias of a channel that bring the render nearest to the photo (least squares).
+static void fit_channel(struct panes *panes, int channel) {
+    double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
+    uint32_t pixels = panes->size_px[0] * panes->size_px[1];
+    for (uint32_t i = 0; i < pixels; i++) {
+        double r = panes->render[3 * i + channel], p = panes->photo[3 * i + channel];
+        if (!panes->counts[i]) continue;
+        n++, sum_r += r, sum_p += p, sum_rr += r * r, sum_rp += r * p;
+    }
+    double variance = n * sum_rr - sum_r * sum_r, gain = variance > 0 ? (n * sum_rp - sum_r * sum_p) / variance : 1;
+    double bias = n > 0 ? (sum_p - gain * sum_r) / n : 0;
+    for (uint32_t i = 0; i < pixels; i++)
+        panes->render[3 * i + channel] = (float)(gain * panes->render[3 * i + channel] + bias);
+}
+
+// Puts the panes side by side, and takes the PSNR over the pixels that count.
+static double join(const struct panes *panes, float *rgb) {
+    double squared_error = 0;
+    uint64_t count = 0;
+    uint32_t width = panes->size_px[0];
+    for (uint32_t i = 0; i < width * panes->size_px[1]; i++) {
+        float *target = rgb + 3 * ((size_t)(i / width) * PANES * width + i % width), error = 0;
+        for (int c = 0; c < 3; c++) {
+            float difference = panes->render[3 * i + c] - panes->photo[3 * i + c];
+            target[c] = panes->photo[3 * i + c];
+            target[3 * width + c] = fminf(fmaxf(panes->render[3 * i + c], 0), 1);
+            error += fabsf(difference) / 3;
+            if (panes->counts[i]) squared_error += (double)difference * difference, count++;
+        }
+        for (int c = 0; c < 3; c++)
+            target[6 * width + c] = panes->counts[i] ? fminf(error / FULL_ERROR, 1) : 0;
+    }
+    return vw_psnr_db(squared_error / (double)count); // NaN when no pixel counts
+}
+
+static enum vw_status encode(const struct panes *panes, double *psnr_db, void **data, size_t *size_bytes) {
+    float *rgb = vw_allocate((size_t)panes->size_px[0] * panes->size_px[1], PANES * 3 * sizeof *rgb);
+    struct vw_image_encoding encoding = {.width_px = PANES * panes->size_px[0],
+                                         .height_px = panes->size_px[1],
+                                         .channels = 3,
+                                         .eight_bit = true,
+                                         .compression = "webp:80"};
+    if (!rgb) return VW_ERROR_MEMORY;
+    *psnr_db = join(panes, rgb);
+    enum vw_status status = vw_photo_format_of_name("residual.webp", &encoding.format)
+                                ? vw_image_encode(&encoding, rgb, data, size_bytes)
+                                : vw_fail(VW_ERROR_IO, "WebP is not a format that is written");
+    free(rgb);
+    return status;
+}
+
+static enum vw_status make_picture(const struct vw_residuals_params *params, uint32_t view, double *psnr_db,
+                                   void **data, size_t *size_bytes) {
+    struct panes panes = {0};
+    choose_size(&params->scene->views[view].image, panes.size_px);
+    size_t pixels = (size_t)panes.size_px[0] * panes.size_px[1];
+    panes.photo = vw_allocate(pixels, 3 * sizeof *panes.photo);
+    panes.counts = vw_allocate(pixels, 1);
+    enum vw_status status = panes.photo && panes.counts
+                                ? vw_trainer_render_small(params->trainer, view, panes.size_px, &panes.render)
+                                : VW_ERROR_MEMORY;
+    if (!status) read_photo(params, view, &panes);
+    for (int c = 0; c < 3 && !status && params->fitted; c++) fit_channel(&panes, c);
+    if (!status) status = encode(&panes, psnr_db, data, size_bytes);
+    free(panes.photo);
+    free(panes.render);
+    free(panes.counts);
+    return status;
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+static enum vw_status add_photo(const struct vw_residuals_params *params, uint32_t view, json_t **photos) {
+    void *data = NULL;
+    size_t size_bytes = 0;
+    double psnr_db = NAN;
+    enum vw_status status = make_picture(params, view, &psnr_db, &data, &size_bytes);
+    if (status) return status;
+    size_t base64_bytes = sodium_base64_encoded_len(size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    char *text = vw_allocate(base64_bytes, 1);
+    if (text) sodium_bin2base64(text, base64_bytes, data, size_bytes, sodium_base64_VARIANT_ORIGINAL);
+    json_t *photo = json_object();
+    vw_json_set(&photo, "image", json_integer(view));
+    vw_json_set(&photo, "psnr", vw_json_real(psnr_db));
+    vw_json_set(&photo, "picture", vw_json_string(text));
+    vw_json_append(photos, photo);
+    free(text);
+    free(data);
+    return text && *photos ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_RESIDUALS_FILE);
+}
+
+static enum vw_status add_photos(const struct vw_residuals_params *params, json_t **photos) {
+    struct candidate *candidates = NULL;
+    uint32_t count = 0;
+    double left = rays_allowed(params);
+    enum vw_status status = list_candidates(params, &candidates, &count);
+    for (uint32_t i = 0; i < count && i < VW_RESIDUALS_MAX && !status; i++) {
+        uint32_t size_px[2];
+        choose_size(&params->scene->views[candidates[i].view].image, size_px);
+        left -= (double)size_px[0] * size_px[1];
+        if (left < 0) break;
+        status = add_photo(params, candidates[i].view, photos);
+    }
+    free(candidates);
+    return status;
+}
+
+enum vw_status vw_residuals_write(const struct vw_residuals_params *params) {
+    char hash[VW_HASH_HEX_BYTES], *path = vw_path_join(params->out, VW_RESIDUALS_FILE), *text = NULL;
+    json_t *residuals = json_object(), *photos = json_array();
+    enum vw_status status = path ? add_photos(params, &photos) : VW_ERROR_MEMORY;
+    vw_hash_to_hex(params->scene->hash, hash);
+    vw_json_set(&residuals, "scene_hash", vw_json_string(hash));
+    vw_json_set(&residuals, "photos", photos);
+    if (!status) text = vw_json_to_text(residuals, JSON_COMPACT | JSON_REAL_PRECISION(6));
+    if (!status)
+        status = text ? vw_file_write(path, text, strlen(text))
+                      : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_RESIDUALS_FILE, params->out);
+    json_decref(residuals);
+    free(text);
+    free(path);
+    return status;
+}
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+// Whether a text is a WebP file in base64.
+static bool is_webp(const char *text) {
+    uint8_t head[12];
+    size_t read_bytes = 0, length = text ? strlen(text) : 0;
+    if (length < 16 || length % 4 != 0 || length > PICTURE_LIMIT_BYTES) return false;
+    size_t digits = length - (text[length - 1] == '=') - (text[length - 2] == '=');
+    if (strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/") != digits) return false;
+    if (sodium_base642bin(head, sizeof head, text, 16, NULL, &read_bytes, NULL, sodium_base64_VARIANT_ORIGINAL))
+        return false;
+    return read_bytes == sizeof head && !memcmp(head, "RIFF", 4) && !memcmp(head + 8, "WEBP", 4);
+}
+
+static const char *find_broken(const json_t *photos, uint32_t image_count) {
+    if (!json_is_array(photos) || json_array_size(photos) > VW_RESIDUALS_MAX) return "photos";
+    for (size_t i = 0; i < json_array_size(photos); i++) {
+        const json_t *photo = json_array_get(photos, i), *image = json_object_get(photo, "image"),
+                     *psnr = json_object_get(photo, "psnr");
+        if (!json_is_integer(image) || json_integer_value(image) < 0 || json_integer_value(image) >= image_count)
+            return "image";
+        if (!json_is_number(psnr) && !json_is_null(psnr)) return "psnr";
+        if (!is_webp(json_string_value(json_object_get(photo, "picture")))) return "picture";
+    }
+    return NULL;
+}
+
+enum vw_status vw_residuals_check(const char *path, json_t *residuals, const char *scene_hash, uint32_t image_count) {
+    static const char remedy[] = "remove it, or value the photos again";
+    const char *hash = json_string_value(json_object_get(residuals, "scene_hash"));
+    if (!hash || strcmp(hash, scene_hash) != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
+    const char *broken = find_broken(json_object_get(residuals, "photos"), image_count);
+    return broken ? vw_fail(VW_ERROR_INPUT, "%s: %s: is not what the report needs; %s", path, broken, remedy) : VW_OK;
+}

@@ -1,0 +1,41 @@
+// residuals.json: photos beside their renders and errors at the end of a run, as small pictures, so that a report can
+// show them without the scene and a device.
+#ifndef VIEWWORTH_RUN_RESIDUALS_H
+#define VIEWWORTH_RUN_RESIDUALS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "run/scoring.h"
+#include "train/trainer.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+#define VW_RESIDUALS_FILE "residuals.json"
+// The rays of all pictures are at most this share of the run's own (a train ray counts three times, since it goes back
+// as well), or VW_RESIDUALS_RAYS_MIN.
+#define VW_RESIDUALS_SHARE 0.05
+enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT_PX = 72 };
+
+struct vw_residuals_params {
+    const struct vw_scene *scene;
+    struct vw_trainer *trainer;       // nothing in flight
+    const struct vw_scoring *scoring; // of the run
+    const struct vw_config *config;
+    bool on_background; // transparent pixels show the background
+    bool fitted;        // validation fits a gain and a bias to each view: so do the pictures
+    const char *out;
+};
+
+// Writes OUT/residuals.json: {"scene_hash": hex, "photos": [{"image": index, "psnr": dB, "picture": base64}, ...]}.
+// A picture is a WebP file: photo, render and error (mean over the channels, black to white for 0 to 0.4) side by side,
+// each at most VW_RESIDUALS_HEIGHT_PX high. psnr is that of the picture's pixels, null when unknown. The validation
+// photos come first, then train photos from the lowest quality up, as many as the share allows.
+enum vw_status vw_residuals_write(const struct vw_residuals_params *params);
+
+// Whether pictures that were read are of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the
+// file and what is wrong; `path` is for messages.
+enum vw_status vw_residuals_check(const char *path, json_t *residuals, const char *scene_hash, uint32_t image_count);
+
+#endif
