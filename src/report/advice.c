@@ -27,8 +27,7 @@ static void mark(const struct vw_ledger_image *images, uint32_t image_count, uin
 }
 
 static enum vw_status mark_looks(const struct vw_ledger_score *scores, uint32_t score_count,
-                                 const struct vw_ledger_image *images, uint32_t image_count,
-                                 struct vw_advice *advice) {
+                                 const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
     struct vw_selection selection = {0};
     const struct vw_selection_params params = {.rule = VW_SELECT_OUTLIERS};
     enum vw_status status = vw_selection_make(scores, score_count, images, image_count, &params, &selection);
@@ -71,8 +70,7 @@ static uint8_t judge(const struct vw_ledger_score *score, uint32_t rank, uint32_
 }
 
 static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t score_count,
-                                 const struct vw_ledger_image *images, uint32_t image_count,
-                                 struct vw_advice *advice) {
+                                 const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
     uint32_t count = 0;
     double *values = vw_allocate(score_count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;

@@ -1,8 +1,8 @@
 // What a reader can do with the photos: which can be left out, which are irreplaceable, and which need a look.
 //
-// A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the upper
-// end of its quality's interval is below VW_ADVICE_LOW_QUALITY.
-// The other two rest on worth_psnr where there is one, else on lasting_psnr; credit does not tell them (value/README.md).
+// A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
+// upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
+// one, else on lasting_psnr; credit does not tell them (value/README.md).
 // - With intervals of worth_psnr: a photo can be left out if its interval is not above 0, and is irreplaceable if it is
 //   above 0 and the photo is among the most valuable tenth.
 // - Otherwise only the order means something: a photo can probably be left out if its rank interval lies in the lower

@@ -9,10 +9,11 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "report/advice.h"
+#include "report/html_trust.h"
 #include "value/repair.h"
 #include "value/series.h"
 
-enum { STEPS_SHOWN = 1000 }; // more than a screen has pixels for
+enum { STEPS_SHOWN = 1000 };    // more than a screen has pixels for
 enum { VISITS_SHOWN = 200000 }; // of all photos together: more epochs are summed in groups
 #define CREDIT_UNIT_DB 1e-5     // credits are whole numbers of it, which take half the place
 
@@ -234,8 +235,8 @@ static enum vw_status put_repair(const struct vw_report_run *run, json_t *object
 
 // Sums by photo and group of neighbouring epochs.
 struct credits {
-    double *sums;   // owned; image * group_count + group
-    bool *counted;  // owned; by image: it has a visit
+    double *sums;  // owned; image * group_count + group
+    bool *counted; // owned; by image: it has a visit
     uint32_t group_count, group_epochs;
 };
 
@@ -401,6 +402,8 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     json_t *object = append_child(runs, json_object());
     int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
     failed |= put_steps(run, object) | put_matrix(run, object);
+    failed |= put(object, "gate", vw_html_gate(run)) | put(object, "growth", vw_html_growth(run));
+    failed |= put(object, "retrainings", vw_html_retrainings(run));
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
     if (!status) status = put_repair(run, object);
     if (!status) status = put_credit(run, object);

@@ -3,10 +3,10 @@
 
 const data = JSON.parse(byId('data').textContent);
 const runs = data.runs;
-const chosen = {run: 0, method: '', split: 'train', provider: '*', text: '', pair: 0, measure: 'psnr'};
+const chosen = {run: 0, method: '', split: 'train', provider: '*', text: '', advice: '*', pair: 0, measure: 'psnr', photo: null};
 
 const run = () => runs[chosen.run];
-const scoresOf = one => one.scores[chosen.method];
+const scoresOf = (one, method = chosen.method) => one.scores[method];
 const unitOf = one => (scoresOf(one) || {unit: ''}).unit;
 const shortUnit = unit => unit === 'mean absolute error' ? 'MAE' : unit;
 
@@ -26,18 +26,23 @@ function thumbnailOf(one, image) {
   return thumbnailImage(one.thumbnails === null ? null : data.thumbnail_sets[one.thumbnails][image]);
 }
 
+function nameButton(one, image) {
+  const button = element('button', {type: 'button', class: 'name'}, one.images.name[image]);
+  button.addEventListener('click', () => choosePhoto(one, image));
+  return button;
+}
+
 // A photo with its name and what is known of it, for a cell.
 function photoCell(one, image, more = []) {
-  const {name} = one.images;
   const lines = more.filter(Boolean).map(text => element('small', {}, text));
-  return element('div', {class: 'photo'}, thumbnailOf(one, image), element('div', {}, name[image], ...lines));
+  return element('div', {class: 'photo'}, thumbnailOf(one, image), element('div', {}, nameButton(one, image), ...lines));
 }
 
 // ---- Rows of photos -----------------------------------------------------------------------------------------------------
 
-// Every photo of the run with its score by the chosen method, most valuable first. Rank 1 is the most valuable; ties go by name.
-function photoRows(one) {
-  const {name, split, provider, ground_truth} = one.images, scores = scoresOf(one);
+// Every photo of the run with its score by a method, most valuable first. Rank 1 is the most valuable; ties go by name.
+function photoRows(one, method = chosen.method) {
+  const {name = [], split, provider, ground_truth} = one.images, scores = scoresOf(one, method);
   const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image],
     ground_truth: ground_truth[image], value: NaN, ci_low: NaN, ci_high: NaN, rank: NaN}));
   if (!scores) return rows;
@@ -143,7 +148,7 @@ function fillControls() {
 // The method stays, where the run has scores by it.
 function chooseRun(place) {
   const methods = methodsOf(runs[place]).map(method => method.name);
-  Object.assign(chosen, {run: place, provider: '*', text: ''});
+  Object.assign(chosen, {run: place, provider: '*', text: '', advice: '*', photo: null});
   if (!methods.includes(chosen.method)) chosen.method = methods.includes(data.default_method) ? data.default_method : methods[0] || '';
   fillRun();
 }
@@ -162,12 +167,14 @@ function rankingColumns(rows) {
   const decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows), unit = unitOf(run());
   const others = siblings().filter(one => one !== run() && scoresOf(one)).slice(0, 4);
   const qualities = chosen.method === 'quality' ? new Map() : qualitiesOf(run());
+  const overlaps = others.length ? new Map() : overlapsOf(rows);
   const bar = row => intervalBar(row, scale, signed(row.value, decimals) + ' ' + unit + ', 95 % from ' + interval(row));
   const interval = row => known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '–';
   const columns = [
     {title: 'Rank', key: row => row.rank, cell: row => known(row.rank) ? row.rank : '–', number: true, hint: '1 = highest score'},
     {title: 'Photo', key: row => row.name, class: 'long',
-      cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)), row.provider,
+      cell: row => photoCell(run(), row.image, [known(row.value) && element('span', {class: 'narrow'}, bar(row)),
+        row.split !== 'train' && row.split, row.provider,
         row.ground_truth && (row.ground_truth === 'clean' ? 'clean' : 'corrupted on purpose: ' + row.ground_truth)])},
     {title: 'Score, ' + shortUnit(unit), key: row => row.value, descending: true, number: true,
       hint: 'more is better (' + unit + ')',
@@ -180,13 +187,15 @@ function rankingColumns(rows) {
     ...(qualities.size ? [{title: 'Quality', key: row => qualities.get(row.image) ?? NaN, descending: true, number: true,
       hint: 'how well the photo fits: a mean of ranks, 1 fits best; not what it is worth',
       cell: row => fixed(qualities.get(row.image), 2), class: others.length ? 'wide screen' : 'wide'}] : []),
+    ...(overlaps.size ? [{title: 'Overlaps', key: row => overlaps.get(row.image) ?? NaN, number: true, class: 'wide screen',
+      hint: 'photos whose intervals overlap with this one’s: they are indistinguishable',
+      cell: row => overlaps.get(row.image) ?? '–'}] : []),
     {title: 'Visits', key: row => row.visits, number: true, hint: 'steps that count into the score', class: 'wide screen',
       cell: row => row.visits ?? '–'},
-    {title: 'Split', key: row => row.split, cell: row => row.split, class: 'wide screen'},
   ];
   for (const other of others) {
     const values = valuesByName(other);
-    columns.splice(columns.length - 2, 0, {title: nameOfRun(other), number: true, class: 'wide', descending: true,
+    columns.splice(columns.length - 1, 0, {title: nameOfRun(other), number: true, class: 'wide', descending: true,
       hint: 'score in ' + other.label, key: row => values.get(row.name) ?? NaN, cell: row => signed(values.get(row.name), decimals)});
   }
   return columns;
@@ -201,6 +210,9 @@ function fillRankingFilters() {
   const ofProvider = [['*', 'all'], ...names.map(name => ['=' + name, (name || 'without provider') + ' (' + count(provider, name) + ')'])];
   const boxes = [selectBox('choose-split', 'Split', ofSplit, chosen.split, choose('split'))];
   if (names.some(Boolean)) boxes.push(selectBox('choose-provider', 'Provider', ofProvider, chosen.provider, choose('provider')));
+  const {advice} = run();
+  const advised = ADVICE.filter(([key]) => advice[key].length).map(([key, text]) => [key, text + ' (' + advice[key].length + ')']);
+  if (advised.length) boxes.push(selectBox('choose-advice', 'Advice', [['*', 'all'], ...advised], chosen.advice, choose('advice')));
   boxes.push(searchBox('choose-name', 'Name, provider or defect', choose('text')));
   byId('ranking-filters').replaceChildren(...boxes);
 }
@@ -208,7 +220,7 @@ function fillRankingFilters() {
 function passes(row) {
   const text = [row.name, row.provider, row.ground_truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
-    text.includes(chosen.text.toLowerCase());
+    (chosen.advice === '*' || run().advice[chosen.advice].includes(row.image)) && text.includes(chosen.text.toLowerCase());
 }
 
 function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }
@@ -219,7 +231,8 @@ function fillRanking() {
   ranking = {rows, table: new SortedTable(byId('ranking-table'), columns)};
   const signs = hasZero() ? '; dots are positive, squares negative.' : '.';
   const sampled = rows.some(row => known(row.ci_low)) ? ' Bars are 95 % intervals over seeds' + signs : '';
-  byId('ranking-note').textContent = chosen.method ? 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled : '';
+  const told = 'By ' + chosen.method + ', in ' + unitOf(run()) + '.' + sampled + toldOverlaps(overlapsOf(rows));
+  byId('ranking-note').textContent = chosen.method ? told : '';
   filterRanking();
   show('ranking');
 }
@@ -402,7 +415,7 @@ function drawScatter([a, b]) {
 }
 
 function fillAgreement() {
-  const pairs = pairsOf(siblings().filter(scoresOf));
+  const pairs = pairsOf(siblings().filter(one => scoresOf(one)));
   byId('agreement').hidden = !pairs.length;
   if (!pairs.length) return;
   const nameOfPair = ([a, b]) => nameOfRun(a) + ' and ' + nameOfRun(b);
@@ -424,6 +437,8 @@ function fillScored() {
   fillControls();
   fillTiles();
   fillRanking();
+  fillMap();
+  fillPhoto();
   fillDistribution();
   fillRepair();
   fillAgreement();
@@ -433,13 +448,19 @@ function fillScored() {
 function fillRun() {
   fillTitle();
   fillRankingFilters();
+  fillPhotoChoice();
   fillScored();
+  fillAdvice();
+  fillScores();
+  fillTrust();
+  fillResiduals();
   fillMatrix();
   fillEffects();
 }
 
 function fill() {
   fillTitle();
+  byId('map-views').addEventListener('keydown', stepThroughPhotos);
   if (runs.length) {
     show('overview');
     show('reading');

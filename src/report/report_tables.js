@@ -185,9 +185,16 @@ const measureName = name => {
 };
 const measureDigits = name => (MEASURES.find(one => one[0] === name.split('_')[1]) || [0, 0, 4])[2];
 
-function listsTable(compare) {
-  const names = ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure))
+// Those that some list has; PSNR on the test photos comes first, since it alone was neither trained on nor used to select.
+function measuresOf(compare) {
+  return ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure))
     .filter(name => compare.lists.some(list => known((list.mean || {})[name])));
+}
+
+// What lies behind the first measure.
+function folded(title, ...nodes) { return nodes.length ? element('details', {}, element('summary', {}, title), ...nodes) : null; }
+
+function listsTable(compare, names) {
   const value = (list, kind, name) => fixed((list[kind] || {})[name], measureDigits(name));
   const cell = (list, name) => known((list.mean || {})[name]) ? value(list, 'mean', name) + ' ± ' + value(list, 'stderr', name) : '–';
   const counts = list => [...new Set((list.outcomes || []).map(one => one.photo_count))].join(' / ');
@@ -226,7 +233,7 @@ function verdictOf(pair) {
   return pair.beyond_noise ? isWorse(pair) ? 'worse' : 'better' : 'within noise';
 }
 
-function pairsTable(compare) {
+function pairsTable(compare, pairs) {
   const digits = pair => measureDigits(pair.measure);
   const bar = pair => intervalBar({value: pair.difference, ci_low: pair.ci_low, ci_high: pair.ci_high, harms: isWorse(pair)},
     intervalScale(compare.pairs.filter(one => one.measure === pair.measure).map(one => ({...one, value: one.difference}))),
@@ -242,7 +249,7 @@ function pairsTable(compare) {
     {title: 'from, to', number: true, cell: pair => signed(pair.ci_low, digits(pair)) + ' to ' + signed(pair.ci_high, digits(pair))},
     {title: 'Verdict', key: verdictOf, cell: verdictOf, hint: 'of L1 less is better, of the others more'},
   ], {sort: null});
-  table.setRows(compare.pairs);
+  table.setRows(pairs);
   return place;
 }
 
@@ -272,18 +279,22 @@ const HALF_VIEWS = ' Appearance effects fit a gain and a bias on the left half o
 function fillComparisons() {
   data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, thumbnails, label}, place) => {
     show('comparisons');
+    const [first, ...others] = measuresOf(compare), isFirst = pair => pair.measure === first;
+    const shown = compare.pairs.filter(isFirst), hidden = compare.pairs.filter(pair => !isFirst(pair));
     const id = 'comparison-chart-' + place, parts = (list, make, title) => list && list.length ? [element('h3', {}, title), make()] : [];
     byId('comparisons').append(
       element('p', {class: 'quiet'}, label + ': ' + nameOfScene(compare.scene) + ', seeds ' + (compare.seeds || []).join(', ') + ', ' +
         plural(compare.epochs, 'epoch') + (compare.downscale > 1 ? ', photos divided by ' + compare.downscale : '') +
         '. Mean ± standard error over ' + (compare.valuations ? compare.valuations + ' valuations, each of which selects the lists' :
           'seeds') + '; every list is trained anew with the same seeds.' + (compare.half_views ? HALF_VIEWS : '')),
-      listsTable(compare), element('div', {id}),
-      ...parts(compare.pairs, () => pairsTable(compare), 'Paired differences'),
+      listsTable(compare, first ? [first] : []), element('div', {id}),
+      ...parts(shown, () => pairsTable(compare, shown), 'Paired differences'),
+      folded('Other measures', ...(others.length ? [listsTable(compare, others)] : []),
+        ...(hidden.length ? [pairsTable(compare, hidden)] : [])) || '',
       ...parts(compare.disagreements, () => disagreementsTable(compare, thumbnails), 'Photos on which lists disagree'),
       ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
         'Renders side by side'));
-    drawLists(id, compare, compare.lists.some(list => known((list.mean || {}).test_psnr)) ? 'test_psnr' : 'val_psnr');
+    drawLists(id, compare, first || 'val_psnr');
   });
 }
 

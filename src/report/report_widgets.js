@@ -240,9 +240,28 @@ const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 4], [1, 2]]; // t
 const POINTS = ['circle', 'rect', 'triangle', 'rectRot', 'cross', 'star', 'crossRot'];
 const PAPER = {ink: '#1b1f24', quiet: '#59636e', line: '#d9dee3', page: '#ffffff', helps: '#0072b2', harms: '#c65102'};
 const PAPER_WIDTH_PX = 680, HEAT_COLUMN_PX = 44;
-const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 200]}; // width, height
+const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 200], map: [330, 330]}; // width, height
 const charts = new Map(); // by the place they are drawn in
 let onPaper = false;
+
+// Sections far down are drawn when they come near the screen, or are printed.
+const pending = new Map(); // by the section's id
+const watcher = new IntersectionObserver(entries => entries.filter(entry => entry.isIntersecting)
+  .forEach(entry => drawNow(entry.target.id)), {rootMargin: '400px'});
+
+function whenSeen(id, draw) {
+  pending.set(id, draw);
+  watcher.observe(byId(id));
+}
+
+function drawNow(id) {
+  const draw = pending.get(id);
+  watcher.unobserve(byId(id));
+  pending.delete(id);
+  if (draw) draw();
+}
+
+function drawPending() { [...pending.keys()].forEach(drawNow); }
 
 function colour(name) {
   return onPaper ? PAPER[name] : getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
@@ -262,7 +281,7 @@ function drawChart(id, {config, caption, label, shape = '', behind}) {
   if (before) before.chart.destroy();
   const canvas = element('canvas', {role: 'img', 'aria-label': label});
   byId(id).replaceChildren(element('figure', {}, element('div', {class: ('chart ' + shape).trim()}, canvas),
-    caption ? element('figcaption', {}, caption) : null), behind);
+    caption ? element('figcaption', {}, caption) : null), ...(behind ? [behind] : []));
   const settings = config();
   settings.options = {animation: false, responsive: !onPaper, maintainAspectRatio: false, ...settings.options};
   settings.options.plugins = {legend: {display: settings.data.datasets.length > 1, labels: legendLabels()}, ...settings.options.plugins};
@@ -277,6 +296,7 @@ function redrawCharts() { for (const [id, {drawing}] of [...charts]) drawChart(i
 
 // On paper tables go on beyond their page, and charts and the matrix fit its width.
 window.addEventListener('beforeprint', () => {
+  drawPending();
   onPaper = true;
   for (const table of printable) {
     table.screenRows = table.pageRows;

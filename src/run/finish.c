@@ -55,7 +55,7 @@ static void log_statistics(const struct vw_step_statistics *statistics) {
 }
 
 enum vw_status vw_run_remove_outdated(const char *out) {
-    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",   "matrix.csv",
+    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",    "matrix.csv",
                                         "providers.csv",   "payout.csv", "duplicates.csv", VW_RESIDUALS_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         char *path = vw_path_join(out, names[i]);

@@ -116,19 +116,19 @@ def numbers(texts):
 def loads_quietly(browser, folder):
     for name in ('run/report.html', 'both.html', 'all.html', 'hostile/report.html', 'traded.html', *TRADEOFFS):
         page = Page(browser, f'{folder}/{name}')
-        page.run("document.querySelectorAll('details').forEach(one => { one.open = true })")
+        page.run("drawPending(); document.querySelectorAll('details').forEach(one => { one.open = true })")
         expect(not (found := page.errors()), f'{name}: {found}')
         expect(not (found := page.requests()), f'{name}: {found}')
 
 
 @check('every chart is drawn')
 def charts_are_drawn(browser, folder):
-    count = """return [...document.querySelectorAll('canvas')].map(canvas => {
+    count = """drawPending(); return [...document.querySelectorAll('canvas')].map(canvas => {
         const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height), seen = new Set();
         for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200) seen.add(data[i] * 65536 + data[i + 1] * 256 + data[i + 2]);
         return seen.size; })"""
-    for name, charts in (('run/report.html', 3), ('both.html', 4), ('all.html', 5), ('trade/report.html', 5),
-                         ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 10)):
+    for name, charts in (('run/report.html', 6), ('both.html', 7), ('all.html', 8), ('trade/report.html', 5),
+                         ('trade_one/report.html', 2), ('trade_many/report.html', 5), ('traded.html', 13)):
         colours = Page(browser, f'{folder}/{name}').run(count)
         expect(len(colours) == charts, f'{name}: {len(colours)} charts')
         expect(min(colours) > 5, f'{name}: blank: {colours} colours') # text alone has shades of grey; axes, lines and points more
@@ -370,7 +370,7 @@ def hostile_tradeoff_is_text(browser, folder):
     expect(page.run("return document.querySelectorAll('#tradeoff-0-table tbody tr').length") == 11, 'rows are missing')
     expect(page.run('return window.broken === undefined'), 'a name was executed')
     expect(page.run("return document.querySelectorAll('img, [onerror]').length") == 0, 'a name became an element')
-    expect(page.run('return document.scripts.length') == 6, 'a name became a script')
+    expect(page.run('return document.scripts.length') == 8, 'a name became a script')
     times = sorted(point['x'] for points in drawn(page, 'psnr').values() for point in points)
     expect(set(times) == {9, 10, 11, 12, 13}, times) # an axis has no place for the others
     heights = [point['y'] for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
@@ -389,7 +389,7 @@ def hostile_names_are_text(browser, folder):
         for (const kind of ['mouseover', 'focus', 'error']) one.dispatchEvent(new Event(kind))""")
     expect(page.run('return window.broken === undefined'), 'a name was executed')
     expect(page.run("return document.querySelectorAll('img, [onmouseover], [onerror]').length") == 0, 'a name became an element')
-    expect(page.run("return document.scripts.length") == 6, 'a name became a script')
+    expect(page.run("return document.scripts.length") == 8, 'a name became a script')
     scene = page.run("return document.querySelector('#runs-table tbody').innerText")
     expect('scenes/</title><script>window.broken = 6</script>' in scene, scene[:300])
 

@@ -153,7 +153,7 @@ check "a folder named twice is one run" eval 'report "$folder/run" "$folder/run/
 mkdir "$folder/seeds" && cp -r "$folder/run" "$folder/seeds/seed_0"
 check "and so is that of a seed" report "$folder/seeds" "$folder/seeds/seed_0" "$folder/other" --no-thumbnails --to "$folder/twice.html"
 check "the page has two runs" test "$(runs_of "$folder/twice.html")" -eq 2
-cp -r "$folder/run" "$folder/padded"
+cp -r "$folder/run" "$folder/padded" && rm "$folder/padded/map.json" "$folder/padded/residuals.json"
 sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 31000)
     INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, ground_truth)
     SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, ground_truth FROM n, (SELECT * FROM image LIMIT 1)"

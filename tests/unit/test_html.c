@@ -394,8 +394,8 @@ static void the_page_loads_nothing(void **state) {
                                            "innerHTML",
                                            "insertAdjacentHTML",
                                            "document.write"};
-    const char *const texts[] = {vw_html_template, vw_html_style,    vw_html_widgets,
-                                 vw_html_script,   vw_html_tradeoff, vw_html_tables};
+    const char *const texts[] = {vw_html_template, vw_html_style,  vw_html_widgets, vw_html_script,
+                                 vw_html_tradeoff, vw_html_photos, vw_html_scores,  vw_html_tables};
     write_page(fixture);
     for (size_t i = 0; i < VW_ARRAY_COUNT(requests); i++)
         for (size_t k = 0; k < VW_ARRAY_COUNT(texts); k++)

@@ -203,8 +203,7 @@ static enum vw_status read_checked(const char *out, const char *file, const char
 
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
                                       char **map_json, char **residuals_json) {
-    enum vw_status status =
-        read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, map_json);
+    enum vw_status status = read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, map_json);
     if (!status && !no_photos)
         status = read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, residuals_json);
     return status;

@@ -117,8 +117,7 @@ static double join(const struct panes *panes, float *rgb) {
             error += fabsf(difference) / 3;
             if (panes->counts[i]) squared_error += (double)difference * difference, count++;
         }
-        for (int c = 0; c < 3; c++)
-            target[6 * width + c] = panes->counts[i] ? fminf(error / FULL_ERROR, 1) : 0;
+        for (int c = 0; c < 3; c++) target[6 * width + c] = panes->counts[i] ? fminf(error / FULL_ERROR, 1) : 0;
     }
     return vw_psnr_db(squared_error / (double)count); // NaN when no pixel counts
 }

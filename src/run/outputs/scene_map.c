@@ -81,12 +81,11 @@ enum vw_status vw_scene_map_check(const char *path, json_t *map, const char *sce
     static const char remedy[] = "remove it, or value the photos again";
     const char *hash = json_string_value(json_object_get(map, "scene_hash"));
     size_t point_count = json_array_size(json_object_get(map, "points")) / 3;
-    const char *broken = !has_triples(map, "up", 1)                                    ? "up"
-                         : !has_triples(map, "positions", image_count)                 ? "positions"
-                         : !has_triples(map, "directions", image_count)                ? "directions"
-                         : point_count > VW_SCENE_MAP_POINTS_MAX ||
-                                 !has_triples(map, "points", point_count)              ? "points"
-                                                                                       : NULL;
+    const char *broken = !has_triples(map, "up", 1)                     ? "up"
+                         : !has_triples(map, "positions", image_count)  ? "positions"
+                         : !has_triples(map, "directions", image_count) ? "directions"
+                         : point_count > VW_SCENE_MAP_POINTS_MAX || !has_triples(map, "points", point_count) ? "points"
+                                                                                                             : NULL;
     if (!hash || strcmp(hash, scene_hash) != 0)
         return vw_fail(VW_ERROR_INPUT, "%s: is of another scene than the ledger; %s", path, remedy);
     return broken ? vw_fail(VW_ERROR_INPUT, "%s: %s: is not what the ledger's photos need; %s", path, broken, remedy)

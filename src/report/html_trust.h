@@ -1,0 +1,19 @@
+// What the page shows of how far lasting credit and worth can be trusted, as JSON values.
+#ifndef VIEWWORTH_REPORT_HTML_TRUST_H
+#define VIEWWORTH_REPORT_HTML_TRUST_H
+
+#include <jansson.h>
+
+#include "report/page.h"
+
+// Each is null where the run has no such rows, and NULL when memory is short. The caller drops the reference.
+// {"image": [place in images, or null], "predicted": [dB], "measured": [dB]}
+json_t *vw_html_gate(const struct vw_report_run *run);
+// {"step": [...], "size": [...]}: at most about a thousand steps, evenly spread, and the first and the last.
+json_t *vw_html_growth(const struct vw_report_run *run);
+// {"measured": [dB], "photos": [count], "means": {method: [mean of the scores of the photos trained on, or null]}}, of
+// dv_psnr, lasting_psnr and worth_psnr, those that have scores. At equal steps PSNR is linear in these means, as far as
+// photos add up (value/evaluation/lds.h).
+json_t *vw_html_retrainings(const struct vw_report_run *run);
+
+#endif

@@ -1,0 +1,230 @@
+'use strict';
+// What a reader can do, which photos cannot be told apart, and credit beside lasting credit beside worth.
+
+const WORDS = {dv_psnr: 'credit', lasting_psnr: 'lasting credit', worth_psnr: 'worth'};
+function wordFor(method) { return WORDS[method] ? WORDS[method] + ' (' + method + ')' : method; }
+
+// ---- Photos that cannot be told apart -----------------------------------------------------------------------------------
+
+// How many of a sorted list lie below a value.
+function countBelow(sorted, value) {
+  let low = 0, high = sorted.length;
+  while (low < high) { const middle = (low + high) >> 1; if (sorted[middle] < value) low = middle + 1; else high = middle; }
+  return low;
+}
+
+// By image: with how many other photos' intervals its own overlaps.
+function overlapsOf(rows) {
+  const bounded = rows.filter(row => known(row.ci_low) && known(row.ci_high));
+  const sorted = key => bounded.map(row => row[key]).sort((a, b) => a - b);
+  const lows = sorted('ci_low'), highs = sorted('ci_high');
+  return new Map(bounded.map(row => [row.image, countBelow(lows, row.ci_high) + lows.filter(low => low === row.ci_high).length -
+    countBelow(highs, row.ci_low) - 1]));
+}
+
+// A sentence on how many pairs of photos are indistinguishable.
+function toldOverlaps(overlaps) {
+  const count = overlaps.size, pairs = count * (count - 1) / 2;
+  if (!pairs) return '';
+  const alike = [...overlaps.values()].reduce((sum, one) => sum + one, 0) / 2;
+  return alike >= pairs ? ' All ' + grouped(count) + ' photos are indistinguishable by it: their intervals overlap.' :
+    ' Photos whose intervals overlap are indistinguishable: ' + (100 * alike / pairs).toFixed(0) + ' % of the pairs.';
+}
+
+// ---- Advice -------------------------------------------------------------------------------------------------------------
+
+const ADVICE = [['removable', 'removable'], ['irreplaceable', 'irreplaceable'], ['look', 'needs a look']];
+const ADVICE_NAMES = 5;
+
+function adviceOf({advice}, image) {
+  return ADVICE.filter(([key]) => advice[key].includes(image)).map(([, text]) => text).join(', ');
+}
+
+function whyAdvised({advice}) {
+  const {basis, by_order: byOrder} = advice;
+  const rests = basis ? ' This rests on ' + (byOrder ? 'the order by ' + wordFor(basis) + ', which no retraining of this scene has tested'
+    : 'the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene') + ': take out one photo at a time.' : '';
+  return rests + ' A look is advised for outliers, and for photos of low quality.' +
+    (basis ? '' : ' Which photos can be left out, credit does not say: lasting credit or worth does (viewworth lasting, viewworth worth).');
+}
+
+function namesOf(one, list) {
+  const first = list.slice(0, ADVICE_NAMES).flatMap((image, i) => [i ? ', ' : '', nameButton(one, image)]);
+  return [...first, list.length > ADVICE_NAMES ? ' and ' + grouped(list.length - ADVICE_NAMES) + ' more' : ''];
+}
+
+function fillAdvice() {
+  const one = run(), {advice, scores} = one, shown = Object.keys(scores).length > 0;
+  byId('advice').hidden = !shown;
+  if (!shown) return;
+  const ranks = new Map(photoRows(one, advice.basis || data.default_method).map(row => [row.image, row.rank]));
+  const ordered = (key, sign) => [...advice[key]].sort((a, b) => sign * (ranks.get(a) - ranks.get(b)));
+  const part = (title, list) => [element('b', {}, title + ': '), ...(list.length ? namesOf(one, list) : ['none']), '. '];
+  byId('advice').replaceChildren(
+    ...(advice.basis ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
+      ...part('Irreplaceable', ordered('irreplaceable', 1))] : []),
+    ...part('Needs a look', ordered('look', -1)), element('span', {class: 'quiet'}, whyAdvised(one)));
+}
+
+// ---- Credit beside lasting credit beside worth --------------------------------------------------------------------------
+
+let scoresTable = null;
+
+function drawScores(one, x, y) {
+  const rows = [x, y].map(method => new Map(photoRows(one, method).filter(row => known(row.value)).map(row => [row.image, row])));
+  const {name, ground_truth: truth} = one.images;
+  const points = [...rows[0]].filter(([image]) => rows[1].has(image)).map(([image, row]) => ({x: row.value,
+    y: rows[1].get(image).value, image, corrupted: Boolean(truth[image]) && truth[image] !== 'clean'}));
+  const ends = points.flatMap(point => [point.x, point.y]), same = one.scores[x].unit === one.scores[y].unit;
+  const line = [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}));
+  const decimals = [points.map(point => point.x), points.map(point => point.y)].map(decimalsFor);
+  const kinds = [['photos', false, 'circle', 'helps'], ['corrupted on purpose', true, 'crossRot', 'harms']].map(
+    ([label, corrupted, pointStyle, of]) => ({label, pointStyle, of, data: points.filter(point => point.corrupted === corrupted)}))
+    .filter(set => set.data.length);
+  drawChart('scores-chart', {shape: 'square', label: wordFor(y) + ' against ' + wordFor(x),
+    caption: 'rho = ' + fixed(spearman(points.map(point => point.x), points.map(point => point.y)), 3) + ' (Spearman), ' +
+      plural(points.length, 'photo') + '. Click a point to see its photo.',
+    config: () => ({type: 'scatter', data: {datasets: [
+      ...kinds.map(set => ({label: set.label, pointStyle: set.pointStyle, data: set.data, radius: 4.5,
+        borderColor: colour(set.of), backgroundColor: colour(set.of) + '99'})),
+      ...(same ? [{label: 'equal scores', type: 'line', data: line, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1,
+        pointRadius: 0, pointStyle: 'line'}] : [])]},
+    options: {scales: {x: axis(wordFor(x) + ', ' + shortUnit(one.scores[x].unit), {grace: '6%'}),
+      y: axis(wordFor(y) + ', ' + shortUnit(one.scores[y].unit), {grace: '6%'})},
+      onClick: (event, items) => {
+        const item = items.find(other => other.datasetIndex < kinds.length);
+        if (item) choosePhoto(run(), kinds[item.datasetIndex].data[item.index].image);
+      },
+      plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {filter: item => item.dataset.type !== 'line',
+        callbacks: {label: ({raw}) => name[raw.image] + ': ' + signed(raw.x, decimals[0]) + ', ' + signed(raw.y, decimals[1])}}}}}),
+  });
+}
+
+function fillScoresTable(one, methods) {
+  const tables = new Map(methods.map(({name}) => [name, photoRows(one, name)])), images = tables.get(methods[0].name).map(row => row.image);
+  const rowOf = new Map(methods.map(({name}) => [name, new Map(tables.get(name).map(row => [row.image, row]))]));
+  if (scoresTable) printable.splice(printable.indexOf(scoresTable), 1);
+  const cell = (name, image) => {
+    const row = rowOf.get(name).get(image), decimals = decimalsFor(tables.get(name).map(other => other.value));
+    const told = known(row.ci_low) ? signed(row.ci_low, decimals) + ' to ' + signed(row.ci_high, decimals) : '';
+    return element('span', {}, signed(row.value, decimals), told ? element('small', {class: 'quiet wide'}, ' ' + told) : null);
+  };
+  scoresTable = new SortedTable(byId('scores-table'), [
+    {title: 'Photo', key: image => one.images.name[image], class: 'long', cell: image => photoCell(one, image, [adviceOf(one, image)])},
+    ...methods.map(({name, unit: of}) => ({title: (WORDS[name] || name) + ', ' + shortUnit(of), number: true, descending: true,
+      hint: name + ', with its 95 % interval', key: image => rowOf.get(name).get(image).value, cell: image => cell(name, image)})),
+  ], {sort: null, pageRows: 25});
+  scoresTable.setRows(images.filter(image => methods.some(({name}) => known(rowOf.get(name).get(image).value))));
+}
+
+// Shown where there is more than credit.
+function fillScores() {
+  const one = run(), shown = ['worth_psnr', 'lasting_psnr'].filter(name => one.scores[name]);
+  byId('scores').hidden = !shown.length;
+  if (!shown.length) return;
+  const methods = methodsOf(one), entries = methods.map(({name}) => [name, wordFor(name)]), picked = {x: 'dv_psnr', y: shown[0]};
+  if (!one.scores[picked.x]) picked.x = methods[0].name;
+  const box = (key, label) => selectBox('choose-scores-' + key, label, entries, picked[key], value => {
+    picked[key] = value;
+    drawScores(one, picked.x, picked.y);
+  });
+  byId('scores-filters').replaceChildren(box('x', 'Across'), box('y', 'Up'));
+  const listed = ['worth_psnr', 'lasting_psnr', 'dv_psnr', 'quality'].filter(name => methods.some(method => method.name === name));
+  whenSeen('scores', () => {
+    drawScores(one, picked.x, picked.y);
+    fillScoresTable(one, listed.map(name => methods.find(method => method.name === name)));
+  });
+}
+
+// ---- Predicted against measured -----------------------------------------------------------------------------------------
+
+const GATE_LEAST = .8; // below, lasting credit is not to be trusted
+
+function clearChart(id) {
+  if (charts.has(id)) charts.get(id).chart.destroy();
+  charts.delete(id);
+  byId(id).replaceChildren();
+}
+
+// Points are {x, y, label}; the line is that of equality, or the least squares where x and y are in other units.
+function drawPredicted(id, {points, line, label, across, up, caption}) {
+  const decimals = decimalsFor(points.flatMap(point => [point.x, point.y]));
+  drawChart(id, {shape: 'square', label, caption,
+    behind: tableBehind('Table of the points', ['', across, up],
+      () => points.map(point => [point.label, signed(point.x, decimals), signed(point.y, decimals)]), [1, 2]),
+    config: () => ({type: 'scatter', data: {datasets: [
+      {label: 'measured', data: points, radius: 4.5, borderColor: colour('helps'), backgroundColor: colour('helps') + '99'},
+      {...line, type: 'line', borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1, pointRadius: 0, pointStyle: 'line'}]},
+    options: {scales: {x: axis(across, {grace: '6%'}), y: axis(up, {grace: '6%'})},
+      plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {filter: item => item.dataset.type !== 'line',
+        callbacks: {label: ({raw}) => raw.label + ': ' + signed(raw.x, decimals) + ', ' + signed(raw.y, decimals)}}}}}),
+  });
+}
+
+function correlations(points) {
+  const x = points.map(point => point.x), y = points.map(point => point.y);
+  return {r: pearson(x, y), rho: spearman(x, y)};
+}
+
+function gatePoints({gate, images}) {
+  return (gate ? gate.image : []).map((image, i) => ({x: gate.predicted[i], y: gate.measured[i], label: images.name[image] ?? '–'}))
+    .filter(point => known(point.x) && known(point.y));
+}
+
+function drawGate(one) {
+  const points = gatePoints(one), {r} = correlations(points), ends = points.flatMap(point => [point.x, point.y]);
+  if (!points.length) return clearChart('gate-chart');
+  return drawPredicted('gate-chart', {points, label: 'The gate: predicted against measured change',
+    line: {label: 'equality', data: [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}))},
+    across: 'predicted by lasting credit, dB', up: 'measured by retraining, dB',
+    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(r, 2) + ' over ' + plural(points.length, 'photo') + '.'});
+}
+
+function drawGrowth({growth}) {
+  const points = growth ? growth.step.map((step, i) => ({x: step, y: growth.size[i]})).filter(point => point.y > 0) : [];
+  if (!points.length) return clearChart('growth-chart');
+  return drawChart('growth-chart', {shape: 'square', label: 'Horizon: size of the gradient that is carried backwards, by step',
+    caption: 'The horizon, read from right to left: the size of the gradient of the final PSNR behind each step. A fall to the left says ' +
+      'that later steps forget; a steep rise says that lasting credit of early steps is not to be trusted.',
+    behind: tableBehind('Table of the curve', ['step', 'size'], () => points.map(point => [grouped(point.x), short(point.y)]), [0, 1]),
+    config: () => ({type: 'line', data: {datasets: [{label: 'size', data: points, borderColor: colour('helps'), borderWidth: 1.8,
+      pointRadius: 0, pointHitRadius: 6}]},
+    options: {parsing: false, scales: {x: axis('step', {type: 'linear'}), y: axis('size of the gradient', {type: 'logarithmic'})},
+      plugins: {tooltip: {callbacks: {title: items => 'step ' + grouped(items[0].parsed.x), label: item => short(item.parsed.y)}}}}}),
+  });
+}
+
+// The straight line through the points that is nearest in y.
+function leastSquares(points) {
+  const x = points.map(point => point.x), y = points.map(point => point.y), meanX = mean(x), meanY = mean(y);
+  const slope = x.reduce((sum, value, i) => sum + (value - meanX) * (y[i] - meanY), 0) / x.reduce((sum, value) => sum + (value - meanX) ** 2, 0);
+  return [Math.min(...x), Math.max(...x)].map(end => ({x: end, y: meanY + slope * (end - meanX)}));
+}
+
+function drawRetrainings({retrainings}, method) {
+  const points = retrainings.means[method].map((value, i) => ({x: value, y: retrainings.measured[i],
+    label: 'retraining ' + (i + 1) + ' on ' + plural(retrainings.photos[i], 'photo')})).filter(point => known(point.x) && known(point.y));
+  if (!points.length) return clearChart('retrainings-chart');
+  const {r, rho} = correlations(points);
+  return drawPredicted('retrainings-chart', {points, line: {label: 'least squares', data: leastSquares(points)},
+    label: 'PSNR of retrainings against the mean ' + wordFor(method) + ' of their photos', across: 'mean ' + wordFor(method) + ' of its photos',
+    up: 'validation PSNR of the retraining, dB', caption: plural(points.length, 'retraining') + ' on parts of the photos: r = ' + fixed(r, 2) +
+      ', rho = ' + fixed(rho, 2) + (method === 'worth_psnr' ? '. Worth was fitted to these very retrainings.' : '.')});
+}
+
+// Shown where there is something to compare with.
+function fillTrust() {
+  const one = run(), points = gatePoints(one), {r} = correlations(points), methods = one.retrainings ? Object.keys(one.retrainings.means) : [];
+  byId('trust').hidden = !points.length && !one.growth && !methods.length;
+  if (byId('trust').hidden) return;
+  byId('trust-note').textContent = !points.length ? '' : r >= GATE_LEAST ? 'Lasting credit predicts what retrainings measure here.' :
+    'Lasting credit is not to be trusted here: it does not predict what retrainings measure.';
+  const first = ['lasting_psnr', 'dv_psnr', 'worth_psnr'].find(name => methods.includes(name));
+  byId('retrainings-filters').replaceChildren(...(first ? [selectBox('choose-retrainings', 'Score', methods.map(name => [name, wordFor(name)]),
+    first, method => drawRetrainings(one, method))] : []));
+  whenSeen('trust', () => {
+    drawGate(one);
+    drawGrowth(one);
+    if (first) drawRetrainings(one, first); else clearChart('retrainings-chart');
+  });
+}
