@@ -27,9 +27,9 @@ static const struct vw_command commands[] = {
     {VW_COMMANDS_VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
-     "photo did for each validation photo), report.html, field.vwf (the trained field) and checkpoints. Also writes "
-     "providers.csv if providers are known, payout.csv with --payout, and duplicates.csv if photos are "
-     "near-duplicates.\n"
+     "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
+     "report), field.vwf (the trained field) and checkpoints. Also writes providers.csv if providers are known, "
+     "payout.csv with --payout, and duplicates.csv if photos are near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "

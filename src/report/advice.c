@@ -88,20 +88,22 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
     return VW_OK;
 }
 
-static void choose_basis(const struct vw_ledger_score *scores, uint32_t score_count, struct vw_advice *advice) {
+static void choose_basis(const struct vw_ledger_score *scores, uint32_t score_count, bool retrained,
+                         struct vw_advice *advice) {
     if (has_known(scores, score_count, "worth_psnr")) advice->basis = "worth_psnr";
     else if (has_known(scores, score_count, "lasting_psnr")) advice->basis = "lasting_psnr";
     advice->by_order = true;
-    for (uint32_t i = 0; i < score_count; i++)
+    for (uint32_t i = 0; i < score_count && retrained; i++)
         if (is_known(&scores[i], "worth_psnr") && isfinite(scores[i].ci_low)) advice->by_order = false;
 }
 
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
+                              const struct vw_ledger_image *images, uint32_t image_count, bool retrained,
+                              struct vw_advice *advice) {
     *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
     if (!advice->marks) return VW_ERROR_MEMORY;
     if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
-    choose_basis(scores, score_count, advice);
+    choose_basis(scores, score_count, retrained, advice);
     enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
     if (!status && advice->basis) status = mark_worth(scores, score_count, images, image_count, advice);
     return status;

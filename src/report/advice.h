@@ -3,7 +3,8 @@
 // A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
 // upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
 // one, else on lasting_psnr; credit does not tell them (value/README.md).
-// - With intervals of worth_psnr: a photo can be left out if its interval is not above 0, and is irreplaceable if it is
+// - With intervals of worth_psnr from retrainings: a photo can be left out if its interval is not above 0, and is
+// irreplaceable if it is
 //   above 0 and the photo is among the most valuable tenth.
 // - Otherwise only the order means something: a photo can probably be left out if its rank interval lies in the lower
 //   half, and is irreplaceable if its rank interval lies in the upper quarter. A rank without an interval is one point.
@@ -26,9 +27,11 @@ struct vw_advice {
     uint8_t *marks;    // owned; enum vw_advice_mark, one sum per image
 };
 
-// Free the advice also after a failure. Without scores no photo has a mark. VW_ERROR_MEMORY.
+// `retrained`: worth_psnr rests on retrainings, so that its zero means something. Free the advice also after a failure.
+// Without scores no photo has a mark. VW_ERROR_MEMORY.
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice);
+                              const struct vw_ledger_image *images, uint32_t image_count, bool retrained,
+                              struct vw_advice *advice);
 void vw_advice_free(struct vw_advice *advice);
 
 #endif

@@ -309,7 +309,8 @@ static int put_marked(const struct vw_advice *advice, uint32_t image_count, enum
 
 static enum vw_status put_advice(const struct vw_report_run *run, json_t *object) {
     struct vw_advice advice;
-    enum vw_status status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &advice);
+    enum vw_status status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count,
+                                           run->retraining_count > 0, &advice);
     json_t *marks = status ? NULL : put_child(object, "advice", json_object());
     if (!status &&
         (!marks || put_text(marks, "basis", advice.basis) || put(marks, "by_order", json_boolean(advice.by_order)) ||

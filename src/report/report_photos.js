@@ -239,7 +239,7 @@ function photoResidual(one, image) {
 // Bars by epoch, and their running sum.
 function drawCredit(one, image) {
   const {credit} = one, row = credit ? credit.rows[image] : null;
-  clearChart('photo-credit');
+  emptyChart('photo-credit');
   if (!row) return;
   let total = 0;
   const parts = row.map(count => count * credit.unit), sums = parts.map(part => { total += part; return total; });

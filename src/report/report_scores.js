@@ -75,8 +75,6 @@ function drawScores(one, x, y) {
   const {name, ground_truth: truth} = one.images;
   const points = [...rows[0]].filter(([image]) => rows[1].has(image)).map(([image, row]) => ({x: row.value,
     y: rows[1].get(image).value, image, corrupted: Boolean(truth[image]) && truth[image] !== 'clean'}));
-  const ends = points.flatMap(point => [point.x, point.y]), same = one.scores[x].unit === one.scores[y].unit;
-  const line = [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}));
   const decimals = [points.map(point => point.x), points.map(point => point.y)].map(decimalsFor);
   const kinds = [['photos', false, 'circle', 'helps'], ['corrupted on purpose', true, 'crossRot', 'harms']].map(
     ([label, corrupted, pointStyle, of]) => ({label, pointStyle, of, data: points.filter(point => point.corrupted === corrupted)}))
@@ -84,18 +82,16 @@ function drawScores(one, x, y) {
   drawChart('scores-chart', {shape: 'square', label: wordFor(y) + ' against ' + wordFor(x),
     caption: 'rho = ' + fixed(spearman(points.map(point => point.x), points.map(point => point.y)), 3) + ' (Spearman), ' +
       plural(points.length, 'photo') + '. Click a point to see its photo.',
-    config: () => ({type: 'scatter', data: {datasets: [
-      ...kinds.map(set => ({label: set.label, pointStyle: set.pointStyle, data: set.data, radius: 4.5,
-        borderColor: colour(set.of), backgroundColor: colour(set.of) + '99'})),
-      ...(same ? [{label: 'equal scores', type: 'line', data: line, borderColor: colour('quiet'), borderDash: [4, 4], borderWidth: 1,
-        pointRadius: 0, pointStyle: 'line'}] : [])]},
+    config: () => ({type: 'scatter', data: {datasets:
+      kinds.map(set => ({label: set.label, pointStyle: set.pointStyle, data: set.data, radius: 4.5,
+        borderColor: colour(set.of), backgroundColor: colour(set.of) + '99'}))},
     options: {scales: {x: axis(wordFor(x) + ', ' + shortUnit(one.scores[x].unit), {grace: '6%'}),
       y: axis(wordFor(y) + ', ' + shortUnit(one.scores[y].unit), {grace: '6%'})},
       onClick: (event, items) => {
         const item = items.find(other => other.datasetIndex < kinds.length);
         if (item) choosePhoto(run(), kinds[item.datasetIndex].data[item.index].image);
       },
-      plugins: {legend: {display: true, labels: legendLabels()}, tooltip: {filter: item => item.dataset.type !== 'line',
+      plugins: {legend: {display: kinds.length > 1, labels: legendLabels()}, tooltip: {
         callbacks: {label: ({raw}) => name[raw.image] + ': ' + signed(raw.x, decimals[0]) + ', ' + signed(raw.y, decimals[1])}}}}}),
   });
 }
@@ -140,7 +136,7 @@ function fillScores() {
 
 const GATE_LEAST = .8; // below, lasting credit is not to be trusted
 
-function clearChart(id) {
+function emptyChart(id) {
   if (charts.has(id)) charts.get(id).chart.destroy();
   charts.delete(id);
   byId(id).replaceChildren();
@@ -173,16 +169,17 @@ function gatePoints({gate, images}) {
 
 function drawGate(one) {
   const points = gatePoints(one), {r} = correlations(points), ends = points.flatMap(point => [point.x, point.y]);
-  if (!points.length) return clearChart('gate-chart');
+  if (!points.length) return emptyChart('gate-chart');
   return drawPredicted('gate-chart', {points, label: 'The gate: predicted against measured change',
     line: {label: 'equality', data: [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}))},
     across: 'predicted by lasting credit, dB', up: 'measured by retraining, dB',
-    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(r, 2) + ' over ' + plural(points.length, 'photo') + '.'});
+    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(r, 2) + ' over ' + plural(points.length, 'photo') +
+      '.'});
 }
 
 function drawGrowth({growth}) {
   const points = growth ? growth.step.map((step, i) => ({x: step, y: growth.size[i]})).filter(point => point.y > 0) : [];
-  if (!points.length) return clearChart('growth-chart');
+  if (!points.length) return emptyChart('growth-chart');
   return drawChart('growth-chart', {shape: 'square', label: 'Horizon: size of the gradient that is carried backwards, by step',
     caption: 'The horizon, read from right to left: the size of the gradient of the final PSNR behind each step. A fall to the left says ' +
       'that later steps forget; a steep rise says that lasting credit of early steps is not to be trusted.',
@@ -197,34 +194,36 @@ function drawGrowth({growth}) {
 // The straight line through the points that is nearest in y.
 function leastSquares(points) {
   const x = points.map(point => point.x), y = points.map(point => point.y), meanX = mean(x), meanY = mean(y);
-  const slope = x.reduce((sum, value, i) => sum + (value - meanX) * (y[i] - meanY), 0) / x.reduce((sum, value) => sum + (value - meanX) ** 2, 0);
+  const slope = mean(x.map((value, i) => (value - meanX) * (y[i] - meanY))) / mean(x.map(value => (value - meanX) ** 2));
   return [Math.min(...x), Math.max(...x)].map(end => ({x: end, y: meanY + slope * (end - meanX)}));
 }
 
 function drawRetrainings({retrainings}, method) {
   const points = retrainings.means[method].map((value, i) => ({x: value, y: retrainings.measured[i],
     label: 'retraining ' + (i + 1) + ' on ' + plural(retrainings.photos[i], 'photo')})).filter(point => known(point.x) && known(point.y));
-  if (!points.length) return clearChart('retrainings-chart');
+  if (!points.length) return emptyChart('retrainings-chart');
   const {r, rho} = correlations(points);
   return drawPredicted('retrainings-chart', {points, line: {label: 'least squares', data: leastSquares(points)},
-    label: 'PSNR of retrainings against the mean ' + wordFor(method) + ' of their photos', across: 'mean ' + wordFor(method) + ' of its photos',
-    up: 'validation PSNR of the retraining, dB', caption: plural(points.length, 'retraining') + ' on parts of the photos: r = ' + fixed(r, 2) +
+    label: 'PSNR of retrainings against the mean ' + wordFor(method) + ' of their photos',
+    across: 'mean ' + wordFor(method) + ' of its photos', up: 'validation PSNR of the retraining, dB',
+    caption: plural(points.length, 'retraining') + ' on parts of the photos: r = ' + fixed(r, 2) +
       ', rho = ' + fixed(rho, 2) + (method === 'worth_psnr' ? '. Worth was fitted to these very retrainings.' : '.')});
 }
 
 // Shown where there is something to compare with.
 function fillTrust() {
-  const one = run(), points = gatePoints(one), {r} = correlations(points), methods = one.retrainings ? Object.keys(one.retrainings.means) : [];
+  const one = run(), points = gatePoints(one), {r} = correlations(points);
+  const methods = one.retrainings ? Object.keys(one.retrainings.means) : [], entries = methods.map(name => [name, wordFor(name)]);
   byId('trust').hidden = !points.length && !one.growth && !methods.length;
   if (byId('trust').hidden) return;
   byId('trust-note').textContent = !points.length ? '' : r >= GATE_LEAST ? 'Lasting credit predicts what retrainings measure here.' :
     'Lasting credit is not to be trusted here: it does not predict what retrainings measure.';
   const first = ['lasting_psnr', 'dv_psnr', 'worth_psnr'].find(name => methods.includes(name));
-  byId('retrainings-filters').replaceChildren(...(first ? [selectBox('choose-retrainings', 'Score', methods.map(name => [name, wordFor(name)]),
-    first, method => drawRetrainings(one, method))] : []));
+  byId('retrainings-filters').replaceChildren(...(first ? [selectBox('choose-retrainings', 'Score', entries, first,
+    method => drawRetrainings(one, method))] : []));
   whenSeen('trust', () => {
     drawGate(one);
     drawGrowth(one);
-    if (first) drawRetrainings(one, first); else clearChart('retrainings-chart');
+    if (first) drawRetrainings(one, first); else emptyChart('retrainings-chart');
   });
 }

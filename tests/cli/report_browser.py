@@ -172,6 +172,136 @@ def repair_is_drawn(browser, folder):
     expect(last == repair['photos'][photo]['excess'] and len(page.run(labels)) == len(kinds) + 1, last)
 
 
+def data_of(page):
+    return page.run("return JSON.parse(document.getElementById('data').textContent)")['runs'][0]
+
+
+def text_of(page, section):
+    return page.run('return document.getElementById(arguments[0]).innerText', section)
+
+
+@check('the map shows every camera, coloured by score, and leads to its photo')
+def map_is_right(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    page.run('drawPending()')
+    run, ranking = data_of(page), page.ranking()
+    images, scores = run['images'], dict(read_scores(folder, 'run', 'dv_psnr'))
+    for view in ('map-above', 'map-side'):
+        sets = page.run("""return charts.get(arguments[0]).chart.data.datasets.map(set => ({style: set.pointStyle,
+            images: set.data.map(point => point.image), colours: set.backgroundColor}))""", view)
+        shown = [[images['split'][image] for image in one['images']] for one in sets[:-1]]
+        expect([set(one) for one in shown] == [{'train'}, {'val'}, {'test'}], shown)
+        expect(sorted(sum(shown, [])) == sorted(images['split']), f'{view}: {shown}')
+        expect(len({one['style'] for one in sets[:-1]}) == 3, 'splits look alike')
+        expect(len(sets[-1]['images']) == len(run['map']['points']) / 3 > 100, len(sets[-1]['images']))
+        colours = dict(zip((images['name'][image] for image in sets[0]['images']), sets[0]['colours']))
+        red, _, blue = (int(part) for part in re.findall(r'\d+', colours[ranking[0]]))
+        expect(blue > red and scores[ranking[0]] > 0, colours[ranking[0]])
+        expect(set(sets[1]['colours']) == {'transparent'}, sets[1]['colours'])
+    chart = "const {chart} = charts.get('map-side'), set = 1, place = 0; "
+    page.run(chart + 'chart.options.onClick(null, [{datasetIndex: set, index: place}])')
+    wanted = page.run(chart + 'return run().images.name[chart.data.datasets[set].data[place].image]')
+    expect(text_of(page, 'photo-name') == wanted and wanted in text_of(page, 'map-chosen'), text_of(page, 'map-chosen'))
+    expect(page.run('return document.activeElement.id') == 'photo-name', 'the panel has no focus')
+    page.choose('choose-photo', str(images['name'].index(ranking[0])))
+    page.run("""document.getElementById('map-views').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
+        drawPending()""")
+    expect(text_of(page, 'photo-name') == ranking[1] and 'rank 2' in text_of(page, 'map-chosen'), text_of(page, 'map-chosen'))
+    page.choose('choose-method', 'quality')
+    page.run('drawPending()')
+    expect('quality' in text_of(page, 'map-legend') and 'white: 0' not in text_of(page, 'map-legend'), text_of(page, 'map-legend'))
+
+
+@check('the panel of a photo has its visits, scores, renders and the photos that it moved')
+def panel_is_right(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    run, name = data_of(page), page.ranking()[2]
+    images, image = run['images']['name'], run['images']['name'].index(name)
+    page.run("[...document.querySelectorAll('#ranking-table button.name')].find(one => one.textContent === arguments[0]).click()", name)
+    score = dict(read_scores(folder, 'run', 'dv_psnr'))[name]
+    sums, parts = page.run("return charts.get('photo-credit').chart.data.datasets.map(set => set.data)")
+    expect(abs(sums[-1] - score) < 1e-3 and abs(sum(parts) - score) < 1e-3 and len(parts) == 3, (sums, score))
+    with open(f'{folder}/run/scores.csv', newline='', encoding='utf-8') as file:
+        rows = [row for row in csv.DictReader(file) if row['method'] == 'dv_psnr' and row['ci_low']]
+    own = next(row for row in rows if row['name'] == name)
+    alike = sum(float(row['ci_low']) <= float(own['ci_high']) and float(row['ci_high']) >= float(own['ci_low']) for row in rows) - 1
+    cells = page.run("return [...document.querySelector('#photo-scores tbody tr').cells].map(cell => cell.textContent)")
+    expect(cells[0] == 'credit (dv_psnr)' and cells[3] == '3' and cells[5] == str(alike), f'{cells}, {alike} alike')
+    row = run['matrix']['psnr'][run['matrix']['photo'].index(image)]
+    wanted = images[run['matrix']['view'][max(range(len(row)), key=lambda i: abs(row[i]))]]
+    moved = page.run("return document.querySelector('#photo-more table tbody td').textContent")
+    expect(moved == wanted, f'{moved}, not {wanted}')
+    expect(run['images']['provider'][image] in text_of(page, 'photo-facts'), text_of(page, 'photo-facts'))
+    page.choose('choose-photo', str(run['residuals']['photos'][0]['image']))
+    width = page.browser.execute_async_script("""const done = arguments[0], image = document.querySelector('#photo-more .residual img');
+        image.loading = 'eager'; image.decode().then(() => done(image.naturalWidth / image.naturalHeight), done)""")
+    expect(abs(width - 4) < .1, f'photo, render and error side by side: {width}') # three of 4:3
+
+
+@check('validation photos stand beside their renders, the worst first')
+def residuals_are_shown(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    page.run('drawPending()')
+    run = data_of(page)
+    wanted = sorted((one['psnr'], run['images']['name'][one['image']]) for one in run['residuals']['photos']
+                    if run['images']['split'][one['image']] == 'val')
+    shown = page.run("return [...document.querySelectorAll('#residuals-list figcaption')].map(one => one.textContent)")
+    expect(len(wanted) >= 2 and shown == [f'{name}: {psnr:.2f} dB' for psnr, name in wanted], shown)
+    bare = Page(browser, f'{folder}/bare.html')
+    expect(bare.run("return document.getElementById('residuals').hidden"), 'photos are shown, although not asked for')
+
+
+def add_lasting_credit(folder):
+    """A page as it is with lasting credit, worth, the gate and retrainings, whose numbers are made up."""
+    with open(f'{folder}/run/report.html', encoding='utf-8') as file:
+        html = file.read()
+    before, text, after = re.match(r'(.*id="data">)(.*?)(</script>.*)', html, re.S).groups()
+    data = json.loads(text)
+    run = data['runs'][0]
+    credit = run['scores']['dv_psnr']
+    for name, factor in (('lasting_psnr', 2), ('worth_psnr', -1)):
+        run['scores'][name] = {**credit, 'value': [factor * value for value in credit['value']]}
+        run['scores'][name]['ci_low'], run['scores'][name]['ci_high'] = [-9] * len(credit['image']), [9] * len(credit['image'])
+        data['methods'].append({'name': name, 'unit': 'dB', 'formula': 'made up', 'has_zero': name == 'worth_psnr'})
+    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'removable': credit['image'][:7], 'irreplaceable': credit['image'][7:8],
+                     'look': []}
+    run['gate'] = {'image': credit['image'][:4], 'predicted': [0, 1, 2, None], 'measured': [1, 0, 1.5, 3]}
+    run['growth'] = {'step': [1, 2, 3], 'size': [0, .5, 1]}
+    run['retrainings'] = {'measured': [20, 21, 22], 'photos': [9, 12, 1], 'means': {'dv_psnr': [1, 2, 3], 'worth_psnr': [1, None, 2]}}
+    with open(f'{folder}/lasting.html', 'w', encoding='utf-8') as file:
+        file.write(before + json.dumps(data).replace('<', '\\u003c') + after)
+    return run
+
+
+@check('credit, lasting credit, worth and what tests them are shown where they are, and left out elsewhere')
+def lasting_credit_is_shown(browser, folder):
+    page = Page(browser, f'{folder}/run/report.html')
+    expect(page.run("return ['scores', 'trust'].every(id => document.getElementById(id).hidden)"), 'sections without content')
+    expect('Which photos can be left out, credit does not say' in text_of(page, 'advice'), text_of(page, 'advice'))
+    run = add_lasting_credit(folder)
+    page = Page(browser, f'{folder}/lasting.html')
+    page.run('drawPending()')
+    advice, names = text_of(page, 'advice'), run['images']['name']
+    expect('Safely removable: ' in advice and 'and 2 more' in advice and '95 % intervals of worth' in advice, advice)
+    expect(f"Irreplaceable: {names[run['advice']['irreplaceable'][0]]}." in advice and 'Needs a look: none' in advice, advice)
+    points = page.run("return charts.get('scores-chart').chart.data.datasets.flatMap(set => set.data)")
+    expect(points and all(abs(point['y'] + point['x']) < 1e-6 for point in points), points)
+    page.choose('choose-scores-y', 'lasting_psnr')
+    points = page.run("return charts.get('scores-chart').chart.data.datasets.flatMap(set => set.data)")
+    expect(all(abs(point['y'] - 2 * point['x']) < 1e-6 for point in points), points)
+    expect('not to be trusted here' in text_of(page, 'trust-note'), text_of(page, 'trust-note')) # r = 0.33
+    lines = page.run("""return ['gate-chart', 'growth-chart', 'retrainings-chart']
+        .map(id => charts.get(id).chart.data.datasets[0].data.length)""")
+    expect(lines == [3, 2, 3], lines) # what is unknown, and what a logarithm has no place for, is left out
+    page.choose('choose-retrainings', 'worth_psnr')
+    expect('2 retrainings' in text_of(page, 'retrainings-chart'), text_of(page, 'retrainings-chart'))
+    page.choose('choose-method', 'worth_psnr')
+    expect(f"All {len(points)} photos are indistinguishable" in text_of(page, 'ranking-note'), text_of(page, 'ranking-note'))
+    page.choose('choose-advice', 'irreplaceable')
+    expect(page.ranking() == [names[run['advice']['irreplaceable'][0]]], page.ranking())
+    expect(not (found := page.errors()), found)
+
+
 @check('a click on a header sorts, another turns the order round')
 def headers_sort(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
@@ -267,6 +397,9 @@ def differences_are_right(browser, folder):
     page = Page(browser, f'{folder}/all.html')
     rows = page.run("""return [...document.querySelectorAll('#comparisons tr')].filter(row => row.querySelector('svg')).map(row =>
         [row.cells[2].textContent, row.cells[row.cells.length - 1].textContent, row.querySelector('svg rect') ? 'square' : 'dot'])""")
+    folded = page.run("""return [...document.querySelectorAll('#comparisons tr')].filter(row => row.querySelector('svg'))
+        .map(row => Boolean(row.closest('details')))""")
+    expect(folded == [False, True, True, True], folded) # test PSNR stands first and alone
     expect(rows == [['test PSNR, dB', 'better', 'dot'], ['test L1', 'better', 'dot'], ['validation L1', 'worse', 'square'],
                     ['validation PSNR, dB', 'within noise', 'dot']], rows)
 

@@ -57,6 +57,28 @@ check "new steps take an outdated report away" eval 'rmdir "$folder/blocked/repo
 
 # ---- What is missing or broken ------------------------------------------------------------------------------------------
 
+check "the run leaves a map and renders in OUT" test -s "$folder/run/map.json" -a -s "$folder/run/residuals.json"
+check "no renders with --no-thumbnails" test ! -e "$folder/other/residuals.json" -a -s "$folder/other/map.json"
+check "nor in a report that goes without thumbnails" eval '! grep -q "\"picture\":" "$folder/bare.html"'
+cp -r "$folder/run" "$folder/mapped"
+# mapped PATTERN FILE SQL: map.json or residuals.json as SQLite's json functions change it is refused.
+mapped() {
+    sqlite3 :memory: "SELECT $3 FROM (SELECT CAST(readfile('$folder/run/$2') AS TEXT) AS j)" >"$folder/mapped/$2" &&
+        refuses "mapped/$2: $1" "$folder/mapped" && cp "$folder/run/$2" "$folder/mapped/$2"
+}
+check "a map of another scene" mapped 'is of another scene' map.json "json_set(j, '\$.scene_hash', 'x')"
+check "a map that lacks a camera" mapped 'positions: ' map.json "json_remove(j, '\$.positions[0]')"
+check "a direction that is text" mapped 'directions: ' map.json "json_set(j, '\$.directions[1]', '<img>')"
+check "points that are none" mapped 'points: ' map.json "json_set(j, '\$.points', 7)"
+check "half a point" mapped 'points: ' map.json "json_remove(j, '\$.points[0]')"
+check "a map that is no JSON" mapped 'line [0-9]+: ' map.json "'{'"
+check "renders of another scene" mapped 'is of another scene' residuals.json "json_remove(j, '\$.scene_hash')"
+check "a render of no photo" mapped 'image: ' residuals.json "json_set(j, '\$.photos[0].image', 28)"
+check "a render that is no picture" mapped 'picture: ' residuals.json "json_set(j, '\$.photos[1].picture', 'PHN2Zz48c2NyaXB0Pg==')"
+check "a render that is no base64" mapped 'picture: ' residuals.json "json_set(j, '\$.photos[0].picture', 'UklGRl\"onerror=')"
+check "a PSNR that is text" mapped 'psnr: ' residuals.json "json_set(j, '\$.photos[0].psnr', 'x')"
+rm "$folder/mapped/map.json" && ln -s ../run/map.json "$folder/mapped/map.json"
+check "a map that is a link" refuses 'mapped/map.json: is reached through a link' "$folder/mapped"
 check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
     warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
 check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'

@@ -47,9 +47,9 @@ static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark)
     return bits;
 }
 
-static struct vw_advice advise(const struct fixture *fixture) {
+static struct vw_advice advise(const struct fixture *fixture, bool retrained) {
     struct vw_advice advice;
-    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &advice));
+    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, retrained, &advice));
     return advice;
 }
 
@@ -59,7 +59,7 @@ static void credit_alone_says_where_to_look(void **state) {
     fixture.scores[2].value = -20;
     add(&fixture, 5, "quality", 0.1, 0.1);
     add(&fixture, 6, "quality", 0.2, 0.1); // up to 0.3: it may be ordinary
-    struct vw_advice advice = advise(&fixture);
+    struct vw_advice advice = advise(&fixture, true);
     assert_null(advice.basis);
     assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2 | 1u << 5);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
@@ -78,7 +78,7 @@ static void lasting_credit_advises_by_order(void **state) {
         score->rank_ci_low = rank > 2 ? rank - 2 : 1;
         score->rank_ci_high = rank + 1;
     }
-    struct vw_advice advice = advise(&fixture);
+    struct vw_advice advice = advise(&fixture, true);
     assert_string_equal(advice.basis, "lasting_psnr");
     assert_true(advice.by_order);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 2 | 1u << 3); // ranks 12, 10, 9: from 7 on
@@ -92,7 +92,7 @@ static void worth_advises_by_its_intervals(void **state) {
     struct fixture fixture = make();
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "lasting_psnr", -(double)i, 1);
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", i / 10.0, i == 11 ? 2 : 0.35);
-    struct vw_advice advice = advise(&fixture);
+    struct vw_advice advice = advise(&fixture, true);
     assert_string_equal(advice.basis, "worth_psnr");
     assert_false(advice.by_order);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 0xf | 1u << 11); // 0 to 0.3, and the uncertain one
@@ -103,8 +103,8 @@ static void worth_advises_by_its_intervals(void **state) {
 static void worth_without_retrainings_is_an_order(void **state) {
     (void)state;
     struct fixture fixture = make();
-    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", i / 10.0, NAN);
-    struct vw_advice advice = advise(&fixture);
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", i / 10.0, 0.35); // of a prior
+    struct vw_advice advice = advise(&fixture, false);
     assert_true(advice.by_order);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 0x3f);
     assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 7u << 9);
@@ -114,7 +114,7 @@ static void worth_without_retrainings_is_an_order(void **state) {
 static void no_scores_no_advice(void **state) {
     (void)state;
     struct vw_advice advice;
-    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &advice));
+    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, true, &advice));
     assert_null(advice.basis);
     vw_advice_free(&advice);
 }

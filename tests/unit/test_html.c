@@ -193,6 +193,78 @@ static void long_runs_are_thinned_to_their_last_step(void **state) {
     free(records);
 }
 
+static json_t *of_run(const struct fixture *fixture, const char *key, const char *column) {
+    return json_object_get(json_object_get(run_of(fixture), key), column);
+}
+
+static void credit_is_summed_by_photo_and_epoch(void **state) {
+    enum { COUNT = 10, LONG = 100000 };
+    struct fixture *fixture = *state;
+    struct vw_step_record *records = vw_allocate(LONG + 1, sizeof *records);
+    for (uint32_t i = 0; i < COUNT; i++) // photos 1, 2 and 3 in turn; epoch 0 is burn-in
+        records[i] = (struct vw_step_record){.step = i,
+                                             .epoch = i ? (i - 1) / 3 : 0,
+                                             .view = i ? 1 + (i - 1) % 3 : (uint32_t)VW_RECORD_UNTRAINED,
+                                             .val_psnr = i * i / 8.0};
+    records[5].val_psnr = NAN, records[5].nonfinite = true; // photo 2 in epoch 1; the next delta spans it
+    fixture->run.records = records, fixture->run.record_count = COUNT, fixture->run.burn_in_epochs = 1;
+    write_page(fixture);
+    json_t *rows = of_run(fixture, "credit", "rows");
+    assert_int_equal(json_array_size(rows), TEST_IMAGE_COUNT);
+    assert_true(json_is_null(json_array_get(rows, 0)));                               // validates
+    static const int wanted[3][2] = {{87500, 162500}, {0, 187500}, {250000, 212500}}; // 1e-5 dB
+    for (uint32_t photo = 0; photo < 3; photo++)
+        for (uint32_t epoch = 0; epoch < 2; epoch++)
+            assert_int_equal(json_integer_value(json_array_get(json_array_get(rows, 1 + photo), epoch)),
+                             wanted[photo][epoch]);
+    assert_int_equal(json_integer_value(of_run(fixture, "credit", "first_epoch")), 1);
+    assert_int_equal(json_integer_value(of_run(fixture, "credit", "group_epochs")), 1);
+    for (uint32_t i = 0; i <= LONG; i++) // an epoch per step: as many as are shown in groups
+        records[i] = (struct vw_step_record){
+            .step = i, .epoch = i ? i - 1 : 0, .view = i ? 1 : (uint32_t)VW_RECORD_UNTRAINED, .val_psnr = i * 1e-4};
+    fixture->run.record_count = LONG + 1;
+    write_page(fixture);
+    json_t *row = json_array_get(of_run(fixture, "credit", "rows"), 1);
+    int64_t sum = 0;
+    for (size_t i = 0; i < json_array_size(row); i++) sum += json_integer_value(json_array_get(row, i));
+    assert_in_range(json_array_size(row) * TEST_IMAGE_COUNT, 100000, 200000);
+    assert_int_equal(sum, 10 * (LONG - 1)); // all but burn-in, in 1e-5 dB
+    free(records);
+}
+
+static void gate_growth_and_retrainings_are_shown(void **state) {
+    enum { STEPS = 3000 };
+    struct fixture *fixture = *state;
+    write_page(fixture);
+    assert_true(json_is_null(json_object_get(run_of(fixture), "gate")));
+    assert_true(json_is_null(json_object_get(run_of(fixture), "growth")));
+    assert_true(json_is_null(json_object_get(run_of(fixture), "retrainings")));
+    const struct vw_report_gate_check gate[] = {{6, 0.5, 0.25}, {99, 1, NAN}};
+    struct vw_report_growth *growth = vw_allocate(STEPS, sizeof *growth);
+    for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_report_growth){1 + i, i};
+    static const uint32_t some[] = {1, 3}, others[] = {1, 2};
+    const struct vw_report_retraining retrainings[] = {{some, 2, 20.5}, {others, 2, NAN}};
+    const struct vw_ledger_score scores[] = {
+        {.image_id = 1, .method = "worth_psnr", .value = 1, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN},
+        {.image_id = 3, .method = "worth_psnr", .value = 2, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN}};
+    struct vw_report_run *run = &fixture->run;
+    run->gate = gate, run->gate_count = 2, run->growth = growth, run->growth_count = STEPS;
+    run->retrainings = retrainings, run->retraining_count = 2, run->scores = scores, run->score_count = 2;
+    write_page(fixture);
+    assert_int_equal(json_integer_value(json_array_get(of_run(fixture, "gate", "image"), 0)), 6);
+    assert_true(json_number_value(json_array_get(of_run(fixture, "gate", "measured"), 0)) == 0.25);
+    assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "image"), 1)));
+    assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "measured"), 1)));
+    size_t shown = json_array_size(of_run(fixture, "growth", "step"));
+    assert_in_range(shown, 500, 1001);
+    assert_int_equal(json_integer_value(json_array_get(of_run(fixture, "growth", "step"), shown - 1)), STEPS);
+    json_t *means = of_run(fixture, "retrainings", "means"), *worths = json_object_get(means, "worth_psnr");
+    assert_int_equal(json_object_size(means), 1);
+    assert_true(json_number_value(json_array_get(worths, 0)) == 1.5);
+    assert_true(json_is_null(json_array_get(worths, 1))); // photo 2 has no score
+    free(growth);
+}
+
 // ---- Pictures and files ---------------------------------------------------------------------------------------------
 
 static void runs_share_their_thumbnails(void **state) {
@@ -415,6 +487,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(unknown_numbers_are_null, set_up, tear_down),
         cmocka_unit_test_setup_teardown(runs_may_be_empty, set_up, tear_down),
         cmocka_unit_test_setup_teardown(long_runs_are_thinned_to_their_last_step, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(credit_is_summed_by_photo_and_epoch, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(gate_growth_and_retrainings_are_shown, set_up, tear_down),
         cmocka_unit_test_setup_teardown(runs_share_their_thumbnails, set_up, tear_down),
         cmocka_unit_test_setup_teardown(documents_carry_their_pictures, set_up, tear_down),
         cmocka_unit_test_setup_teardown(documents_carry_thumbnails_by_name, set_up, tear_down),
