@@ -9,6 +9,8 @@
 #include "base/hash.h"
 #include "base/file.h"
 #include "base/inside.h"
+#include "base/memory.h"
+#include "train/trainer.h"
 
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, "ledger.db")};
@@ -55,6 +57,21 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
     if (status || same) return status;
     return vw_fail(VW_ERROR_MISMATCH, "%s: its image rows are not the photos of %s: an image row was edited",
                    run->ledger_path, run->row.scene_path);
+}
+
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
+    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
+    const struct vw_trainer_params params = {.gpu = run->gpu,
+                                             .scene = run->scene,
+                                             .config = &config,
+                                             .effects = run->effects,
+                                             .effect_count = run->effect_count};
+    char *path = vw_path_join(run->out, "field.vwf");
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_trainer_create(&params, trainer);
+    if (!status) status = vw_trainer_load_field(*trainer, path);
+    free(path);
+    return status;
 }
 
 void vw_recorded_close(struct vw_recorded_run *run) {

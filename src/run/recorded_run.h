@@ -8,6 +8,8 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
+struct vw_trainer;
+
 struct vw_recorded_run {
     const char *out;   // borrowed
     char *ledger_path; // owned
@@ -28,6 +30,9 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // Whether the ledger's image rows are the photos of the open scene: an image_id is then an index of its views.
 // VW_ERROR_MISMATCH.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
+// The field that the run ended with (OUT/field.vwf), in a trainer that takes no steps, once the scene is open. Destroy
+// the trainer also after a failure, before the run is closed.
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);
 
 #endif

@@ -31,27 +31,11 @@ static enum vw_status check_target(const char *to) {
     return vw_fail(VW_ERROR_USAGE, "--to %s: the name must end in .png or .exr", to);
 }
 
-static enum vw_status load_field(struct rendering *rendering) {
-    const struct vw_recorded_run *run = &rendering->run;
-    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
-    const struct vw_trainer_params of_trainer = {.gpu = run->gpu,
-                                                 .scene = run->scene,
-                                                 .config = &config,
-                                                 .effects = run->effects,
-                                                 .effect_count = run->effect_count};
-    char *path = vw_path_join(rendering->params->out, "field.vwf");
-    if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_trainer_create(&of_trainer, &rendering->trainer);
-    if (!status) status = vw_trainer_load_field(rendering->trainer, path);
-    free(path);
-    return status;
-}
-
 static enum vw_status open_rendering(const struct vw_render_params *params, struct rendering *rendering) {
     *rendering = (struct rendering){.params = params};
     enum vw_status status = vw_recorded_open(params->out, &rendering->run);
     if (!status) status = vw_recorded_open_scene(&rendering->run, params->device);
-    if (!status) status = load_field(rendering);
+    if (!status) status = vw_recorded_load_field(&rendering->run, &rendering->trainer);
     rendering->on_background = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "background");
     rendering->masked = vw_effects_is_on(rendering->run.effects, rendering->run.effect_count, "masks");
     rendering->fitted = vw_effects_fit_views(rendering->run.effects, rendering->run.effect_count);
