@@ -346,7 +346,8 @@ static void harm_is_what_a_kind_is_worth_less(void **state) {
     struct vw_metrics metrics = {0};
     struct vw_worths fitted;
     play_subsets(&game, 200, &subsets);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &fitted));
+    ASSERT_OK(vw_worths_fit(
+        &(struct vw_worth_params){.subsets = &subsets, .quality = VW_QUALITY_VAL_PSNR, .resample = true}, &fitted));
     ASSERT_OK(vw_evaluate_harm(&evaluation, &fitted, &metrics));
     const struct vw_metric *blur = find(&metrics, "harm", "blur", "retrainings"),
                            *noise = find(&metrics, "harm", "noise", "retrainings");

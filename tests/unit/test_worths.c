@@ -50,6 +50,10 @@ static void play_subsets(double noise_db, uint32_t halves, uint32_t random_sizes
     ASSERT_OK(vw_subsets_retrain(subsets, photos, first_seed, play, &game));
 }
 
+static enum vw_status fit(const struct vw_subsets *subsets, enum vw_quality quality, struct vw_worths *worths) {
+    return vw_worths_fit(&(struct vw_worth_params){.subsets = subsets, .quality = quality}, worths);
+}
+
 static void check_near(double value, double expected, double tolerance, const char *what) {
     if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
@@ -59,7 +63,7 @@ static void an_additive_game_is_recovered(void **state) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(0, 30, 30, 1, FIRST_SEED, &subsets);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+    ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     for (uint32_t i = 0; i < PHOTOS; i++) check_near(worths.values[i], true_worths[i], 1e-5, "a worth");
     check_near(worths.r2, 1, 1e-9, "R^2 of subsets left out");
     for (uint32_t i = 0; i < subsets.count; i++)
@@ -79,7 +83,7 @@ static void shrinking_keeps_the_level(void **state) {
     double mean = 0, spread = 0;
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 6, 6, 4}, &subsets));
     ASSERT_OK(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &game));
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+    ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     for (uint32_t i = 0; i < PHOTOS; i++) mean += worths.values[i] / PHOTOS;
     for (uint32_t i = 0; i < PHOTOS; i++) spread += pow(worths.values[i] - mean, 2) / PHOTOS;
     check_near(mean, 10.18, 1, "the mean of shrunk worths");
@@ -96,7 +100,7 @@ static void intervals_hold_the_worths(void **state) {
         struct vw_subsets subsets;
         struct vw_worths worths;
         play_subsets(0.6, 60, 60, 2, FIRST_SEED + 2 * game, &subsets);
-        ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+        ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
         for (uint32_t i = 0; i < PHOTOS; i++)
             held += worths.ci_low[i] <= true_worths[i] && true_worths[i] <= worths.ci_high[i];
         zero_known += worths.ci_low[9] > 0 || worths.ci_high[9] < 0;
@@ -113,10 +117,10 @@ static void too_few_subsets_have_no_worths(void **state) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(0, 5, 2, 1, FIRST_SEED, &subsets);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+    ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     assert_true(isnan(worths.values[0]) && isnan(worths.ci_low[0]) && worths.count == 0);
     vw_worths_free(&worths);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_TEST_PSNR, &worths)); // without test photos
+    ASSERT_OK(fit(&subsets, VW_QUALITY_TEST_PSNR, &worths)); // without test photos
     assert_true(isnan(worths.values[0]) && isnan(worths.r2));
     vw_worths_free(&worths);
     vw_subsets_free(&subsets);
@@ -146,7 +150,7 @@ static void signs_are_held_against_known_worths(void **state) {
                                         {.name = "ranks", .scores = none}};
     const struct vw_evaluation evaluation = {photos, kinds, PHOTOS, scorers, 4, 1};
     play_subsets(0.02, 40, 40, 1, FIRST_SEED, &subsets);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+    ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     assert_true(worths.ci_low[9] <= 0 && worths.ci_high[9] >= 0);
     ASSERT_OK(vw_evaluate_signs(&evaluation, &worths, "val_psnr", &metrics));
     check_near(find(&metrics, "sign_accuracy", "worths")->value, 1, 0, "accuracy of the worths");
@@ -171,7 +175,7 @@ static void noise_is_not_predicted(void **state) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(50, 16, 16, 1, FIRST_SEED, &subsets);
-    ASSERT_OK(vw_worths_fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
+    ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     if (worths.pearson > 0.3) fail_msg("noise is predicted by r = %g", worths.pearson); // one error: 0.18
     vw_worths_free(&worths);
     vw_subsets_free(&subsets);
@@ -186,7 +190,7 @@ static void predictions_have_an_lds(void **state) {
                                               "clean", "clean", "clean", "clean", "clean"};
     const struct vw_evaluation evaluation = {.photos = photos, .ground_truths = kinds, .photo_count = PHOTOS};
     play_subsets(0, 40, 40, 2, FIRST_SEED, &subsets);
-    for (uint32_t i = 0; i < VW_TRUTH_COUNT; i++) ASSERT_OK(vw_worths_fit(&subsets, vw_truths[i], &worths[i]));
+    for (uint32_t i = 0; i < VW_TRUTH_COUNT; i++) ASSERT_OK(fit(&subsets, vw_truths[i], &worths[i]));
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, worths, &metrics));
     check_near(find(&metrics, "lds", vw_subset_worth_name)->value, 1, 0.01, "LDS on halves");
     check_near(find(&metrics, "lds_sizes", vw_subset_worth_name)->value, 1, 0.01, "LDS on random sizes");

@@ -12,153 +12,253 @@
 const char vw_subset_worth_name[] = "subset_worth";
 
 static const uint64_t FOLD_SEED = 0x666f6c6473; // of no training
-// Penalties that cross-validation chooses from, per subset: 1e-8, 4e-8, ... 10.7.
-enum { PENALTIES = 16 };
+// Penalties of the players, per subset: 1e-8, 4e-8, ... 10.7. Those of B are so many times as large; the last is no
+// prior at all.
+enum { PENALTIES = 16, RATIOS = 4, FITS = PENALTIES * RATIOS };
 static const double LEAST_PENALTY = 1e-8, PENALTY_FACTOR = 4;
+static const double ratios[RATIOS] = {1e-4, 1e-2, 1, 1e6};
 static const double GUARD = 1e-9; // penalty of the size, so that a fit of subsets of one size has a solution
 
-// Features of a subset: 1, its share of the photos less 1/2, and per photo whether it has the photo, less that share.
-// The last are penalised. They do not change when their coefficients grow by the same number, so that the mean of
-// these is free, and the penalty pulls them to their own mean.
-enum { CONSTANT, SHARE, FIRST_PHOTO };
-
-// A least-squares problem: sums of products over subsets.
-struct sums {
-    double *gram, *moments; // [feature][feature], of which the lower half counts, and [feature]
-};
+// Columns of a subset: 1, its size, the features of the players summed as the players are, and the players, whose
+// coefficients are per photo. The outcome does not change when these grow by the same number, so that their mean is
+// free, and the penalty pulls them to their own mean.
+enum { CONSTANT, SIZE, FIRST_FEATURE };
 
 struct regression {
-    const struct vw_subsets *subsets;
-    struct vw_outcomes outcomes;
-    uint32_t features;
-    uint32_t *folds;                                // [subset kept]
-    double *rows;                                   // [subset kept][feature]
-    struct sums all, of_fold[VW_WORTH_FOLDS], rest; // rest: scratch
-    double *factor, *solution;                      // scratch
+    const struct vw_worth_params *params;
+    struct vw_outcomes outcomes; // less their mean, `centre`
+    double centre;
+    uint32_t columns, first_player;
+    uint32_t *folds;             // [subset kept]
+    double *rows;                // [subset kept][column]
+    double *contrasts;           // [player][column]: the row of all players less that without this one
+    double *gram, *moments;      // sums over subsets: [column][column], of which the lower half counts, and [column]
+    double squares;              // of the outcomes
+    uint32_t used;               // subsets in these sums
+    double *factor, *scratch;    // Cholesky's; one row
+    double *solutions;           // [fit][column]
+    double errors[FITS], weights[FITS];
+    double *variances; // [fit][player], of the worths
 };
 
-// ---- Least squares ----
+// ---- Rows ----
 
-static enum vw_status allocate_sums(uint32_t features, struct sums *sums) {
-    sums->gram = vw_allocate((size_t)features * (features + 1), sizeof *sums->gram);
-    if (!sums->gram) return VW_ERROR_MEMORY;
-    sums->moments = sums->gram + (size_t)features * features;
-    return VW_OK;
+static double photos_of(const struct vw_worth_params *params, uint32_t player) {
+    return params->player_photos ? params->player_photos[player] : 1;
 }
 
-static void clear_sums(uint32_t features, struct sums *sums) {
-    memset(sums->gram, 0, (size_t)features * (features + 1) * sizeof *sums->gram);
-}
-
-static void add_subset(const struct regression *regression, uint32_t kept, double weight, struct sums *sums) {
-    uint32_t features = regression->features;
-    const double *row = regression->rows + (size_t)kept * features;
-    for (uint32_t i = 0; i < features; i++) {
-        for (uint32_t j = 0; j <= i; j++) sums->gram[(size_t)i * features + j] += weight * row[i] * row[j];
-        sums->moments[i] += weight * row[i] * regression->outcomes.means[kept];
+// The row of the subset whose players have `in`; scratch of the caller.
+static void make_row(const struct regression *regression, const bool *in, double *row) {
+    const struct vw_worth_params *params = regression->params;
+    uint32_t players = params->subsets->photo_count;
+    double of_subset = 0, all = 0;
+    for (uint32_t i = 0; i < players; i++) {
+        all += photos_of(params, i);
+        if (in[i]) of_subset += photos_of(params, i);
+    }
+    double share = of_subset / all;
+    bool mean = params->form == VW_WORTH_MEAN;
+    row[CONSTANT] = 1;
+    row[SIZE] = mean ? log(share) : share - 0.5;
+    for (uint32_t i = 0; i < players; i++)
+        row[regression->first_player + i] =
+            photos_of(params, i) * (mean ? (in[i] ? 1 / share : 0) - 1 : (in[i] ? 1 : 0) - share);
+    for (uint32_t f = 0; f < params->feature_count; f++) {
+        row[FIRST_FEATURE + f] = 0;
+        for (uint32_t i = 0; i < players; i++)
+            row[FIRST_FEATURE + f] +=
+                params->features[(size_t)f * players + i] * row[regression->first_player + i];
     }
 }
 
-static void subtract_sums(uint32_t features, const struct sums *from, struct sums *sums) {
-    for (size_t i = 0; i < (size_t)features * (features + 1); i++) sums->gram[i] -= from->gram[i];
+static void mark(const struct vw_subsets *subsets, uint32_t subset, bool *in) {
+    memset(in, 0, subsets->photo_count * sizeof *in);
+    for (uint32_t j = subsets->offsets[subset]; j < subsets->offsets[subset + 1]; j++) in[subsets->places[j]] = true;
+}
+
+static enum vw_status make_rows(struct regression *regression) {
+    const struct vw_subsets *subsets = regression->params->subsets;
+    uint32_t players = subsets->photo_count, columns = regression->columns;
+    bool *in = vw_allocate(players, sizeof *in);
+    if (!in) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < regression->outcomes.count; i++) {
+        mark(subsets, regression->outcomes.kept[i], in);
+        make_row(regression, in, regression->rows + (size_t)i * columns);
+    }
+    for (uint32_t i = 0; i < players; i++) in[i] = true;
+    make_row(regression, in, regression->scratch);
+    for (uint32_t i = 0; i < players && players > 1; i++) {
+        double *contrast = regression->contrasts + (size_t)i * columns;
+        in[i] = false;
+        make_row(regression, in, contrast);
+        in[i] = true;
+        for (uint32_t j = 0; j < columns; j++) contrast[j] = regression->scratch[j] - contrast[j];
+    }
+    free(in);
+    return VW_OK;
+}
+
+// ---- Least squares ----
+
+static void clear_sums(struct regression *regression) {
+    memset(regression->gram, 0, (size_t)regression->columns * (regression->columns + 1) * sizeof *regression->gram);
+    regression->squares = 0;
+    regression->used = 0;
+}
+
+static void add_subset(struct regression *regression, uint32_t kept, uint32_t times) {
+    uint32_t columns = regression->columns;
+    const double *row = regression->rows + (size_t)kept * columns, outcome = regression->outcomes.means[kept];
+    for (uint32_t i = 0; i < columns; i++) {
+        for (uint32_t j = 0; j <= i; j++) regression->gram[(size_t)i * columns + j] += times * row[i] * row[j];
+        regression->moments[i] += times * row[i] * outcome;
+    }
+    regression->squares += times * outcome * outcome;
+    regression->used += times;
+}
+
+static double penalty_of(const struct regression *regression, uint32_t fit, uint32_t column) {
+    double penalty = LEAST_PENALTY * pow(PENALTY_FACTOR, fit / RATIOS) * regression->used;
+    return column >= regression->first_player ? penalty
+           : column >= FIRST_FEATURE          ? penalty * ratios[fit % RATIOS]
+           : column == SIZE                   ? GUARD * regression->gram[0]
+                                              : 0;
 }
 
 // Cholesky's factor of the penalised matrix. False where it is singular.
-static bool factorise(const struct sums *sums, uint32_t features, double penalty, double *factor) {
-    for (uint32_t i = 0; i < features; i++)
+static bool factorise(struct regression *regression, uint32_t fit) {
+    uint32_t columns = regression->columns;
+    double *factor = regression->factor;
+    for (uint32_t i = 0; i < columns; i++)
         for (uint32_t j = 0; j <= i; j++) {
-            double sum = sums->gram[(size_t)i * features + j];
-            if (i == j) sum += i >= FIRST_PHOTO ? penalty : i == SHARE ? GUARD * sums->gram[0] : 0;
-            for (uint32_t k = 0; k < j; k++) sum -= factor[(size_t)i * features + k] * factor[(size_t)j * features + k];
+            double sum = regression->gram[(size_t)i * columns + j] + (i == j ? penalty_of(regression, fit, i) : 0);
+            for (uint32_t k = 0; k < j; k++) sum -= factor[(size_t)i * columns + k] * factor[(size_t)j * columns + k];
             if (i == j && !(sum > 0)) return false;
-            factor[(size_t)i * features + j] = i == j ? sqrt(sum) : sum / factor[(size_t)j * features + j];
+            factor[(size_t)i * columns + j] = i == j ? sqrt(sum) : sum / factor[(size_t)j * columns + j];
         }
     return true;
 }
 
-// The coefficients; all NaN where there is no single solution.
-static void solve(struct regression *regression, const struct sums *sums, double penalty) {
-    uint32_t features = regression->features;
-    double *factor = regression->factor, *solution = regression->solution;
-    bool solvable = factorise(sums, features, penalty, factor);
-    for (uint32_t i = 0; i < features; i++) {
-        double sum = solvable ? sums->moments[i] : NAN;
-        for (uint32_t k = 0; k < i; k++) sum -= factor[(size_t)i * features + k] * solution[k];
-        solution[i] = sum / factor[(size_t)i * features + i];
+// Solves factor x = from, from the first column on; `columns` of them.
+static void solve_forward(const struct regression *regression, const double *from, uint32_t columns, double *x) {
+    for (uint32_t i = 0; i < columns; i++) {
+        const double *row = regression->factor + (size_t)i * regression->columns;
+        double sum = from[i];
+        for (uint32_t k = 0; k < i; k++) sum -= row[k] * x[k];
+        x[i] = sum / row[i];
     }
-    for (uint32_t i = features; i-- > 0;) {
+}
+
+// The coefficients of the first `columns`, which are a problem of their own with the same factor.
+static void solve(const struct regression *regression, uint32_t columns, double *solution) {
+    solve_forward(regression, regression->moments, columns, solution);
+    for (uint32_t i = columns; i-- > 0;) {
         double sum = solution[i];
-        for (uint32_t k = i + 1; k < features; k++) sum -= factor[(size_t)k * features + i] * solution[k];
-        solution[i] = sum / factor[(size_t)i * features + i];
+        for (uint32_t k = i + 1; k < columns; k++)
+            sum -= regression->factor[(size_t)k * regression->columns + i] * solution[k];
+        solution[i] = sum / regression->factor[(size_t)i * regression->columns + i];
     }
 }
 
-static double predict(const struct regression *regression, uint32_t kept) {
-    const double *row = regression->rows + (size_t)kept * regression->features;
+static double product(const double *a, const double *b, uint32_t count) {
     double sum = 0;
-    for (uint32_t i = 0; i < regression->features; i++) sum += row[i] * regression->solution[i];
+    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
     return sum;
 }
 
-// ---- Cross-validation ----
-
-static double penalty_of(const struct regression *regression, uint32_t place) {
-    return LEAST_PENALTY * pow(PENALTY_FACTOR, place) * regression->outcomes.count;
+// x' (X'X + penalties)^-1 x
+static double leverage(const struct regression *regression, const double *x) {
+    solve_forward(regression, x, regression->columns, regression->scratch);
+    return product(regression->scratch, regression->scratch, regression->columns);
 }
 
-// Makes `rest` the sums over all folds but two; equal ones count once, VW_WORTH_FOLDS is none.
-static void leave_folds_out(struct regression *regression, uint32_t first, uint32_t second) {
-    uint32_t features = regression->features;
-    memcpy(regression->rest.gram, regression->all.gram, (size_t)features * (features + 1) * sizeof(double));
-    if (first < VW_WORTH_FOLDS) subtract_sums(features, &regression->of_fold[first], &regression->rest);
-    if (second < VW_WORTH_FOLDS && second != first)
-        subtract_sums(features, &regression->of_fold[second], &regression->rest);
-}
+// ---- Fits of all penalties ----
 
-static double squared_error(const struct regression *regression, uint32_t fold) {
+// Squared error of each subset outside the fold `unseen` by the fit without it.
+static double left_out_error(const struct regression *regression, uint32_t unseen, const double *solution) {
     double sum = 0;
+    for (uint32_t i = 0; i < regression->outcomes.count; i++) {
+        if (regression->folds[i] == unseen) continue;
+        const double *row = regression->rows + (size_t)i * regression->columns;
+        double error = regression->outcomes.means[i] - product(row, solution, regression->columns);
+        sum += pow(error / fmax(1 - leverage(regression, row), 1e-9), 2);
+    }
+    return sum;
+}
+
+static void find_variances(struct regression *regression, const double *solution, double *variances) {
+    double rest = regression->squares - product(regression->moments, solution, regression->columns);
+    double noise = fmax(rest, 0) / fmax(regression->used - 2.0, 1); // the penalty counts as a prior's part
+    for (uint32_t i = 0; i < regression->params->subsets->photo_count; i++)
+        variances[i] = noise * leverage(regression, regression->contrasts + (size_t)i * regression->columns);
+}
+
+static void weigh_fits(struct regression *regression) {
+    double least = INFINITY, sum = 0;
+    for (uint32_t fit = 0; fit < FITS; fit++) least = fmin(least, regression->errors[fit]);
+    for (uint32_t fit = 0; fit < FITS; fit++) {
+        double error = regression->errors[fit];
+        regression->weights[fit] =
+            error == least ? 1 : isfinite(error) ? exp(-0.5 * regression->used * log(error / least)) : 0;
+        sum += regression->weights[fit];
+    }
+    for (uint32_t fit = 0; fit < FITS; fit++) regression->weights[fit] /= sum;
+}
+
+// Fits the subsets outside the fold `unseen` (VW_WORTH_FOLDS: all) with every penalty, and weighs the fits.
+static void fit_all(struct regression *regression, uint32_t unseen) {
+    uint32_t players = regression->params->subsets->photo_count;
+    clear_sums(regression);
     for (uint32_t i = 0; i < regression->outcomes.count; i++)
-        if (regression->folds[i] == fold) sum += pow(predict(regression, i) - regression->outcomes.means[i], 2);
+        if (regression->folds[i] != unseen) add_subset(regression, i, 1);
+    for (uint32_t fit = 0; fit < FITS; fit++) {
+        double *solution = regression->solutions + (size_t)fit * regression->columns;
+        bool idle = !regression->params->feature_count && fit % RATIOS; // it would be the fit before
+        regression->errors[fit] = INFINITY;
+        if (idle || !factorise(regression, fit)) continue;
+        solve(regression, regression->columns, solution);
+        regression->errors[fit] = left_out_error(regression, unseen, solution);
+        if (unseen == VW_WORTH_FOLDS)
+            find_variances(regression, solution, regression->variances + (size_t)fit * players);
+    }
+    weigh_fits(regression);
+}
+
+static double average(const struct regression *regression, const double *row) {
+    double sum = 0;
+    for (uint32_t fit = 0; fit < FITS; fit++)
+        if (regression->weights[fit] > 0)
+            sum += regression->weights[fit] *
+                   product(row, regression->solutions + (size_t)fit * regression->columns, regression->columns);
     return sum;
 }
 
-// The penalty of the smallest error on left-out folds; the fold `unseen` takes no part.
-static double choose_penalty(struct regression *regression, uint32_t unseen) {
-    double errors[PENALTIES] = {0};
-    uint32_t best = 0;
-    for (uint32_t fold = 0; fold < VW_WORTH_FOLDS; fold++) {
-        if (fold == unseen) continue;
-        leave_folds_out(regression, fold, unseen);
-        for (uint32_t i = 0; i < PENALTIES; i++) {
-            solve(regression, &regression->rest, penalty_of(regression, i));
-            errors[i] += squared_error(regression, fold);
-        }
-    }
-    for (uint32_t i = 1; i < PENALTIES; i++)
-        if (errors[i] < errors[best]) best = i;
-    return penalty_of(regression, best);
-}
+// ---- Predictions ----
 
 static void predict_left_out(struct regression *regression, struct vw_worths *worths) {
+    double of_size[FIRST_FEATURE];
     for (uint32_t fold = 0; fold < VW_WORTH_FOLDS; fold++) {
-        double penalty = choose_penalty(regression, fold);
-        leave_folds_out(regression, fold, VW_WORTH_FOLDS);
-        solve(regression, &regression->rest, penalty);
-        for (uint32_t i = 0; i < regression->outcomes.count; i++)
-            if (regression->folds[i] == fold) worths->predicted[regression->outcomes.kept[i]] = predict(regression, i);
+        fit_all(regression, fold);
+        solve(regression, FIRST_FEATURE, of_size); // no penalty changes that part of the factor
+        for (uint32_t i = 0; i < regression->outcomes.count; i++) {
+            if (regression->folds[i] != fold) continue;
+            const double *row = regression->rows + (size_t)i * regression->columns;
+            uint32_t subset = regression->outcomes.kept[i];
+            worths->predicted[subset] = regression->centre + average(regression, row);
+            worths->by_size[subset] = regression->centre + product(row, of_size, FIRST_FEATURE);
+        }
     }
 }
 
 static enum vw_status compare_left_out(const struct regression *regression, struct vw_worths *worths) {
     const struct vw_outcomes *outcomes = &regression->outcomes;
-    double *predicted = vw_allocate(outcomes->count, sizeof *predicted), mean = 0, error = 0, total = 0;
+    double *predicted = vw_allocate(outcomes->count, sizeof *predicted), error = 0;
     if (!predicted) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < outcomes->count; i++) mean += outcomes->means[i] / outcomes->count;
     for (uint32_t i = 0; i < outcomes->count; i++) {
-        predicted[i] = worths->predicted[outcomes->kept[i]];
+        predicted[i] = worths->predicted[outcomes->kept[i]] - regression->centre;
         error += pow(predicted[i] - outcomes->means[i], 2);
-        total += pow(outcomes->means[i] - mean, 2);
     }
+    double total = product(outcomes->means, outcomes->means, outcomes->count);
     worths->pearson = vw_pearson(predicted, outcomes->means, outcomes->count);
     worths->r2 = total > 0 ? 1 - error / total : NAN;
     free(predicted);
@@ -167,121 +267,129 @@ static enum vw_status compare_left_out(const struct regression *regression, stru
 
 // ---- Worths ----
 
-// What a photo adds: its own coefficient, against the mean one, and an even part of the size's.
-static void take_worths(const struct regression *regression, uint32_t photo_count, double *worths) {
-    const double *of_photo = regression->solution + FIRST_PHOTO;
-    double mean = 0;
-    for (uint32_t i = 0; i < photo_count; i++) mean += of_photo[i] / photo_count;
-    for (uint32_t i = 0; i < photo_count; i++)
-        worths[i] = regression->solution[SHARE] / photo_count + of_photo[i] - mean;
+static void take_worths(struct regression *regression, struct vw_worths *worths) {
+    uint32_t players = worths->photo_count;
+    double quantile = vw_student_quantile(fmax(regression->used - 2.0, 1));
+    for (uint32_t i = 0; i < players; i++) {
+        const double *contrast = regression->contrasts + (size_t)i * regression->columns;
+        double value = average(regression, contrast), variance = 0;
+        for (uint32_t fit = 0; fit < FITS; fit++) {
+            if (!(regression->weights[fit] > 0)) continue;
+            const double *solution = regression->solutions + (size_t)fit * regression->columns;
+            variance += regression->weights[fit] * (regression->variances[(size_t)fit * players + i] +
+                                                    pow(product(contrast, solution, regression->columns) - value, 2));
+        }
+        worths->values[i] = value;
+        worths->standard_errors[i] = sqrt(variance);
+        worths->ci_low[i] = value - quantile * sqrt(variance);
+        worths->ci_high[i] = value + quantile * sqrt(variance);
+    }
 }
 
-static enum vw_status find_worths(struct regression *regression, struct vw_worths *worths) {
-    uint32_t photos = worths->photo_count, count = regression->outcomes.count;
-    double penalty = choose_penalty(regression, VW_WORTH_FOLDS), *drawn = vw_allocate(VW_RESAMPLES, sizeof *drawn);
+// By the penalty of the least error, which stays what it is for all subsets.
+static enum vw_status resample(struct regression *regression, struct vw_worths *worths) {
+    uint32_t players = worths->photo_count, count = regression->outcomes.count, best = 0;
     uint16_t *times = vw_resamples_draw(count);
-    enum vw_status status = times && drawn ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t r = 0; !status && r <= VW_RESAMPLES; r++) {
-        clear_sums(regression->features, &regression->rest);
+    if (!times) return VW_ERROR_MEMORY;
+    for (uint32_t fit = 1; fit < FITS; fit++)
+        if (regression->errors[fit] < regression->errors[best]) best = fit;
+    for (uint32_t r = 0; r <= VW_RESAMPLES; r++) {
+        clear_sums(regression);
         for (uint32_t i = 0; i < count; i++)
-            if (times[(size_t)r * count + i])
-                add_subset(regression, i, times[(size_t)r * count + i], &regression->rest);
-        solve(regression, &regression->rest, penalty);
-        take_worths(regression, photos, worths->resampled + (size_t)r * photos);
+            if (times[(size_t)r * count + i]) add_subset(regression, i, times[(size_t)r * count + i]);
+        if (!factorise(regression, best)) continue;
+        solve(regression, regression->columns, regression->solutions);
+        for (uint32_t i = 0; i < players; i++)
+            worths->resampled[(size_t)r * players + i] =
+                product(regression->contrasts + (size_t)i * regression->columns, regression->solutions,
+                        regression->columns);
     }
-    for (uint32_t photo = 0; !status && photo < photos; photo++) {
-        worths->values[photo] = worths->resampled[photo];
-        for (uint32_t r = 0; r < VW_RESAMPLES; r++) drawn[r] = worths->resampled[(size_t)(1 + r) * photos + photo];
-        vw_resampling_interval(drawn, &worths->ci_low[photo], &worths->ci_high[photo]);
-    }
-    free(drawn);
     free(times);
-    return status;
+    return VW_OK;
 }
 
 // ---- All of it ----
 
-static void list_features(struct regression *regression) {
-    const struct vw_subsets *subsets = regression->subsets;
-    for (uint32_t i = 0; i < regression->outcomes.count; i++) {
-        uint32_t subset = regression->outcomes.kept[i], size = vw_subset_size(subsets, subset);
-        double *row = regression->rows + (size_t)i * regression->features, share = (double)size / subsets->photo_count;
-        row[CONSTANT] = 1;
-        row[SHARE] = share - 0.5;
-        for (uint32_t photo = 0; photo < subsets->photo_count; photo++) row[FIRST_PHOTO + photo] = -share;
-        for (uint32_t j = 0; j < size; j++) row[FIRST_PHOTO + subsets->places[subsets->offsets[subset] + j]] += 1;
-    }
-}
-
-// Random folds of equal sizes, and the sums over each.
-static void divide(struct regression *regression) {
-    uint32_t count = regression->outcomes.count;
-    vw_random_order(FOLD_SEED, 0, count, regression->folds);
-    for (uint32_t i = 0; i < count; i++) {
-        regression->folds[i] %= VW_WORTH_FOLDS;
-        add_subset(regression, i, 1, &regression->of_fold[regression->folds[i]]);
-        add_subset(regression, i, 1, &regression->all);
-    }
-}
-
-static enum vw_status open_regression(const struct vw_subsets *subsets, enum vw_quality quality,
-                                      struct regression *regression) {
-    *regression = (struct regression){.subsets = subsets, .features = FIRST_PHOTO + subsets->photo_count};
-    uint32_t features = regression->features;
-    enum vw_status status =
-        vw_outcomes_of_subsets(subsets, (struct vw_subset_range){0, subsets->count}, quality, &regression->outcomes);
-    for (uint32_t fold = 0; !status && fold < VW_WORTH_FOLDS; fold++)
-        status = allocate_sums(features, &regression->of_fold[fold]);
-    if (!status) status = allocate_sums(features, &regression->all);
-    if (!status) status = allocate_sums(features, &regression->rest);
-    if (status) return status;
+static enum vw_status allocate_regression(struct regression *regression) {
+    size_t columns = regression->columns, players = regression->params->subsets->photo_count;
     regression->folds = vw_allocate(regression->outcomes.count, sizeof *regression->folds);
-    regression->rows = vw_allocate((size_t)regression->outcomes.count * features, sizeof *regression->rows);
-    regression->factor = vw_allocate((size_t)features * features, sizeof *regression->factor);
-    regression->solution = vw_allocate(features, sizeof *regression->solution);
-    bool enough = regression->folds && regression->rows && regression->factor && regression->solution;
-    if (!enough) return VW_ERROR_MEMORY;
-    list_features(regression);
-    divide(regression);
+    regression->rows = vw_allocate(regression->outcomes.count, columns * sizeof *regression->rows);
+    regression->contrasts = vw_allocate(players, columns * sizeof *regression->contrasts);
+    regression->gram = vw_allocate(columns, (columns + 1) * sizeof *regression->gram);
+    regression->factor = vw_allocate(columns, columns * sizeof *regression->factor);
+    regression->scratch = vw_allocate(columns, sizeof *regression->scratch);
+    regression->solutions = vw_allocate(FITS, columns * sizeof *regression->solutions);
+    regression->variances = vw_allocate(FITS, players * sizeof *regression->variances);
+    if (!regression->folds || !regression->rows || !regression->contrasts || !regression->gram || !regression->factor ||
+        !regression->scratch || !regression->solutions || !regression->variances)
+        return VW_ERROR_MEMORY;
+    regression->moments = regression->gram + columns * columns;
     return VW_OK;
+}
+
+// Takes the mean off the outcomes, and deals the subsets to random folds of equal sizes.
+static void centre_and_divide(struct regression *regression) {
+    uint32_t count = regression->outcomes.count;
+    for (uint32_t i = 0; i < count; i++) regression->centre += regression->outcomes.means[i] / count;
+    for (uint32_t i = 0; i < count; i++) regression->outcomes.means[i] -= regression->centre;
+    vw_random_order(FOLD_SEED, 0, count, regression->folds);
+    for (uint32_t i = 0; i < count; i++) regression->folds[i] %= VW_WORTH_FOLDS;
+}
+
+static enum vw_status open_regression(const struct vw_worth_params *params, struct regression *regression) {
+    const struct vw_subsets *subsets = params->subsets;
+    *regression = (struct regression){.params = params,
+                                      .first_player = FIRST_FEATURE + params->feature_count,
+                                      .columns = FIRST_FEATURE + params->feature_count + subsets->photo_count};
+    enum vw_status status = vw_outcomes_of_subsets(subsets, (struct vw_subset_range){0, subsets->count},
+                                                   params->quality, &regression->outcomes);
+    if (!status) status = allocate_regression(regression);
+    if (!status) status = make_rows(regression);
+    if (!status) centre_and_divide(regression);
+    return status;
 }
 
 static void close_regression(struct regression *regression) {
     vw_outcomes_free(&regression->outcomes);
-    for (uint32_t fold = 0; fold < VW_WORTH_FOLDS; fold++) free(regression->of_fold[fold].gram);
-    free(regression->all.gram);
-    free(regression->rest.gram);
     free(regression->folds);
     free(regression->rows);
+    free(regression->contrasts);
+    free(regression->gram);
     free(regression->factor);
-    free(regression->solution);
+    free(regression->scratch);
+    free(regression->solutions);
+    free(regression->variances);
 }
 
-static enum vw_status open_worths(const struct vw_subsets *subsets, struct vw_worths *worths) {
-    uint32_t photos = subsets->photo_count;
-    size_t resampled = (1 + (size_t)VW_RESAMPLES) * photos;
-    *worths = (struct vw_worths){.photo_count = photos, .pearson = NAN, .r2 = NAN};
-    worths->values = vw_allocate(photos, 3 * sizeof *worths->values);
-    worths->resampled = vw_allocate(resampled, sizeof *worths->resampled);
-    worths->predicted = vw_allocate(subsets->count, sizeof *worths->predicted);
-    if (!worths->values || !worths->resampled || !worths->predicted) return VW_ERROR_MEMORY;
-    worths->ci_low = worths->values + photos;
-    worths->ci_high = worths->ci_low + photos;
-    for (size_t i = 0; i < 3 * (size_t)photos; i++) worths->values[i] = NAN;
+static enum vw_status open_worths(const struct vw_worth_params *params, struct vw_worths *worths) {
+    size_t players = params->subsets->photo_count, subsets = params->subsets->count;
+    size_t resampled = params->resample ? (1 + (size_t)VW_RESAMPLES) * players : 0;
+    *worths = (struct vw_worths){.photo_count = params->subsets->photo_count, .pearson = NAN, .r2 = NAN};
+    worths->values = vw_allocate(players, 4 * sizeof *worths->values);
+    worths->predicted = vw_allocate(subsets, 2 * sizeof *worths->predicted);
+    if (resampled) worths->resampled = vw_allocate(resampled, sizeof *worths->resampled);
+    if (!worths->values || !worths->predicted || (resampled && !worths->resampled)) return VW_ERROR_MEMORY;
+    worths->ci_low = worths->values + players;
+    worths->ci_high = worths->ci_low + players;
+    worths->standard_errors = worths->ci_high + players;
+    worths->by_size = worths->predicted + subsets;
+    for (size_t i = 0; i < 4 * players; i++) worths->values[i] = NAN;
     for (size_t i = 0; i < resampled; i++) worths->resampled[i] = NAN;
-    for (uint32_t i = 0; i < subsets->count; i++) worths->predicted[i] = NAN;
+    for (size_t i = 0; i < 2 * subsets; i++) worths->predicted[i] = NAN;
     return VW_OK;
 }
 
-enum vw_status vw_worths_fit(const struct vw_subsets *subsets, enum vw_quality quality, struct vw_worths *worths) {
+enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_worths *worths) {
     struct regression regression = {0};
-    enum vw_status status = open_worths(subsets, worths);
-    if (!status) status = open_regression(subsets, quality, &regression);
+    enum vw_status status = open_worths(params, worths);
+    if (!status) status = open_regression(params, &regression);
     if (!status && regression.outcomes.count >= VW_WORTH_FOLDS) {
         worths->count = regression.outcomes.count;
         predict_left_out(&regression, worths);
         status = compare_left_out(&regression, worths);
-        if (!status) status = find_worths(&regression, worths);
+        if (!status) fit_all(&regression, VW_WORTH_FOLDS);
+        if (!status) take_worths(&regression, worths);
+        if (!status && params->resample) status = resample(&regression, worths);
     }
     close_regression(&regression);
     return status;
@@ -291,4 +399,84 @@ void vw_worths_free(struct vw_worths *worths) {
     free(worths->values);
     free(worths->resampled);
     free(worths->predicted);
+}
+
+// ---- Accuracy ----
+
+// What each subset kept has beyond its size: its outcome, and what `predicted` says. Returns their number.
+static uint32_t take_off_size(const struct vw_worth_params *params, const struct vw_worths *worths,
+                              const double *predicted, double *real, double *expected) {
+    const struct vw_subsets *subsets = params->subsets;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < subsets->count; i++) {
+        double outcome = 0;
+        for (uint32_t seed = 0; seed < subsets->seed_count; seed++)
+            outcome += vw_quality_of(&subsets->results[(size_t)i * subsets->seed_count + seed], params->quality) /
+                       subsets->seed_count;
+        if (vw_subset_size(subsets, i) == subsets->photo_count || !isfinite(worths->by_size[i])) continue;
+        real[count] = outcome - worths->by_size[i];
+        expected[count++] = predicted[i];
+    }
+    return count;
+}
+
+static enum vw_status find_accuracy(const double *real, const double *expected, uint32_t count,
+                                    struct vw_worth_accuracy *accuracy) {
+    double *values = vw_allocate(1 + VW_RESAMPLES, sizeof *values), error = 0, total = 0;
+    uint16_t *times = vw_resamples_draw(count);
+    enum vw_status status = values && times ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) status = vw_resampled_spearman_add(real, expected, times, count, 1, values);
+    for (uint32_t i = 0; i < count; i++) {
+        error += pow(expected[i] - real[i], 2);
+        total += real[i] * real[i];
+    }
+    if (!status) {
+        accuracy->spearman = values[0];
+        vw_resampling_interval(values + 1, &accuracy->ci_low, &accuracy->ci_high);
+        accuracy->r2 = total > 0 ? 1 - error / total : NAN;
+        accuracy->variance = count ? total / count : NAN;
+        accuracy->count = count;
+    }
+    free(values);
+    free(times);
+    return status;
+}
+
+// `predicted`: beyond the size, [subset].
+static enum vw_status compare(const struct vw_worth_params *params, const struct vw_worths *worths,
+                              const double *predicted, struct vw_worth_accuracy *accuracy) {
+    double *real = vw_allocate(params->subsets->count, 2 * sizeof *real), *expected = real + params->subsets->count;
+    *accuracy = (struct vw_worth_accuracy){NAN, NAN, NAN, NAN, 0, NAN};
+    if (!real) return VW_ERROR_MEMORY;
+    uint32_t count = take_off_size(params, worths, predicted, real, expected);
+    enum vw_status status = count >= 3 ? find_accuracy(real, expected, count, accuracy) : VW_OK;
+    free(real);
+    return status;
+}
+
+enum vw_status vw_worths_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
+                                  struct vw_worth_accuracy *accuracy) {
+    double *predicted = vw_allocate(params->subsets->count, sizeof *predicted);
+    if (!predicted) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < params->subsets->count; i++) predicted[i] = worths->predicted[i] - worths->by_size[i];
+    enum vw_status status = compare(params, worths, predicted, accuracy);
+    free(predicted);
+    return status;
+}
+
+enum vw_status vw_worths_score_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
+                                        const double *scores, struct vw_worth_accuracy *accuracy) {
+    const struct vw_subsets *subsets = params->subsets;
+    double *predicted = vw_allocate(subsets->count, sizeof *predicted), mean = 0;
+    if (!predicted) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < subsets->photo_count; i++) mean += scores[i] / subsets->photo_count;
+    for (uint32_t i = 0; i < subsets->count; i++) {
+        uint32_t size = vw_subset_size(subsets, i);
+        for (uint32_t j = subsets->offsets[i]; j < subsets->offsets[i + 1]; j++)
+            predicted[i] += (scores[subsets->places[j]] - mean) / (params->form == VW_WORTH_MEAN ? size : 1);
+    }
+    enum vw_status status = compare(params, worths, predicted, accuracy);
+    accuracy->r2 = NAN; // a score has no scale of outcomes
+    free(predicted);
+    return status;
 }

@@ -1,8 +1,13 @@
-// Photo worths by regression of the outcomes of all subsets on who is in them: v(S) = c + sum of beta_i over the photos
-// i in S, a ridge regression whose beta are shrunk toward their own mean, not toward 0, so that shrinking moves no
-// zero. Where sizes of subsets vary, the worths have a true zero: below it a photo makes trainings worse. Where all
-// sizes are equal, only differences of worths are known, and their mean is 0. Least-squares worths are a datamodel
-// (Ilyas et al. 2022).
+// Worths by regression of the outcomes of subsets on who is in them, the only such regression: of photos in a benchmark,
+// of photos in `worth`, and of providers as players.
+//
+//   v(S) = c + g size(S) + sum over the players i of w_i x_i(S)
+//
+// The w_i are shrunk toward a linear function of the players' features f (a prior: other scores), w = B f, and without
+// features toward their own mean: sum of squared errors + lambda |w - B f|^2 + rho lambda |B|^2. The size has a
+// coefficient of its own, so that shrinking moves no zero. Where sizes of subsets vary, the worths have a true zero:
+// below it a player makes trainings worse. Where all sizes are equal, only differences are known. Least-squares worths
+// are a datamodel (Ilyas et al. 2022); the prior is that of a multilevel regression (Gelman and Hill 2007, ch. 12).
 #ifndef VIEWWORTH_VALUE_WORTH_REGRESSION_H
 #define VIEWWORTH_VALUE_WORTH_REGRESSION_H
 
@@ -10,20 +15,57 @@
 
 extern const char vw_subset_worth_name[]; // "subset_worth"
 
+// What a subset's outcome is linear in. In both, a worth is what the fit loses when the player leaves all the others.
+enum vw_worth_form {
+    VW_WORTH_SUM,  // size: the share s of the photos; x_i: 1 or 0, less s
+    VW_WORTH_MEAN, // of trainings of equal steps, which the members share. Size: log s, since the error falls by a power
+                   // of the number of photos; x_i: (1 or 0) / s, less 1. No subset is empty
+};
+
+struct vw_worth_params {
+    const struct vw_subsets *subsets; // of players
+    enum vw_quality quality;
+    enum vw_worth_form form;
+    const uint32_t *player_photos; // photos that each player brings; NULL: 1
+    const double *features;        // [feature][player], per photo, of mean 0; NULL with feature_count 0
+    uint32_t feature_count;
+    bool resample; // fill `resampled`
+};
+
 struct vw_worths {
-    uint32_t photo_count;
-    double *values;           // owned; [photo], dB; NaN where there are too few subsets
-    double *ci_low, *ci_high; // [photo]: 95 %, over resampled subsets; part of `values`
-    double *resampled;        // owned; [1 + VW_RESAMPLES][photo]
+    uint32_t photo_count;     // players
+    double *values;           // owned; [player], dB; NaN where there are too few subsets
+    double *ci_low, *ci_high; // [player]: 95 %; part of `values`
+    double *standard_errors;  // [player]; part of `values`
+    double *resampled;        // owned; [1 + VW_RESAMPLES][player]: worths by subsets drawn anew; NULL unless asked for
     double *predicted;        // owned; [subset]: by the fit without its fold; NaN where that is unknown
+    double *by_size;          // [subset]: the same from its size alone; part of `predicted`
     double pearson, r2;       // of predicted and real outcomes
     uint32_t count;           // subsets that the fit is of
 };
 
-// The strength of shrinking is chosen by cross-validation over VW_WORTH_FOLDS folds of subsets, within each fit.
+// Penalties (lambda and rho, 16 and 4 of them) are weighed by cross-validation within each fit: each subset is left out
+// in turn (PRESS: Allen 1974), and penalties of the squared error E weigh E^(-n/2), as their likelihoods would (Geisser
+// and Eddy 1979). Values are the mean over penalties, intervals hold the variance within and between them (Student).
+// Predictions come from VW_WORTH_FOLDS folds, each predicted by a fit that knows nothing of it, penalties included.
 enum { VW_WORTH_FOLDS = 8 };
-// Free it also after a failure.
-enum vw_status vw_worths_fit(const struct vw_subsets *subsets, enum vw_quality quality, struct vw_worths *worths);
+// Fewer than VW_WORTH_FOLDS outcomes give no worths. Free it also after a failure.
+enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_worths *worths);
 void vw_worths_free(struct vw_worths *worths);
+
+// Spearman's correlation of what is left of left-out outcomes and of their predictions when the part that follows from
+// the size alone is taken off: what the players' differences explain. Subsets of all players count in neither. The
+// interval is the middle 95 % over resampled subsets.
+struct vw_worth_accuracy {
+    double spearman, ci_low, ci_high;
+    double r2; // of these parts
+    uint32_t count;
+    double variance; // of what is left of the outcomes, dB^2
+};
+enum vw_status vw_worths_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
+                                  struct vw_worth_accuracy *accuracy);
+// The same of a score per player, summed as the form says, instead of the worths.
+enum vw_status vw_worths_score_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
+                                        const double *scores, struct vw_worth_accuracy *accuracy);
 
 #endif
