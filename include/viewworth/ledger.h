@@ -2,7 +2,9 @@
 // - run, image, step, view, score: their columns stay, and new ones are appended (src/ledger/schema.c);
 // - probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id): vw_step_record.probes, with kind one
 //   of repeated, zero_learning_rate, resampled and same_state; image_id is NULL if the probe is of the
-//   step's own photo.
+//   step's own photo;
+// - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
+//   numbered from 0; image_ids is a list with single spaces between.
 //
 // A ledger with a sweep of lasting credit (value.h) also has (src/ledger/schema.c; others lack these tables):
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the sweep;
@@ -16,8 +18,9 @@
 // - step.row_hash: the row_hash before it (for step 0 that of the run), the other columns of the step, its view rows
 //   and its probe rows;
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
-//   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, and all score rows
-//   in the order of their rowids, which is the order of the methods; then the row of lasting, if there is one;
+//   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, all score rows in
+//   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
+//   there is one;
 // - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step and of
 //   lasting_check.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
@@ -105,6 +108,16 @@ struct vw_lasting_sweep {
     uint32_t check_count;
 };
 
+// A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.
+struct vw_ledger_retraining {
+    bool whole_providers; // each provider's photos were in or out together
+    uint64_t seed;        // of order, pixels, jitter and initialisation
+    uint32_t epochs;
+    const uint32_t *image_ids; // trained on, ascending
+    uint32_t image_count;
+    double val_psnr; // dB, mean over the ends of the last epochs; NaN: NULL in the ledger, it has no value
+};
+
 // Creates the file `path`. VW_ERROR_USAGE if it exists.
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger);
@@ -129,6 +142,11 @@ enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, co
 // sweep. VW_ERROR_USAGE when its steps are not those of the run, or a value is not finite.
 enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
                                      const struct vw_ledger_score *scores, uint32_t score_count);
+
+// Appends retrainings to those that are recorded, and replaces the scores of a run that has ended, as one synced
+// transaction. A run that is extended afterwards loses its retrainings.
+enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct vw_ledger_retraining *retrainings,
+                                         uint32_t count, const struct vw_ledger_score *scores, uint32_t score_count);
 
 // Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
 // forgets it.
@@ -164,6 +182,9 @@ enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_s
 // arrays are owned by the caller (vw_lasting_sweep_free).
 enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep);
 void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep);
+// All retraining rows in order; `*retrainings` and what it points to is one array, owned by the caller (free).
+enum vw_status vw_ledger_get_retrainings(struct vw_ledger *ledger, struct vw_ledger_retraining **retrainings,
+                                         uint32_t *count);
 // Calls `take` with every row of table view, by step and image. The rows are not kept in memory, because there is one
 // for every step and validation view.
 typedef void vw_ledger_view_taker(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error);

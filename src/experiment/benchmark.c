@@ -142,7 +142,8 @@ static enum vw_status find_worths(struct work *work) {
         vw_subsets_retrain(&work->subsets, evaluation->photos, evaluation_seed(work), vw_retrain, &work->retrainer);
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++)
         status = vw_worths_fit(
-            &(struct vw_worth_params){.subsets = &work->subsets, .quality = vw_truths[truth], .resample = true},
+            &(struct vw_worth_params){
+                .subsets = &work->subsets, .quality = vw_truths[truth], .predict = true, .resample = true},
             &work->worths[truth]);
     if (status) return status;
     const struct vw_scorer scorer = {.name = vw_subset_worth_name, .of_subsets = true};

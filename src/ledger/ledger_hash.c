@@ -58,6 +58,11 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
             "ci_high, rank_ci_low,"
             " rank_ci_high FROM score ORDER BY rowid",
             &hasher);
+    if (!status)
+        status = vw_ledger_hash_rows(database,
+                                     "SELECT run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr "
+                                     "FROM retraining ORDER BY run_id, retraining",
+                                     &hasher);
     if (!status && lasting)
         status = vw_ledger_hash_rows(database, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", &hasher);
     vw_row_end_hash(&hasher, hash);

@@ -49,8 +49,15 @@ static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledge
     return status;
 }
 
+// Retrainings are as long as the run: one that continues outgrows them.
+static enum vw_status remove_retrainings(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
+    bool continues = strcmp(state->status, VW_LEDGER_RUNNING) == 0;
+    return continues ? vw_database_run(&ledger->database, "DELETE FROM retraining") : VW_OK;
+}
+
 enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state) {
     enum vw_status status = replace_scores(ledger, state->scores, state->score_count);
+    if (!status) status = remove_retrainings(ledger, state);
     if (!status) status = update_run(ledger, state);
     if (!status)
         status = vw_ledger_write_final_hash(&ledger->database, ledger->run_hash, ledger->head, state->final_hash);

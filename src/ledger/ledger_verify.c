@@ -37,6 +37,7 @@ static enum vw_status verify_belonging(struct vw_database *database) {
     if (!status) status = find_stray(database, "view", "run_id");
     if (!status) status = find_stray(database, "probe", "run_id");
     if (!status) status = find_stray(database, "score", "run_id");
+    if (!status) status = find_stray(database, "retraining", "run_id");
     return status;
 }
 
@@ -74,8 +75,8 @@ static enum vw_status verify_final_hash(struct verification *verification) {
     return status ? status
                   : compare_with_run(
                         verification->database, "SELECT final_hash FROM run", final_hash,
-                        "the run row was edited, a score row was edited, removed, added or moved, or the last "
-                        "step rows were removed");
+                        "the run row was edited, a score row was edited, removed, added or moved, a retraining row "
+                        "likewise, or the last step rows were removed");
 }
 
 // ---- The chain of the steps ----

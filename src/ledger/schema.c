@@ -40,9 +40,14 @@ static const char schema_sql[] =
     "REAL, ci_high REAL,"
     " rank_ci_low INTEGER, rank_ci_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
-    "PRAGMA user_version = 6;";
+    "CREATE TABLE retraining ("
+    " run_id TEXT NOT NULL REFERENCES run (run_id), retraining INTEGER NOT NULL,"
+    " whole_providers INTEGER NOT NULL CHECK (whole_providers IN (0, 1)), seed INTEGER NOT NULL,"
+    " epochs INTEGER NOT NULL, image_ids TEXT NOT NULL, val_psnr REAL,"
+    " PRIMARY KEY (run_id, retraining)) WITHOUT ROWID;"
+    "PRAGMA user_version = 7;";
 
-_Static_assert(VW_SCHEMA_VERSION == 6, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 7, "raise user_version above too");
 
 // A ledger gets these tables with its first sweep, so that all others stay as earlier versions write and read them.
 static const char lasting_sql[] =
@@ -57,9 +62,9 @@ static const char lasting_sql[] =
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, from_step INTEGER NOT NULL,"
     " predicted_psnr REAL NOT NULL, measured_psnr REAL, predicted_loss REAL NOT NULL, measured_loss REAL,"
     " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
-    "PRAGMA user_version = 7;";
+    "PRAGMA user_version = 8;";
 
-_Static_assert(VW_SCHEMA_VERSION_LASTING == 7, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION_LASTING == 8, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger", lasting_sql,
                                                     VW_SCHEMA_VERSION_LASTING};

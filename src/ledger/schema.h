@@ -6,8 +6,8 @@
 
 // Kept in PRAGMA user_version; raise them when a table changes.
 enum {
-    VW_SCHEMA_VERSION = 6,
-    VW_SCHEMA_VERSION_LASTING = 7, // the same tables, and those of a sweep of lasting credit
+    VW_SCHEMA_VERSION = 7,
+    VW_SCHEMA_VERSION_LASTING = 8, // the same tables, and those of a sweep of lasting credit
 };
 
 extern const struct vw_database_format vw_ledger_format;

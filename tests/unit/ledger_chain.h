@@ -141,6 +141,10 @@ static inline bool follow_chain(const char *path, bool rewrite) {
               "rank_ci_low, rank_ci_high FROM score"
               " ORDER BY rowid",
               0);
+    feed_rows(&state, raw,
+              "SELECT run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr FROM retraining"
+              " ORDER BY retraining",
+              0);
     if (swept) feed_rows(&state, raw, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", 0);
     holds = hash_is(&state, raw, "final_hash", OF_RUN, rewrite, head) && holds;
     sqlite3_close(raw);

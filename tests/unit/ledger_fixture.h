@@ -193,6 +193,15 @@ static const struct vw_ledger_score test_scores[TEST_SCORE_COUNT] = {
     {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.001, 0.01, 0.02, 1, 1},
 };
 
+// All train photos, and a provider's.
+static const uint32_t test_bobs[] = {2, 5};
+enum { TEST_RETRAINING_COUNT = 3 };
+static const struct vw_ledger_retraining test_retrainings[TEST_RETRAINING_COUNT] = {
+    {false, 7, 2, test_train_views, TEST_TRAIN_COUNT, 17.5},
+    {true, 8, 2, test_bobs, 2, 15.25},
+    {false, 9, 2, test_train_views, 3, NAN},
+};
+
 static inline struct vw_ledger *test_ledger_create(const char *path) {
     struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1}");
     struct vw_ledger *ledger = NULL;
@@ -204,6 +213,8 @@ static inline void test_ledger_finish(struct vw_ledger *ledger, const char *stat
     uint32_t score_count = strcmp(status, "finished") == 0 ? TEST_SCORE_COUNT : 0;
     if (score_count) ASSERT_OK(vw_ledger_set_field(ledger, HEX_B));
     ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
+    if (score_count)
+        ASSERT_OK(vw_ledger_add_retrainings(ledger, test_retrainings, TEST_RETRAINING_COUNT, test_scores, score_count));
 }
 
 // Appends a corrupted run in batches of `batch` steps.

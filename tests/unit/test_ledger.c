@@ -115,6 +115,33 @@ static void probes_and_scores_read_back(void **state) {
     free(path);
 }
 
+static void retrainings_come_back_until_the_run_goes_on(void **state) {
+    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_retraining *read = NULL;
+    struct vw_step_record next = {.step = 1 + 4 * TEST_TRAIN_COUNT, .view = 1, .nonfinite = true};
+    uint32_t count = 0;
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    ASSERT_OK(vw_ledger_add_retrainings(ledger, test_retrainings + 1, 1, test_scores, TEST_SCORE_COUNT));
+    ASSERT_OK(vw_ledger_get_retrainings(ledger, &read, &count));
+    assert_int_equal(count, TEST_RETRAINING_COUNT + 1);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_ledger_retraining *expected = &test_retrainings[i < TEST_RETRAINING_COUNT ? i : 1];
+        assert_true(read[i].whole_providers == expected->whole_providers && read[i].seed == expected->seed);
+        assert_true(read[i].epochs == expected->epochs && read[i].image_count == expected->image_count);
+        assert_memory_equal(read[i].image_ids, expected->image_ids, expected->image_count * sizeof(uint32_t));
+        assert_true(read[i].val_psnr == expected->val_psnr || (isnan(read[i].val_psnr) && isnan(expected->val_psnr)));
+    }
+    free(read);
+    ASSERT_OK(vw_ledger_verify(ledger));
+    assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
+    ASSERT_OK(vw_ledger_append(ledger, &next, 1, test_validation_views));
+    assert_answer(path, "SELECT count(*) FROM retraining", "0");
+    assert_int_equal(vw_ledger_add_retrainings(ledger, test_retrainings, 1, NULL, 0), VW_ERROR_USAGE);
+    vw_ledger_close(&ledger);
+    free(path);
+}
+
 static void tables_are_as_contracted(void **state) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     const char *tables[][2] = {
@@ -128,6 +155,7 @@ static void tables_are_as_contracted(void **state) {
         {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1,image_id"},
         {"score",
          "run_id,image_id,method,value,unit,stderr,visits,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_high"},
+        {"retraining", "run_id,retraining,whole_providers,seed,epochs,image_ids,val_psnr"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
         char *sql = vw_format_text(
@@ -159,7 +187,7 @@ static void tables_are_as_contracted(void **state) {
     assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
     assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
-    assert_answer(path, "PRAGMA user_version", "6");
+    assert_answer(path, "PRAGMA user_version", "7");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
@@ -258,7 +286,7 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 7");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 8");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");
@@ -272,6 +300,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(rows_read_back, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(probes_and_scores_read_back, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(retrainings_come_back_until_the_run_goes_on, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(tables_are_as_contracted, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(chain_holds_whatever_the_batches, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(chain_of_steps_is_the_run, test_set_up, test_tear_down),

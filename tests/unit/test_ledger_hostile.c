@@ -236,18 +236,21 @@ static enum vw_status read_all(const char *path) {
     struct vw_step_record *records = NULL;
     struct vw_probe *probes = NULL;
     struct vw_ledger_score *scores = NULL;
+    struct vw_ledger_retraining *retrainings = NULL;
     uint64_t record_count = 0, probe_count = 0;
-    uint32_t image_count = 0, score_count = 0;
+    uint32_t image_count = 0, score_count = 0, retraining_count = 0;
     enum vw_status status = vw_ledger_open(path, &ledger);
     if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
     if (!status) status = vw_ledger_get_steps(ledger, &records, &record_count);
     if (!status) status = vw_ledger_get_probes(ledger, &probes, &probe_count);
     if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &retraining_count);
     if (!status) status = vw_ledger_each_view(ledger, take_nothing, NULL);
     vw_ledger_close(&ledger);
     free(records);
     free(probes);
     free(scores);
+    free(retrainings);
     return status;
 }
 
@@ -293,6 +296,25 @@ static void rows_that_no_run_writes_are_refused(void **state) {
         "UPDATE score SET method = method || char(0)",
         "UPDATE score SET rank_ci_low = -1",
         "UPDATE score SET rank_ci_high = 'x'",
+        "UPDATE retraining SET retraining = 5 WHERE retraining = 1",
+        "DELETE FROM retraining WHERE retraining = 0",
+        "UPDATE retraining SET seed = -1",
+        "UPDATE retraining SET epochs = 4294967296",
+        "UPDATE retraining SET whole_providers = 2",
+        "UPDATE retraining SET val_psnr = 9e999",
+        "UPDATE retraining SET image_ids = ''",
+        "UPDATE retraining SET image_ids = ' 1'",
+        "UPDATE retraining SET image_ids = '1 '",
+        "UPDATE retraining SET image_ids = '1  2'",
+        "UPDATE retraining SET image_ids = '01'",
+        "UPDATE retraining SET image_ids = '2 1'",
+        "UPDATE retraining SET image_ids = '1 1'",
+        "UPDATE retraining SET image_ids = '0'",
+        "UPDATE retraining SET image_ids = '99'",
+        "UPDATE retraining SET image_ids = '4294967297'",
+        "UPDATE retraining SET image_ids = '-1'",
+        "UPDATE retraining SET image_ids = '1' || char(0)",
+        "UPDATE retraining SET image_ids = x'31'",
     };
     char *path = record(*state);
     void *bytes = NULL;

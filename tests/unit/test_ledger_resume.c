@@ -151,7 +151,7 @@ static void a_batch_writes_its_own_rows_only(void **state) {
     assert_int_equal(count_changes(ledger, &records[2]), STEP + RUN);
     assert_int_equal(count_changes(ledger, &records[3]), PROBED);
     test_ledger_finish(ledger, "finished");
-    assert_int_equal(count_changes(ledger, &records[4]), STEP + RUN + TEST_SCORE_COUNT);
+    assert_int_equal(count_changes(ledger, &records[4]), STEP + RUN + TEST_SCORE_COUNT + TEST_RETRAINING_COUNT);
     assert_int_equal(count_changes(ledger, &records[5]), STEP);
     vw_ledger_close(&ledger);
     free(recording);

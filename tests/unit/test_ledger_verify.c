@@ -6,9 +6,9 @@
 
 enum { STEP_COUNT = 1 + 2 * TEST_TRAIN_COUNT };
 
-static const char *const tables[] = {"run", "image", "step", "view", "probe", "score"};
+static const char *const tables[] = {"run", "image", "step", "view", "probe", "score", "retraining"};
 enum { TABLE_COUNT = VW_ARRAY_COUNT(tables) };
-static const char *const states[] = {"running", "interrupted", "finished"}; // only the last has scores
+static const char *const states[] = {"running", "interrupted", "finished"}; // only the last has scores and retrainings
 
 // A ledger as it was recorded, from which fresh copies are made.
 struct original {
@@ -201,7 +201,8 @@ static void every_edit_is_found(void **state) {
         uint32_t column_count = list_columns(original.path, columns, VW_ARRAY_COUNT(columns)), edit_count = 0;
         for (uint32_t c = 0; c < column_count; c++) {
             uint32_t done = edit_column(&original, &columns[c]);
-            bool has_rows = has_scores || strcmp(columns[c].table, "score") != 0;
+            bool at_the_end = !strcmp(columns[c].table, "score") || !strcmp(columns[c].table, "retraining");
+            bool has_rows = has_scores || !at_the_end;
             if (has_rows && done == 0)
                 fail_msg("%s ledger: no edit of %s.%s was tried", states[i], columns[c].table, columns[c].name);
             edit_count += done;

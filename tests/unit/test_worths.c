@@ -51,7 +51,7 @@ static void play_subsets(double noise_db, uint32_t halves, uint32_t random_sizes
 }
 
 static enum vw_status fit(const struct vw_subsets *subsets, enum vw_quality quality, struct vw_worths *worths) {
-    return vw_worths_fit(&(struct vw_worth_params){.subsets = subsets, .quality = quality}, worths);
+    return vw_worths_fit(&(struct vw_worth_params){.subsets = subsets, .quality = quality, .predict = true}, worths);
 }
 
 static void check_near(double value, double expected, double tolerance, const char *what) {

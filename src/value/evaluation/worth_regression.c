@@ -29,14 +29,14 @@ struct regression {
     struct vw_outcomes outcomes; // less their mean, `centre`
     double centre;
     uint32_t columns, first_player;
-    uint32_t *folds;             // [subset kept]
-    double *rows;                // [subset kept][column]
-    double *contrasts;           // [player][column]: the row of all players less that without this one
-    double *gram, *moments;      // sums over subsets: [column][column], of which the lower half counts, and [column]
-    double squares;              // of the outcomes
-    uint32_t used;               // subsets in these sums
-    double *factor, *scratch;    // Cholesky's; one row
-    double *solutions;           // [fit][column]
+    uint32_t *folds;          // [subset kept]
+    double *rows;             // [subset kept][column]
+    double *contrasts;        // [player][column]: the row of all players less that without this one
+    double *gram, *moments;   // sums over subsets: [column][column], of which the lower half counts, and [column]
+    double squares;           // of the outcomes
+    uint32_t used;            // subsets in these sums
+    double *factor, *scratch; // Cholesky's; one row
+    double *solutions;        // [fit][column]
     double errors[FITS], weights[FITS];
     double *variances; // [fit][player], of the worths
 };
@@ -66,8 +66,7 @@ static void make_row(const struct regression *regression, const bool *in, double
     for (uint32_t f = 0; f < params->feature_count; f++) {
         row[FIRST_FEATURE + f] = 0;
         for (uint32_t i = 0; i < players; i++)
-            row[FIRST_FEATURE + f] +=
-                params->features[(size_t)f * players + i] * row[regression->first_player + i];
+            row[FIRST_FEATURE + f] += params->features[(size_t)f * players + i] * row[regression->first_player + i];
     }
 }
 
@@ -198,8 +197,9 @@ static void weigh_fits(struct regression *regression) {
     for (uint32_t fit = 0; fit < FITS; fit++) least = fmin(least, regression->errors[fit]);
     for (uint32_t fit = 0; fit < FITS; fit++) {
         double error = regression->errors[fit];
-        regression->weights[fit] =
-            error == least ? 1 : isfinite(error) ? exp(-0.5 * regression->used * log(error / least)) : 0;
+        regression->weights[fit] = error == least    ? 1
+                                   : isfinite(error) ? exp(-0.5 * regression->used * log(error / least))
+                                                     : 0;
         sum += regression->weights[fit];
     }
     for (uint32_t fit = 0; fit < FITS; fit++) regression->weights[fit] /= sum;
@@ -300,9 +300,8 @@ static enum vw_status resample(struct regression *regression, struct vw_worths *
         if (!factorise(regression, best)) continue;
         solve(regression, regression->columns, regression->solutions);
         for (uint32_t i = 0; i < players; i++)
-            worths->resampled[(size_t)r * players + i] =
-                product(regression->contrasts + (size_t)i * regression->columns, regression->solutions,
-                        regression->columns);
+            worths->resampled[(size_t)r * players + i] = product(
+                regression->contrasts + (size_t)i * regression->columns, regression->solutions, regression->columns);
     }
     free(times);
     return VW_OK;
@@ -385,8 +384,8 @@ enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_wor
     if (!status) status = open_regression(params, &regression);
     if (!status && regression.outcomes.count >= VW_WORTH_FOLDS) {
         worths->count = regression.outcomes.count;
-        predict_left_out(&regression, worths);
-        status = compare_left_out(&regression, worths);
+        if (params->predict) predict_left_out(&regression, worths);
+        if (params->predict) status = compare_left_out(&regression, worths);
         if (!status) fit_all(&regression, VW_WORTH_FOLDS);
         if (!status) take_worths(&regression, worths);
         if (!status && params->resample) status = resample(&regression, worths);

@@ -1,5 +1,5 @@
-// Worths by regression of the outcomes of subsets on who is in them, the only such regression: of photos in a benchmark,
-// of photos in `worth`, and of providers as players.
+// Worths by regression of the outcomes of subsets on who is in them, the only such regression: of photos in a
+// benchmark, of photos in `worth`, and of providers as players.
 //
 //   v(S) = c + g size(S) + sum over the players i of w_i x_i(S)
 //
@@ -18,8 +18,8 @@ extern const char vw_subset_worth_name[]; // "subset_worth"
 // What a subset's outcome is linear in. In both, a worth is what the fit loses when the player leaves all the others.
 enum vw_worth_form {
     VW_WORTH_SUM,  // size: the share s of the photos; x_i: 1 or 0, less s
-    VW_WORTH_MEAN, // of trainings of equal steps, which the members share. Size: log s, since the error falls by a power
-                   // of the number of photos; x_i: (1 or 0) / s, less 1. No subset is empty
+    VW_WORTH_MEAN, // of trainings of equal steps, which the members share. Size: log s, since the error falls by a
+                   // power of the number of photos; x_i: (1 or 0) / s, less 1. No subset is empty
 };
 
 struct vw_worth_params {
@@ -29,6 +29,7 @@ struct vw_worth_params {
     const uint32_t *player_photos; // photos that each player brings; NULL: 1
     const double *features;        // [feature][player], per photo, of mean 0; NULL with feature_count 0
     uint32_t feature_count;
+    bool predict;  // fill `predicted`, `by_size`, pearson and r2, which takes VW_WORTH_FOLDS fits more
     bool resample; // fill `resampled`
 };
 

@@ -1,0 +1,324 @@
+#include "value/worth.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+
+const char vw_worth_method[] = "worth_psnr";
+const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss",
+                                                             "dv_loss",      "quality", "coverage"};
+static const double FEATURE_MOST = 3; // standard deviations: an outlier's score is no measure of its worth
+
+enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place) {
+    uint32_t all = number / VW_WORTH_REPEAT_EVERY, others = number - all - (number % VW_WORTH_REPEAT_EVERY != 0);
+    bool has_players = provider_count > 1 && provider_count <= VW_WORTH_PROVIDERS_MAX;
+    uint32_t most = has_players ? provider_count * VW_WORTH_PER_PROVIDER : 0;
+    uint32_t of_providers = (others + 1) / 2 < most ? (others + 1) / 2 : most; // before this one
+    if (number % VW_WORTH_REPEAT_EVERY == 0) {
+        *place = all;
+        return VW_WORTH_ALL;
+    }
+    bool is_of_providers = others % 2 == 0 && others / 2 < most;
+    *place = is_of_providers ? others / 2 : others - of_providers;
+    return is_of_providers ? VW_WORTH_PROVIDERS : VW_WORTH_PHOTOS;
+}
+
+// ---- The game: players, subsets, outcomes --------------------------------------------------------------------------
+
+struct game {
+    uint32_t *players;       // owned; [image]: its player; NO_PLAYER: it does not train
+    uint32_t *player_photos; // owned; [player]
+    const char **names;      // owned array; [player], of providers
+    uint32_t player_count, photo_count;
+    struct vw_subsets subsets;
+    double *features; // owned; [feature][player]
+    uint32_t feature_count;
+    const char *feature_methods[VW_WORTH_PRIORS];
+};
+enum { NO_PLAYER = UINT32_MAX };
+
+static bool is_trained(const struct vw_ledger_image *image) { return strcmp(image->split, "train") == 0; }
+
+static uint32_t find_player(struct game *game, const char *provider) {
+    for (uint32_t i = 0; i < game->player_count; i++)
+        if (strcmp(game->names[i], provider) == 0) return i;
+    game->names[game->player_count] = provider;
+    return game->player_count++;
+}
+
+static enum vw_status open_game(const struct vw_worth_input *input, bool of_providers, struct game *game) {
+    *game = (struct game){.players = vw_allocate(input->image_count, sizeof *game->players),
+                          .player_photos = vw_allocate(input->image_count, sizeof *game->player_photos),
+                          .names = vw_allocate(input->image_count, sizeof *game->names)};
+    if (!game->players || !game->player_photos || !game->names) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < input->image_count; i++) {
+        const struct vw_ledger_image *image = &input->images[i];
+        const char *provider = image->provider ? image->provider : "";
+        game->players[i] = !is_trained(image) ? (uint32_t)NO_PLAYER
+                           : of_providers     ? find_player(game, provider)
+                                              : game->player_count++;
+        if (game->players[i] == NO_PLAYER) continue;
+        game->player_photos[game->players[i]]++;
+        game->photo_count++;
+    }
+    return VW_OK;
+}
+
+static void close_game(struct game *game) {
+    vw_subsets_free(&game->subsets);
+    free(game->players);
+    free(game->player_photos);
+    free(game->names);
+    free(game->features);
+}
+
+static uint32_t place_of(const struct vw_worth_input *input, uint32_t image_id) {
+    uint32_t low = 0, high = input->image_count;
+    while (low + 1 < high) {
+        uint32_t middle = (low + high) / 2;
+        if (input->images[middle].image_id <= image_id) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+// Adds a retraining as a subset, unless a player of it was there with only a part of its photos.
+static void add_subset(const struct vw_worth_input *input, const struct vw_ledger_retraining *retraining,
+                       uint32_t *photos, struct game *game) {
+    struct vw_subsets *subsets = &game->subsets;
+    uint32_t end = subsets->offsets[subsets->count];
+    memset(photos, 0, game->player_count * sizeof *photos);
+    for (uint32_t i = 0; i < retraining->image_count; i++) {
+        uint32_t player = game->players[place_of(input, retraining->image_ids[i])];
+        if (player != NO_PLAYER) photos[player]++;
+    }
+    for (uint32_t i = 0; i < game->player_count; i++) {
+        if (photos[i] && photos[i] != game->player_photos[i]) return;
+        if (photos[i]) subsets->places[end++] = i;
+    }
+    subsets->results[subsets->count] = (struct vw_retrain_result){.val_psnr = retraining->val_psnr};
+    subsets->offsets[++subsets->count] = end;
+}
+
+// Trainings on all photos belong to both games.
+static enum vw_status list_subsets(const struct vw_worth_input *input, bool of_providers, struct game *game) {
+    struct vw_subsets *subsets = &game->subsets;
+    uint32_t *photos = vw_allocate(game->player_count, sizeof *photos);
+    *subsets = (struct vw_subsets){.photo_count = game->player_count, .seed_count = 1};
+    subsets->offsets = vw_allocate((size_t)input->retraining_count + 1, sizeof *subsets->offsets);
+    subsets->places = vw_allocate(input->retraining_count, game->player_count * sizeof *subsets->places);
+    subsets->results = vw_allocate(input->retraining_count, sizeof *subsets->results);
+    bool enough = photos && subsets->offsets && subsets->places && subsets->results;
+    for (uint32_t i = 0; enough && i < input->retraining_count; i++) {
+        const struct vw_ledger_retraining *retraining = &input->retrainings[i];
+        bool all = retraining->image_count == game->photo_count;
+        if (all || retraining->whole_providers == of_providers) add_subset(input, retraining, photos, game);
+    }
+    free(photos);
+    return enough ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// ---- The prior -----------------------------------------------------------------------------------------------------
+
+// Per player the mean score of its photos; false where a photo has none.
+static bool read_scores(const struct vw_worth_input *input, const struct game *game, const char *method,
+                        double *values) {
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < game->player_count; i++) values[i] = 0;
+    for (uint32_t i = 0; i < input->score_count; i++) {
+        const struct vw_ledger_score *score = &input->scores[i];
+        if (strcmp(score->method, method) != 0 || !score->visits || !isfinite(score->value)) continue;
+        uint32_t player = game->players[place_of(input, score->image_id)];
+        if (player == NO_PLAYER) continue;
+        values[player] += score->value / game->player_photos[player];
+        found++;
+    }
+    return found == game->photo_count;
+}
+
+// To mean 0 and variance 1 over the photos, cut; false where they do not vary.
+static bool standardise(const struct game *game, double *values) {
+    double mean = 0, variance = 0, rest = 0;
+    for (uint32_t i = 0; i < game->player_count; i++) mean += values[i] * game->player_photos[i] / game->photo_count;
+    for (uint32_t i = 0; i < game->player_count; i++)
+        variance += pow(values[i] - mean, 2) * game->player_photos[i] / game->photo_count;
+    if (!(variance > 0) || !isfinite(variance)) return false;
+    for (uint32_t i = 0; i < game->player_count; i++) {
+        values[i] = fmax(-FEATURE_MOST, fmin(FEATURE_MOST, (values[i] - mean) / sqrt(variance)));
+        rest += values[i] * game->player_photos[i] / game->photo_count;
+    }
+    for (uint32_t i = 0; i < game->player_count; i++) values[i] -= rest;
+    return true;
+}
+
+// The prior of a provider is the mean worth of its photos.
+static enum vw_status list_features(const struct vw_worth_input *input, bool of_providers, struct game *game) {
+    uint32_t count = of_providers ? 1 : VW_WORTH_PRIORS;
+    game->features = vw_allocate(count, game->player_count * sizeof *game->features);
+    if (!game->features) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) {
+        const char *method = of_providers ? vw_worth_method : vw_worth_prior_methods[i];
+        double *values = game->features + (size_t)game->feature_count * game->player_count;
+        if (!read_scores(input, game, method, values) || !standardise(game, values)) continue;
+        game->feature_methods[game->feature_count++] = method;
+    }
+    return VW_OK;
+}
+
+const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t score_count) {
+    for (uint32_t m = 0; m < VW_WORTH_PRIORS; m++)
+        for (uint32_t i = 0; i < score_count; i++)
+            if (strcmp(scores[i].method, vw_worth_prior_methods[m]) == 0) return vw_worth_prior_methods[m];
+    return NULL;
+}
+
+// ---- Fits ----------------------------------------------------------------------------------------------------------
+
+static struct vw_worth_params params_of(const struct game *game, bool predict) {
+    return (struct vw_worth_params){.subsets = &game->subsets,
+                                    .quality = VW_QUALITY_VAL_PSNR,
+                                    .form = VW_WORTH_MEAN,
+                                    .player_photos = game->player_photos,
+                                    .features = game->features,
+                                    .feature_count = game->feature_count,
+                                    .predict = predict};
+}
+
+static enum vw_status fit(const struct vw_worth_input *input, bool of_providers, bool predict, struct game *game,
+                          struct vw_worths *worths) {
+    *worths = (struct vw_worths){0};
+    enum vw_status status = open_game(input, of_providers, game);
+    if (status || game->player_count < 2) return status;
+    status = list_subsets(input, of_providers, game);
+    if (!status) status = list_features(input, of_providers, game);
+    const struct vw_worth_params params = params_of(game, predict);
+    return status ? status : vw_worths_fit(&params, worths);
+}
+
+static uint32_t count_trainings(const struct game *game, uint32_t player) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < game->subsets.offsets[game->subsets.count]; i++)
+        count += game->subsets.places[i] == player;
+    return count;
+}
+
+// The places that a photo may have: behind all whose intervals lie above its own, before all whose lie below.
+static void rank(const struct vw_worths *worths, uint32_t player, struct vw_ledger_score *score) {
+    score->rank_ci_low = 1;
+    score->rank_ci_high = worths->photo_count;
+    for (uint32_t i = 0; i < worths->photo_count; i++) {
+        score->rank_ci_low += worths->ci_low[i] > worths->ci_high[player];
+        score->rank_ci_high -= worths->ci_high[i] < worths->ci_low[player];
+    }
+}
+
+enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_ledger_score *scores,
+                               uint32_t *score_count) {
+    struct game game;
+    struct vw_worths worths;
+    enum vw_status status = fit(input, false, false, &game, &worths);
+    for (uint32_t i = 0; !status && worths.count && i < input->image_count; i++) {
+        uint32_t player = game.players[i];
+        if (player == NO_PLAYER) continue;
+        struct vw_ledger_score *score = &scores[(*score_count)++];
+        *score = (struct vw_ledger_score){.image_id = input->images[i].image_id,
+                                          .method = vw_worth_method,
+                                          .value = worths.values[player],
+                                          .unit = "dB",
+                                          .standard_error = worths.standard_errors[player],
+                                          .visits = count_trainings(&game, player),
+                                          .resampling_stderr = NAN,
+                                          .ci_low = worths.ci_low[player],
+                                          .ci_high = worths.ci_high[player]};
+        rank(&worths, player, score);
+    }
+    vw_worths_free(&worths);
+    close_game(&game);
+    return status;
+}
+
+// ---- Providers -----------------------------------------------------------------------------------------------------
+
+static int compare_groups(const void *left, const void *right) {
+    const struct vw_provider_score *a = left, *b = right;
+    if (a->value != b->value) return a->value > b->value ? -1 : 1;
+    return strcmp(a->provider, b->provider);
+}
+
+static void replace(const struct game *game, const struct vw_worths *worths, struct vw_provider_score *group) {
+    for (uint32_t i = 0; i < game->player_count; i++)
+        if (strcmp(game->names[i], group->provider) == 0) {
+            group->value = worths->values[i];
+            group->standard_error = worths->standard_errors[i];
+        }
+}
+
+enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_provider_score *groups,
+                                  uint32_t group_count, bool *replaced) {
+    struct game game = {0};
+    struct vw_worths worths = {0};
+    uint32_t first = 0, end;
+    while (first < group_count && strcmp(groups[first].method, vw_worth_method) != 0) first++;
+    for (end = first; end < group_count && strcmp(groups[end].method, vw_worth_method) == 0;) end++;
+    enum vw_status status = first < end ? fit(input, true, false, &game, &worths) : VW_OK;
+    *replaced = !status && worths.count && game.player_count <= VW_WORTH_PROVIDERS_MAX;
+    for (uint32_t i = first; *replaced && i < end; i++) replace(&game, &worths, &groups[i]);
+    if (*replaced) qsort(&groups[first], end - first, sizeof *groups, compare_groups);
+    vw_worths_free(&worths);
+    close_game(&game);
+    return status;
+}
+
+// ---- Accuracy ------------------------------------------------------------------------------------------------------
+
+static void measure_noise(const struct vw_worth_input *input, uint32_t photo_count, struct vw_worth_summary *summary) {
+    double mean = 0, squares = 0;
+    uint32_t valued = 0;
+    for (uint32_t pass = 0; pass < 2; pass++)
+        for (uint32_t i = 0; i < input->retraining_count; i++) {
+            const struct vw_ledger_retraining *retraining = &input->retrainings[i];
+            if (retraining->image_count != photo_count || !isfinite(retraining->val_psnr)) continue;
+            if (pass) squares += pow(retraining->val_psnr - mean / valued, 2);
+            else mean += retraining->val_psnr, valued++;
+        }
+    summary->repeat_count = valued;
+    summary->noise_db = valued > 1 ? sqrt(squares / (valued - 1)) : NAN;
+}
+
+static enum vw_status claim(const struct vw_worth_params *params, const struct vw_worths *worths,
+                            const struct game *game, struct vw_worth_summary *summary) {
+    struct vw_worth_claim *claims = summary->claims;
+    claims[0].method = vw_worth_method;
+    enum vw_status status = vw_worths_accuracy(params, worths, &claims[0].accuracy);
+    for (uint32_t i = 0; !status && i < game->feature_count; i++) {
+        claims[1 + i].method = game->feature_methods[i];
+        status = vw_worths_score_accuracy(params, worths, game->features + (size_t)i * game->player_count,
+                                          &claims[1 + i].accuracy);
+    }
+    summary->claim_count = 1 + game->feature_count;
+    double left = claims[0].accuracy.variance - summary->noise_db * summary->noise_db;
+    summary->ceiling = left > 0 ? sqrt(left / claims[0].accuracy.variance) : isnan(left) ? NAN : 0;
+    return status;
+}
+
+enum vw_status vw_worth_summarise(const struct vw_worth_input *input, struct vw_worth_summary *summary) {
+    struct game game;
+    struct vw_worths worths;
+    *summary = (struct vw_worth_summary){
+        .retraining_count = input->retraining_count, .r2 = NAN, .noise_db = NAN, .ceiling = NAN};
+    for (uint32_t i = 0; i < input->retraining_count; i++)
+        summary->provider_retraining_count += input->retrainings[i].whole_providers;
+    enum vw_status status = fit(input, false, true, &game, &worths);
+    if (!status) measure_noise(input, game.photo_count, summary);
+    if (!status && worths.count) {
+        const struct vw_worth_params params = params_of(&game, true);
+        summary->r2 = worths.r2;
+        status = claim(&params, &worths, &game, summary);
+    }
+    vw_worths_free(&worths);
+    close_game(&game);
+    return status;
+}
