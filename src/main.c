@@ -37,6 +37,16 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_value},
+    {VW_COMMANDS_VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
+     "OUT is the --out folder of value. The retrainings take as many steps as the run, each on 40 to 100 % of the "
+     "photos and with a seed of its own; every eighth is on all photos. With 2 to 12 providers some have whole "
+     "providers, for what each provider is worth. A regression over their results gives worth_psnr in dB: what a "
+     "training on all photos loses without the photo; below 0 the photo harms. Where the results say little, worth "
+     "follows the other scores.\n"
+     "Prints how well left-out retrainings are predicted beyond what the number of photos tells: that is how far these "
+     "scores can be trusted on this scene. Adds the retrainings to ledger.db and retrainings.db, and writes "
+     "scores.csv, the tables and the report again. Run the same command again to resume it. " NEEDS_SCENE_FOLDER,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_WORTH | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_worth},
     {VW_COMMANDS_VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
      "Writes ledger.db, field.vwf (the trained field) and checkpoints to the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON,

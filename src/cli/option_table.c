@@ -104,8 +104,8 @@ const struct vw_option vw_option_table[] = {
      "training on the others; scores are means over the trainings, and the same command resumes",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
     {"together", "K",
-     "Number of trainings of --kfold that take their steps at the same time, which changes no result; without this "
-     "option one on a CPU, else as many as fit into half of the device's memory",
+     "Number of trainings of --kfold or --worth that take their steps at the same time, which changes no result; "
+     "without this option one on a CPU, else as many as fit into half of the device's memory",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"vary", NULL,
      "What the seed changes between the runs: all of order, pixels and init, or one kind alone, where everything else "
@@ -152,11 +152,28 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(TEXT, providers)},
     {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
-    {"payout", "AMOUNT", "Amount of money to divide among the providers in proportion to the scores of their photos",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
+    {"payout", "AMOUNT",
+     "Amount of money to divide among the providers in proportion to their worth, or to the credit of their photos "
+     "where worth is not measured",
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
+    {"retrainings", "M",
+     "Number of retrainings in all, those that OUT holds already included; 0: show what they say so far",
+     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},
+    {"worth", "M",
+     "Also retrain on M random subsets of the photos after the run, and score what each photo is worth from their "
+     "results (see viewworth worth)",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, worth), RANGE(8, 100000), COMMON},
+    {"until-accuracy", "R",
+     "Stop before that number of retrainings where the lower end of the accuracy's interval reaches R, below 1; it is "
+     "looked at after every 8; 0: never",
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_accuracy), COMMON},
+    {"together", "K",
+     "Number of retrainings that take their steps at the same time, which changes no result; without this option one "
+     "on a CPU, else as many as fit into half of the device's memory, at most 16",
+     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"sign", "KEY",
      "Sign the finished run and its files with the secret key in file KEY (see keygen); writes signature.json",
-     VW_OPTIONS_ONE_RUN | VW_OPTIONS_IMPORT, VW_SECTION_MAIN, OPTION(TEXT, sign), COMMON},
+     VW_OPTIONS_ONE_RUN | VW_OPTIONS_IMPORT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, sign), COMMON},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, no_thumbnails)},
 

@@ -37,7 +37,9 @@ struct vw_options {
     bool lasting, no_gate;
     uint32_t lasting_rays; // 0: all
     const char *payout;
-    double until_stable; // 0: take all epochs
+    double until_stable;         // 0: take all epochs
+    uint32_t worth, retrainings; // retrainings in all: of value, of worth
+    double until_accuracy;       // 0: make all of them
     const char *accuracy, *budget;
     const char *expect;
     const char *sign, *key; // files of a secret and of a public key
@@ -90,6 +92,7 @@ enum {
     VW_OPTIONS_TRADEOFF = 1048576,
     VW_OPTIONS_KEYGEN = 2097152,
     VW_OPTIONS_LASTING = 4194304, // commands that may sweep a run for lasting credit
+    VW_OPTIONS_WORTH = 8388608,
 };
 
 // The headings under which viewworth --help lists commands, in this order.

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
+#include "experiment/retrain_run.h"
 #include "run/out_lock.h"
 #include "run/scoring.h"
 #include "train/submissions.h"
@@ -40,15 +41,6 @@ static enum vw_status score(struct work *work) {
     return status;
 }
 
-// A budget or --until-stable may have ended the run before all of its epochs.
-static void take_epochs(struct work *work) {
-    const struct vw_value_input *input = &work->input;
-    uint32_t last = input->record_count ? input->records[input->record_count - 1].epoch : 0;
-    if (last < work->config.epochs) work->config.epochs = last + 1;
-    work->config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less
-    work->config.base_seed = 0;
-}
-
 static enum vw_status prepare(struct work *work) {
     const struct vw_scored_run *run = work->params->run;
     struct vw_verified_selection *result = work->result;
@@ -66,26 +58,12 @@ static enum vw_status prepare(struct work *work) {
                        "the run has %u validation photo%s, but --verify needs at least 2: one half selects, the other "
                        "judges; value the scene with more photos in --val, or select without --verify",
                        result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
-    take_epochs(work);
+    work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
     return status ? status : vw_candidates_make(&work->scorings, &result->candidates);
 }
 
 // ---- Training ----
-
-// Device, scene and effects are the run's: they stay its own.
-static enum vw_status open_session(struct work *work) {
-    struct vw_recorded_run *recorded = &work->params->run->recorded;
-    const char *device = work->params->device ? work->params->device : recorded->row.device;
-    enum vw_status status = vw_recorded_open_scene(recorded, device);
-    if (!status) status = vw_recorded_check_images(recorded);
-    if (status) return status;
-    work->session.gpu = recorded->gpu;
-    work->session.scene = recorded->scene;
-    work->session.effect_count = recorded->effect_count;
-    memcpy(work->session.effects, recorded->effects, sizeof work->session.effects);
-    return vw_submissions_create(recorded->gpu, &work->session.submissions);
-}
 
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = &work->session,
@@ -166,18 +144,13 @@ static enum vw_status choose(struct work *work) {
 
 // ---- All of it ----
 
-// Trainings with the run's own seed would favour what its scores select.
-static uint64_t first_seed_after(uint64_t own, uint32_t count) {
-    return own < (uint64_t)INT64_MAX - count ? own + 1 : 0;
-}
-
 static enum vw_status make(struct work *work) {
     enum vw_status status = prepare(work);
     if (status || work->result->candidates.count == 1) return status;
     sort_lists(&work->result->candidates);
-    work->result->first_seed = first_seed_after(work->config.seed, work->params->seeds);
+    work->result->first_seed = vw_first_seed_after(work->config.seed, work->params->seeds);
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
-    if (!status) status = open_session(work);
+    if (!status) status = vw_session_open_recorded(&work->params->run->recorded, work->params->device, &work->session);
     if (!status) status = open_retrainer(work);
     if (!status) status = train(work);
     return status ? status : choose(work);

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "run/out_folder.h"
 #include "run/run_private.h"
 #include "run/stop_rules.h"
 #include "base/clock.h"

@@ -9,6 +9,7 @@
 #include "base/utc.h"
 #include "base/hash.h"
 #include "report/page.h"
+#include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
@@ -52,23 +53,6 @@ static void log_statistics(const struct vw_step_statistics *statistics) {
         vw_log_info("%" PRIu64
                     " gradient contributions were clamped to the fixed-point range (step.clamped in the ledger)",
                     statistics->clamped);
-}
-
-enum vw_status vw_run_remove_outdated(const char *out) {
-    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",    "matrix.csv",
-                                        "providers.csv",   "payout.csv", "duplicates.csv", VW_RESIDUALS_FILE};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        char *path = vw_path_join(out, names[i]);
-        if (!path) return VW_ERROR_MEMORY;
-        enum vw_status status = VW_OK;
-        if (unlink(path) && errno != ENOENT)
-            status =
-                vw_fail(VW_ERROR_IO, "%s: cannot remove what new steps made out of date: %s; remove it, and --resume",
-                        path, strerror(errno));
-        free(path);
-        if (status) return status;
-    }
-    return VW_OK;
 }
 
 // The ledger's end names the field by its hash.
@@ -205,8 +189,8 @@ static void write_pictures(struct vw_run *run) {
 
 static enum vw_status write_tables(struct vw_run *run) {
     run->probe_costs = vw_probe_costs_count(&run->scoring.input, run->trainer, vw_now_s() - run->plan.started_s);
-    enum vw_status status = vw_attribution_make(run->scene, &run->scoring, run->out, vw_value_default_method,
-                                                run->payout_cents, &run->attribution);
+    enum vw_status status =
+        vw_attribution_make(run->scene, &run->scoring, run->out, run->payout_cents, &run->attribution);
     if (!status) status = vw_validation_views_make(run->scene, run->ledger, &run->scoring, run->out, &run->validation);
     if (!status) write_pictures(run);
     if (!status) run->report_path = write_report(run);

@@ -8,6 +8,8 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "run/outputs/residuals.h"
+#include "run/signature.h"
 
 enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 
@@ -46,4 +48,30 @@ enum vw_status vw_out_check(const char *out) {
                          place, strerror(cause));
     free(place);
     return status;
+}
+
+static enum vw_status remove_outdated(const char *out, const char *const *names, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char *path = vw_path_join(out, names[i]);
+        if (!path) return VW_ERROR_MEMORY;
+        enum vw_status status = VW_OK;
+        if (unlink(path) && errno != ENOENT)
+            status = vw_fail(VW_ERROR_IO, "%s: cannot remove what became out of date: %s; remove it, and resume", path,
+                             strerror(errno));
+        free(path);
+        if (status) return status;
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_run_remove_outdated(const char *out) {
+    static const char *const names[] = {"matrix.csv", VW_RESIDUALS_FILE};
+    enum vw_status status = vw_run_remove_outdated_scores(out);
+    return status ? status : remove_outdated(out, names, VW_ARRAY_COUNT(names));
+}
+
+enum vw_status vw_run_remove_outdated_scores(const char *out) {
+    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",
+                                        "providers.csv",   "payout.csv", "duplicates.csv"};
+    return remove_outdated(out, names, VW_ARRAY_COUNT(names));
 }

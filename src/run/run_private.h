@@ -91,8 +91,6 @@ enum vw_status vw_run_create_ledger(struct vw_run *run);
 enum vw_status vw_run_catch_up(struct vw_run *run);
 // Saves the state of the trainer if it has moved since the last checkpoint; nothing may be in flight.
 void vw_run_save_checkpoint(struct vw_run *run);
-// Removes the tables, the report and the signature of what the run was before further steps.
-enum vw_status vw_run_remove_outdated(const char *out);
 // Ranks run->scoring.
 enum vw_status vw_run_rank(struct vw_run *run);
 // Counts a step that is in the ledger.

@@ -1,6 +1,7 @@
 #include "run/scoring.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input) {
     double beta1 =
@@ -22,10 +23,45 @@ void vw_scoring_unload(struct vw_value_input *input) {
     vw_lasting_sweep_free(&input->lasting);
 }
 
+struct vw_worth_input vw_scoring_worth_input(const struct vw_scoring *scoring) {
+    return (struct vw_worth_input){.retrainings = scoring->retrainings,
+                                   .retraining_count = scoring->retraining_count,
+                                   .images = scoring->input.images,
+                                   .image_count = scoring->input.image_count,
+                                   .scores = scoring->scores,
+                                   .score_count = scoring->score_count};
+}
+
+const char *vw_scoring_payout_method(const struct vw_ledger_score *scores, uint32_t score_count) {
+    for (uint32_t i = 0; i < score_count; i++)
+        if (strcmp(scores[i].method, vw_worth_method) == 0) return vw_worth_method;
+    return vw_value_default_method;
+}
+
+enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
+                                          uint32_t count) {
+    free(scoring->retrainings);
+    scoring->retrainings = retrainings;
+    scoring->retraining_count = count;
+    while (scoring->score_count && !strcmp(scoring->scores[scoring->score_count - 1].method, vw_worth_method))
+        scoring->score_count--; // worth comes last, since the other scores are its prior
+    if (!count || !scoring->score_count) return VW_OK;
+    size_t most = (size_t)scoring->score_count + scoring->input.image_count;
+    struct vw_ledger_score *longer = realloc(scoring->scores, most * sizeof *longer);
+    if (!longer) return vw_fail(VW_ERROR_MEMORY, "out of memory for %zu scores", most);
+    scoring->scores = longer;
+    const struct vw_worth_input input = vw_scoring_worth_input(scoring);
+    return vw_worth_append(&input, longer, &scoring->score_count);
+}
+
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring) {
+    struct vw_ledger_retraining *retrainings = NULL;
+    uint32_t count = 0;
     *scoring = (struct vw_scoring){0};
     enum vw_status status = vw_scoring_load(ledger, config, &scoring->input);
     if (!status) status = vw_value_score(&scoring->input, &scoring->scores, &scoring->score_count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &count);
+    if (!status) status = vw_scoring_set_retrainings(scoring, retrainings, count);
     if (!status) vw_value_noise_floor(&scoring->input, &scoring->noise_floor);
     return status;
 }
@@ -33,4 +69,5 @@ enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config 
 void vw_scoring_free(struct vw_scoring *scoring) {
     vw_scoring_unload(&scoring->input);
     free(scoring->scores);
+    free(scoring->retrainings);
 }

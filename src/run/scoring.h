@@ -6,6 +6,7 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 #include "viewworth/value.h"
+#include "value/worth.h"
 
 // Reads what scores are computed from: the ledger's steps, probes and lasting credit, owned here, and its images, lent
 // by the ledger. `config` is the run's. Unload it also after a failure.
@@ -17,10 +18,21 @@ struct vw_scoring {
     struct vw_ledger_score *scores;
     uint32_t score_count;
     struct vw_noise_floor noise_floor;
+    struct vw_ledger_retraining *retrainings; // of the ledger
+    uint32_t retraining_count;
 };
 
-// Computes all scores from the ledger's steps and probes; `config` is the run's. Free it also after a failure.
+// Computes all scores from the ledger's steps, probes and retrainings; `config` is the run's. Free it also after a
+// failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);
+// Computes worth anew from other retrainings, an array for free() that the scoring owns from now on.
+enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
+                                          uint32_t count);
+
+// What worth is computed from: all borrowed from the scoring.
+struct vw_worth_input vw_scoring_worth_input(const struct vw_scoring *scoring);
+// The method that payouts go by: worth where there is one, else the default.
+const char *vw_scoring_payout_method(const struct vw_ledger_score *scores, uint32_t score_count);
 
 #endif

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "report/page.h"
 #include "report/tables.h"
+#include "run/scoring.h"
 #include "scene/builder.h"
 #include "value/matrix.h"
 #include "value/providers.h"
@@ -122,6 +123,21 @@ static enum vw_status read_amount(const struct vw_table_sources *sources, const 
     return status;
 }
 
+static enum vw_status take_worth(const struct vw_table_sources *sources, const struct provided_images *provided,
+                                 struct vw_provider_score *groups, uint32_t group_count) {
+    struct vw_ledger_retraining *retrainings = NULL;
+    struct vw_worth_input worth = {.images = provided->images,
+                                   .image_count = provided->count,
+                                   .scores = sources->scores,
+                                   .score_count = sources->score_count};
+    bool replaced;
+    enum vw_status status = vw_ledger_get_retrainings(sources->ledger, &retrainings, &worth.retraining_count);
+    worth.retrainings = retrainings;
+    if (!status) status = vw_worth_of_groups(&worth, groups, group_count, &replaced);
+    free(retrainings);
+    return status;
+}
+
 static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, bool pays,
                                        struct derived *derived) {
     struct provided_images provided;
@@ -134,12 +150,13 @@ static enum vw_status make_by_provider(const struct vw_table_sources *sources, c
     if (!status && provided.some)
         status = vw_providers_score(sources->scores, sources->score_count, provided.images, provided.count, &groups,
                                     &group_count);
+    if (!status) status = take_worth(sources, &provided, groups, group_count);
     if (!status && pays) status = read_amount(sources, path, &cents);
     if (!status && group_count > 0 && !pays)
         status = vw_table_make_providers(path, groups, group_count, &derived->made);
     if (!status && group_count > 0 && cents > 0 && cents <= VW_PAYOUT_CENTS_MAX) {
-        status = vw_payout_divide(groups, group_count, vw_value_default_method, cents, &payouts, &payout_count,
-                                  &none_positive);
+        const char *method = vw_scoring_payout_method(sources->scores, sources->score_count);
+        status = vw_payout_divide(groups, group_count, method, cents, &payouts, &payout_count, &none_positive);
         if (!status) status = vw_table_make_payout(path, payouts, payout_count, &derived->made);
     }
     free(payouts);

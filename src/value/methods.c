@@ -43,6 +43,8 @@ static const struct vw_value_method listed[] = {
     {"same_state_psnr", DB,
      "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)", .additive = true,
      .has_zero = true},
+    {"worth_psnr", DB, "what a training on all photos loses without the photo, by regression over retrainings",
+     .additive = true, .has_zero = true},
 };
 
 const char vw_value_default_method[] = "dv_psnr";

@@ -1,5 +1,6 @@
 #include "base/memory.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/worth.h"
 #include "cli/experiment_params.h"
 #include "cli/interrupt.h"
 #include "cli/output/kfold_output.h"
@@ -16,6 +17,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     struct vw_run *run = NULL;
     enum vw_status status = vw_params_of_run(options, &params);
     params.train_only = train_only;
+    if (options->worth) params.payout = params.sign_key_path = NULL; // they follow worth
     params.progress = vw_progress_show;
     params.context = &progress;
     if (!status) status = vw_run_open(&params, &run);
@@ -25,13 +27,14 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
     }
     vw_progress_end(&progress);
     if (!status) status = vw_run_finish(run);
-    if (!status) status = vw_run_print(run, train_only, options->json);
+    if (!status && !(options->worth && options->json)) status = vw_run_print(run, train_only, options->json);
     vw_run_close(&run);
-    return status;
+    return status || !options->worth ? status : vw_worth_of_run(options, options->out, options->worth);
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "sign", "profile", "lasting"};
+    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout",
+                                         "sign",   "profile",  "lasting",      "worth"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
         if (vw_options_have(options, single[i]))
             return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
@@ -56,8 +59,11 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     enum vw_status status = vw_options_check_lasting(options);
     if (status) return status;
     if (options->kfold) return make_folds(options);
-    if (options->together)
-        return vw_fail(VW_ERROR_USAGE, "--together is for several trainings; give it with --kfold K, or leave it out");
+    if (options->together && !options->worth)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
+    if (options->until_accuracy != 0 && !options->worth)
+        return vw_fail(VW_ERROR_USAGE, "--until-accuracy is for retrainings; give it with --worth M, or leave it out");
     return make_run(options, false);
 }
 

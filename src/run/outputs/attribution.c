@@ -60,6 +60,10 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     enum vw_status status =
         vw_providers_score(scoring->scores, scoring->score_count, attribution->images, scoring->input.image_count,
                            &attribution->groups, &attribution->group_count);
+    struct vw_worth_input worth = vw_scoring_worth_input(scoring);
+    worth.images = attribution->images;
+    if (!status)
+        status = vw_worth_of_groups(&worth, attribution->groups, attribution->group_count, &attribution->players);
     if (!status && attribution->group_count > 0)
         status = vw_table_write_providers(attribution->providers_path, attribution->groups, attribution->group_count);
     return status;
@@ -116,8 +120,9 @@ static void warn(const struct vw_attribution *attribution) {
 }
 
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   const char *method, uint64_t payout_cents, struct vw_attribution *attribution) {
-    *attribution = (struct vw_attribution){.method = method, .amount_cents = payout_cents};
+                                   uint64_t payout_cents, struct vw_attribution *attribution) {
+    *attribution = (struct vw_attribution){.method = vw_scoring_payout_method(scoring->scores, scoring->score_count),
+                                           .amount_cents = payout_cents};
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);

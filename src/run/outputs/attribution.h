@@ -12,10 +12,11 @@
 #include "viewworth/train.h"
 
 struct vw_attribution {
-    const char *method;             // that payouts and near-duplicates go by
+    const char *method;             // that payouts and near-duplicates go by: vw_scoring_payout_method
     struct vw_ledger_image *images; // owned: the ledger's, with the providers that the scene has now
     struct vw_provider_score *groups;
     uint32_t group_count; // of all methods; 0 when no photo has a provider
+    bool players;         // their worth is that of providers as players, not a sum over photos
     uint64_t amount_cents;
     struct vw_payout *payouts; // none unless asked for
     uint32_t payout_count;
@@ -32,7 +33,7 @@ enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
 // Computes everything from the scores and writes providers.csv, payout.csv and duplicates.csv to OUT, those that have
 // rows. Divides no amount where payout_cents is 0. Warns of copies. Free it also after a failure.
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   const char *method, uint64_t payout_cents, struct vw_attribution *attribution);
+                                   uint64_t payout_cents, struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
 
 #endif

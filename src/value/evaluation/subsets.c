@@ -39,19 +39,20 @@ static void add_subset(struct vw_subsets *subsets, const uint32_t *places, uint3
     subsets->offsets[++subsets->count] = first + size;
 }
 
-static uint32_t draw_size(uint64_t draw, uint32_t photo_count) {
+static uint32_t draw_size(uint64_t key, uint64_t draw, uint32_t photo_count) {
     uint32_t words[4], lowest = smallest_size(photo_count);
-    vw_random_words(SIZES_SEED, VW_RANDOM_ORDER, draw, 0, 1, words);
+    vw_random_words(SIZES_SEED + key, VW_RANDOM_ORDER, draw, 0, 1, words);
     return lowest + vw_random_below(words[0], photo_count - lowest + 1);
 }
 
 // Draws `count` more subsets; `order` has room for all photos.
-static struct vw_subset_range draw(struct vw_subsets *subsets, uint32_t count, bool halves, uint32_t *order) {
+static struct vw_subset_range draw(struct vw_subsets *subsets, uint32_t count, bool halves, uint64_t key,
+                                   uint32_t *order) {
     uint32_t photo_count = subsets->photo_count;
     struct vw_subset_range drawn = {subsets->count, subsets->count};
     for (uint64_t i = 0; subsets->count - drawn.begin < count && i < (uint64_t)count * DRAWS_PER_SUBSET; i++) {
-        uint32_t size = halves ? photo_count / 2 : draw_size(i, photo_count);
-        vw_random_order(halves ? SUBSET_SEED : SIZES_SEED, i, photo_count, order);
+        uint32_t size = halves ? photo_count / 2 : draw_size(key, i, photo_count);
+        vw_random_order((halves ? SUBSET_SEED : SIZES_SEED) + key, i, photo_count, order);
         vw_sort_places(order, size);
         if (!is_known(subsets, order, size)) add_subset(subsets, order, size);
     }
@@ -65,8 +66,8 @@ enum vw_status vw_subsets_draw(const struct vw_subsets_params *params, struct vw
     enum vw_status status =
         allocate_subsets(params->photo_count, most, params->seed_count, (size_t)most * params->photo_count, subsets);
     if (!order) status = VW_ERROR_MEMORY;
-    if (!status) subsets->halves = draw(subsets, params->halves, true, order);
-    if (!status) subsets->sizes = draw(subsets, params->random_sizes, false, order);
+    if (!status) subsets->halves = draw(subsets, params->halves, true, params->key, order);
+    if (!status) subsets->sizes = draw(subsets, params->random_sizes, false, params->key, order);
     free(order);
     return status;
 }

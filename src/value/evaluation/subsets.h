@@ -33,6 +33,7 @@ struct vw_subsets_params {
     uint32_t photo_count;          // at least 2
     uint32_t halves, random_sizes; // how many to draw of each
     uint32_t seed_count;           // trainings of each subset
+    uint64_t key;                  // other keys draw others; 0: the subsets that judge scores in benchmarks
 };
 // Draws different subsets: halves, then subsets whose size is uniform on 40 to 100 % of the photos; fewer where there
 // are no more. The same for every seed of trainings, so that benchmarks of the same photos compare. Free them also

@@ -1,0 +1,27 @@
+#include "cli/commands/worth.h"
+
+#include "cli/commands/commands.h"
+#include "cli/interrupt.h"
+#include "cli/output/worth_output.h"
+#include "experiment/worth.h"
+
+enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings) {
+    const struct vw_worth_run_params params = {.out = out,
+                                               .device = options->device,
+                                               .retrainings = retrainings,
+                                               .until_accuracy = options->until_accuracy,
+                                               .together = options->together,
+                                               .no_thumbnails = options->no_thumbnails,
+                                               .payout = options->payout,
+                                               .sign_key_path = options->sign,
+                                               .interrupt = vw_interrupt_watch()};
+    struct vw_worth_run result;
+    enum vw_status status = vw_worth_run_make(&params, &result);
+    if (!status) status = vw_worth_print(&result, options->until_accuracy, options->json);
+    vw_worth_run_free(&result);
+    return status;
+}
+
+enum vw_status vw_command_worth(const struct vw_options *options) {
+    return vw_worth_of_run(options, options->operand, options->retrainings);
+}

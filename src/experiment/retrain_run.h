@@ -1,0 +1,18 @@
+// Retraining the photos of a recorded run.
+#ifndef VIEWWORTH_RETRAIN_RUN_H
+#define VIEWWORTH_RETRAIN_RUN_H
+
+#include "run/recorded_run.h"
+#include "run/session.h"
+#include "viewworth/value.h"
+
+// A session on device (NULL: the run's), scene and effects of the run, which stay the run's own: of the session,
+// destroy only `submissions`. VW_ERROR_INPUT for a scene that has changed.
+enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const char *device,
+                                        struct vw_session *session);
+// The run's config with the epochs that its steps took.
+struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps);
+// The first of `count` seeds without the run's own: trainings with that one would favour what its scores select.
+uint64_t vw_first_seed_after(uint64_t own, uint32_t count);
+
+#endif

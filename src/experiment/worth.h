@@ -1,0 +1,42 @@
+// Worth of a finished run's photos: retrainings on subsets of them (value/worth.h says which), from which scores are
+// computed. The ledger keeps the retrainings, so that the same command resumes and more can be added.
+#ifndef VIEWWORTH_EXPERIMENT_WORTH_H
+#define VIEWWORTH_EXPERIMENT_WORTH_H
+
+#include "base/interrupt.h"
+#include "run/outputs/attribution.h"
+#include "run/recorded_run.h"
+#include "run/scoring.h"
+#include "value/worth.h"
+
+struct vw_worth_run_params {
+    const char *out;           // of a finished run
+    const char *device;        // index or part of the name; NULL: the run's
+    uint32_t retrainings;      // in all, those of the ledger included; with until_accuracy the most
+    double until_accuracy;     // stop where the lower end of the accuracy's interval reaches it; 0: never
+    uint32_t together;         // retrainings that take their steps together; 0: by the device
+    bool no_thumbnails;        // leave the photos out of the report
+    const char *payout;        // an amount to divide among the providers; NULL: none
+    const char *sign_key_path; // NULL: the run is not signed
+    struct vw_interrupt interrupt;
+};
+
+struct vw_worth_run {
+    struct vw_recorded_run recorded;
+    struct vw_scoring scoring;
+    struct vw_worth_summary summary;
+    const char *prior; // the method that stands for worth where there are no retrainings; NULL: there are
+    struct vw_attribution attribution;
+    char *scores_path, *report_path; // owned; NULL: not written
+    char head[VW_HASH_HEX_BYTES];
+};
+
+// With retrainings to make, or with a payout or a signature to write, opens the scene. Retrainings that were made are
+// kept in OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the
+// same bits as one without interruption. Writes scores.csv, the tables and the report again; a signature of the run
+// before is removed. VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT where the photos have
+// fewer subsets. Free the result also after a failure.
+enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result);
+void vw_worth_run_free(struct vw_worth_run *result);
+
+#endif
