@@ -241,7 +241,8 @@ static void the_list_is_in_the_order_of_scores(void **state) {
     const struct vw_value_method *methods = vw_value_methods(&listed);
     struct vw_ledger_score *scores = score(game, 0.9, &count);
     bool has_default = false;
-    assert_string_equal(methods[--listed].name, "same_state_psnr"); // the game has no probes
+    assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings
+    assert_string_equal(methods[--listed].name, "same_state_psnr"); // nor probes
     for (uint32_t i = 0; i < listed; i++) {
         assert_string_equal(scores[i * TEST_TRAIN_COUNT].method, methods[i].name);
         assert_string_equal(scores[i * TEST_TRAIN_COUNT].unit, methods[i].unit);

@@ -1,0 +1,327 @@
+// Worth from retrainings, on games whose worths are known: the photos of a training share its steps, so that the
+// outcome is a mean over them, besides what their number gives.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/random.h"
+#include "value/worth.h"
+
+enum { PHOTOS = 12, MOST = 200 };
+static const double PER_LOG_SHARE_DB = 3;
+// What a photo gives if it is alone. Photos 2 and 5 harm; photo 9's worth is 0 (see set_up).
+static double given_db[PHOTOS] = {2, 1, -9, 3, 0.5, -12, 1.5, 0, 2.5, 0, 1, 2};
+
+static double noise_of(uint64_t seed, uint32_t key) {
+    uint32_t words[4];
+    vw_random_words(seed, VW_RANDOM_JITTER, 5, key, 0, words);
+    double sum = -2; // of four uniform numbers: variance 1/3
+    for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
+    return sum * sqrt(3);
+}
+
+// Without noise. With `copies`, photos 0 to 3 are the same: one of them gives what all do.
+static double play(const uint32_t *ids, uint32_t count, bool copies) {
+    double sum = 0, different = 0;
+    bool seen = false;
+    for (uint32_t i = 0; i < count; i++) {
+        if (copies && ids[i] < 4 && seen) continue;
+        seen |= ids[i] < 4;
+        sum += given_db[ids[i]];
+        different++;
+    }
+    return 20 + PER_LOG_SHARE_DB * log(different / PHOTOS) + sum / different;
+}
+
+// Without the photos first ... first + left_out - 1.
+static double play_without(uint32_t first, uint32_t left_out, bool copies) {
+    uint32_t ids[PHOTOS], count = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        if (i < first || i >= first + left_out) ids[count++] = i;
+    return play(ids, count, copies);
+}
+
+static double worth_of(uint32_t first, uint32_t count, bool copies) {
+    return play_without(0, 0, copies) - play_without(first, count, copies);
+}
+
+static int set_up(void **state) {
+    (void)state;
+    double low = -20, high = 20;
+    for (int i = 0; i < 60; i++) {
+        given_db[9] = (low + high) / 2;
+        if (worth_of(9, 1, false) > 0) high = given_db[9];
+        else low = given_db[9];
+    }
+    return 0;
+}
+
+// A game's retrainings, as `worth` deals them out.
+struct played {
+    struct vw_ledger_image images[PHOTOS];
+    struct vw_ledger_retraining rows[MOST];
+    uint32_t ids[MOST][PHOTOS];
+    struct vw_ledger_score scores[3 * PHOTOS];
+    struct vw_worth_input input;
+};
+
+static void take_subset(const struct vw_subsets *subsets, uint32_t place, uint32_t each, struct played *played,
+                        uint32_t row) {
+    uint32_t count = 0;
+    for (uint32_t i = subsets->offsets[place]; i < subsets->offsets[place + 1]; i++)
+        for (uint32_t j = 0; j < each; j++) played->ids[row][count++] = subsets->places[i] * each + j;
+    played->rows[row].image_count = count;
+}
+
+// With `providers`, each has as many neighbouring photos.
+static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, uint32_t providers, bool copies) {
+    static const char *const names[] = {"ada", "bob", "cyd", "dee"};
+    struct played *played = calloc(1, sizeof *played);
+    struct vw_subsets of_photos, of_providers;
+    uint32_t place;
+    assert_non_null(played);
+    assert_true(count <= MOST);
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 0, count, 1, seed + 1}, &of_photos));
+    ASSERT_OK(
+        vw_subsets_draw(&(struct vw_subsets_params){providers ? providers : 2, 0, count, 1, seed + 1}, &of_providers));
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        played->images[i] = (struct vw_ledger_image){.image_id = i,
+                                                     .name = "photo",
+                                                     .split = "train",
+                                                     .provider = providers ? names[i * providers / PHOTOS] : ""};
+    for (uint32_t i = 0; i < count; i++) {
+        enum vw_worth_kind kind = vw_worth_kind_of(i, providers, &place);
+        played->rows[i] = (struct vw_ledger_retraining){
+            .image_ids = played->ids[i], .image_count = PHOTOS, .whole_providers = kind == VW_WORTH_PROVIDERS};
+        for (uint32_t j = 0; j < PHOTOS; j++) played->ids[i][j] = j;
+        if (kind == VW_WORTH_PHOTOS) take_subset(&of_photos, place, 1, played, i);
+        if (kind == VW_WORTH_PROVIDERS)
+            take_subset(&of_providers, place % of_providers.count, PHOTOS / providers, played, i);
+        played->rows[i].val_psnr =
+            play(played->ids[i], played->rows[i].image_count, copies) + noise_db * noise_of(seed, i);
+    }
+    vw_subsets_free(&of_photos);
+    vw_subsets_free(&of_providers);
+    played->input = (struct vw_worth_input){.retrainings = played->rows,
+                                            .retraining_count = count,
+                                            .images = played->images,
+                                            .image_count = PHOTOS,
+                                            .scores = played->scores};
+    return played;
+}
+
+// A prior: the worths with noise of so many times their own spread.
+static void add_score(struct played *played, const char *method, double share, double noise, uint64_t seed) {
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        played->scores[played->input.score_count++] =
+            (struct vw_ledger_score){.image_id = i,
+                                     .method = method,
+                                     .visits = 3,
+                                     .value = share * given_db[i] + noise * noise_of(seed, 1000 + i)};
+}
+
+static const struct vw_ledger_score *find_worths(struct played *played, uint32_t *count) {
+    struct vw_ledger_score *made = played->scores + played->input.score_count;
+    *count = 0;
+    ASSERT_OK(vw_worth_append(&played->input, made, count));
+    return made;
+}
+
+static double error_of(struct played *played) {
+    uint32_t count;
+    double error = 0;
+    const struct vw_ledger_score *worths = find_worths(played, &count);
+    assert_int_equal(count, PHOTOS);
+    for (uint32_t i = 0; i < PHOTOS; i++) error += pow(worths[i].value - worth_of(i, 1, false), 2) / PHOTOS;
+    return sqrt(error);
+}
+
+// ---- Photos --------------------------------------------------------------------------------------------------------
+
+static void retrainings_are_dealt_out_by_kind(void **state) {
+    (void)state;
+    uint32_t next[3] = {0}, place;
+    for (uint32_t i = 0; i < 100; i++) {
+        enum vw_worth_kind kind = vw_worth_kind_of(i, 3, &place);
+        assert_int_equal(place, next[kind]++);
+        assert_true((kind == VW_WORTH_ALL) == (i % VW_WORTH_REPEAT_EVERY == 0));
+        if (i == 15) assert_int_equal(next[VW_WORTH_PROVIDERS], 7);
+        kind = vw_worth_kind_of(i, i % 2 ? 1 : VW_WORTH_PROVIDERS_MAX + 1, &place);
+        assert_true(kind != VW_WORTH_PROVIDERS);
+    }
+    assert_int_equal(next[VW_WORTH_PROVIDERS], 3 * VW_WORTH_PER_PROVIDER);
+}
+
+static void known_worths_are_found(void **state) {
+    (void)state;
+    struct played *played = play_game(100, 0, 1, 0, false);
+    uint32_t count;
+    const struct vw_ledger_score *worths = find_worths(played, &count);
+    assert_int_equal(count, PHOTOS);
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        if (!(fabs(worths[i].value - worth_of(i, 1, false)) < 1e-3))
+            fail_msg("photo %u is worth %g, not %g", i, worths[i].value, worth_of(i, 1, false));
+        assert_true(worths[i].image_id == i && worths[i].visits > 40 && worths[i].visits < 100);
+        assert_true(worths[i].rank_ci_low >= 1 && worths[i].rank_ci_high <= PHOTOS);
+    }
+    assert_true(worths[2].ci_high < 0 && worths[5].ci_high < 0 && worths[0].ci_low > 0);
+    assert_int_equal(worths[5].rank_ci_low, PHOTOS);
+    free(played);
+}
+
+// Of 40 games with as many retrainings as photos or twice as many, with a prior and without.
+static void intervals_hold_the_worths(void **state) {
+    (void)state;
+    uint32_t held = 0, zero_known = 0, all = 0;
+    for (uint32_t game = 0; game < 40; game++) {
+        struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0, false);
+        uint32_t count;
+        if (game % 2) add_score(played, "dv_psnr", 1, 3, 100 + game);
+        const struct vw_ledger_score *worths = find_worths(played, &count);
+        for (uint32_t i = 0; i < PHOTOS; i++, all++)
+            held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
+        zero_known += worths[9].ci_low > 0 || worths[9].ci_high < 0;
+        free(played);
+    }
+    print_message("%u of %u intervals hold, %u of 40 are sure of a photo of no worth\n", held, all, zero_known);
+    if (held < 0.9 * all) fail_msg("%u of %u intervals hold the true worth", held, all);
+    if (zero_known > 6) fail_msg("%u of 40 games are sure of a photo without worth", zero_known);
+}
+
+// With few retrainings a good score helps, and one of chance does little harm.
+static void a_prior_helps_where_it_is_right(void **state) {
+    (void)state;
+    double none = 0, good = 0, chance = 0;
+    for (uint32_t game = 0; game < 20; game++) {
+        struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0, false);
+        none += error_of(played) / 20;
+        add_score(played, "dv_psnr", 1, 0.5, 200 + game);
+        good += error_of(played) / 20;
+        played->input.score_count = 0;
+        add_score(played, "dv_psnr", 0, 1, 200 + game);
+        chance += error_of(played) / 20;
+        free(played);
+    }
+    print_message("error %.3f dB without a prior, %.3f with a good one, %.3f with chance\n", none, good, chance);
+    if (!(good < 0.7 * none)) fail_msg("a good prior leaves %g of %g dB of error", good, none);
+    if (!(chance < 1.15 * none)) fail_msg("a prior of chance makes %g of %g dB of error", chance, none);
+}
+
+static void too_few_retrainings_have_no_worths(void **state) {
+    (void)state;
+    struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
+    struct vw_worth_summary summary;
+    uint32_t count;
+    find_worths(played, &count);
+    assert_int_equal(count, 0);
+    ASSERT_OK(vw_worth_summarise(&played->input, &summary));
+    assert_true(summary.claim_count == 0 && isnan(summary.r2));
+    played->input.retraining_count = 0;
+    find_worths(played, &count);
+    assert_int_equal(count, 0);
+    assert_null(vw_worth_first_prior(played->scores, 0));
+    add_score(played, "dv_psnr", 1, 0, 1);
+    assert_string_equal(vw_worth_first_prior(played->scores, PHOTOS), "dv_psnr");
+    add_score(played, "lasting_psnr", 1, 0, 1);
+    assert_string_equal(vw_worth_first_prior(played->scores, 2 * PHOTOS), "lasting_psnr");
+    free(played);
+}
+
+// ---- The claim -----------------------------------------------------------------------------------------------------
+
+// Outcomes that the number of photos alone decides, beside noise: nothing tells photos apart, and whatever scores there
+// are, no accuracy is claimed. A fit that saw what it predicts would claim some.
+static void what_cannot_be_known_is_not_claimed(void **state) {
+    (void)state;
+    uint32_t sure = 0;
+    double mean = 0;
+    for (uint32_t game = 0; game < 20; game++) {
+        struct played *played = play_game(40, 0, 300 + game, 0, false);
+        struct vw_worth_summary summary;
+        for (uint32_t i = 0; i < 40; i++)
+            played->rows[i].val_psnr = 20 + 3 * log(played->rows[i].image_count / 12.0) + 0.2 * noise_of(game, 50 + i);
+        add_score(played, "dv_psnr", 0, 1, 300 + game);
+        add_score(played, "quality", 0, 1, 400 + game);
+        ASSERT_OK(vw_worth_summarise(&played->input, &summary));
+        assert_int_equal(summary.claim_count, 3);
+        assert_true(summary.r2 > 0.5); // the number of photos is predicted
+        mean += summary.claims[0].accuracy.spearman / 20;
+        sure += summary.claims[0].accuracy.ci_low > 0;
+        free(played);
+    }
+    print_message("mean accuracy of nothing %.3f, %u of 20 sure\n", mean, sure);
+    if (mean > 0.1) fail_msg("an accuracy of %g is claimed of noise", mean);
+    if (sure > 3) fail_msg("%u of 20 games are sure of noise", sure);
+}
+
+static void the_claim_grows_with_what_is_known(void **state) {
+    (void)state;
+    struct vw_worth_summary exact, noisy;
+    struct played *played = play_game(100, 0.01, 5, 0, false);
+    add_score(played, "dv_psnr", 1, 0, 1);
+    ASSERT_OK(vw_worth_summarise(&played->input, &exact));
+    free(played);
+    played = play_game(100, 0.6, 5, 0, false);
+    ASSERT_OK(vw_worth_summarise(&played->input, &noisy));
+    free(played);
+    assert_true(exact.claims[0].accuracy.spearman > 0.99 && exact.claims[0].accuracy.r2 > 0.99 && exact.ceiling > 0.99);
+    assert_string_equal(exact.claims[1].method, "dv_psnr");
+    assert_true(exact.claims[1].accuracy.spearman > 0.9);
+    assert_true(noisy.claims[0].accuracy.spearman < exact.claims[0].accuracy.ci_low && noisy.ceiling < exact.ceiling);
+    if (fabs(noisy.noise_db - 0.6) > 0.3) fail_msg("the noise is %g dB, not 0.6", noisy.noise_db); // of 13 trainings
+    assert_int_equal(exact.retraining_count, 100);
+    assert_true(exact.repeat_count >= 13 && exact.provider_retraining_count == 0);
+}
+
+// ---- Providers -----------------------------------------------------------------------------------------------------
+
+// Ada's four photos are copies: each alone is worth little, since the others stand in for it; together they are worth
+// what one gives. The sum over photos does not say that, trainings with and without her do.
+static void a_provider_is_worth_what_all_its_photos_are(void **state) {
+    (void)state;
+    struct played *played = play_game(120, 0.02, 7, 3, true);
+    struct vw_provider_score groups[5] = {{.method = "dv_psnr", .provider = "ada", .value = 5},
+                                          {.method = vw_worth_method, .provider = "cyd", .value = 1},
+                                          {.method = vw_worth_method, .provider = "bob", .value = 2},
+                                          {.method = vw_worth_method, .provider = "ada", .value = 3},
+                                          {.method = "quality", .provider = "ada", .value = 5}};
+    bool replaced;
+    uint32_t count;
+    find_worths(played, &count);
+    played->input.score_count = count;
+    ASSERT_OK(vw_worth_of_groups(&played->input, groups, 5, &replaced));
+    assert_true(replaced && groups[0].value == 5 && groups[4].value == 5);
+    for (uint32_t i = 1; i < 4; i++) {
+        uint32_t first = (uint32_t)(groups[i].provider[0] - 'a') * 4;
+        double expected = worth_of(first, 4, true);
+        print_message("%s is worth %.3f ± %.3f dB, expected %.3f\n", groups[i].provider, groups[i].value,
+                      groups[i].standard_error, expected);
+        if (fabs(groups[i].value - expected) > 0.25 * fabs(expected) + 0.3)
+            fail_msg("%s is worth %g, not %g", groups[i].provider, groups[i].value, expected);
+        assert_true(i == 1 || groups[i - 1].value >= groups[i].value);
+    }
+    for (uint32_t i = 0; i < played->input.retraining_count; i++) // without trainings of providers sums stay
+        if (played->rows[i].whole_providers) played->rows[i].val_psnr = NAN;
+    played->input.retraining_count = 40;
+    groups[1].value = 17;
+    ASSERT_OK(vw_worth_of_groups(&played->input, groups, 5, &replaced));
+    assert_true(!replaced && groups[1].value == 17);
+    free(played);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(retrainings_are_dealt_out_by_kind),
+        cmocka_unit_test(known_worths_are_found),
+        cmocka_unit_test(intervals_hold_the_worths),
+        cmocka_unit_test(a_prior_helps_where_it_is_right),
+        cmocka_unit_test(too_few_retrainings_have_no_worths),
+        cmocka_unit_test(what_cannot_be_known_is_not_claimed),
+        cmocka_unit_test(the_claim_grows_with_what_is_known),
+        cmocka_unit_test(a_provider_is_worth_what_all_its_photos_are),
+    };
+    return cmocka_run_group_tests(tests, set_up, NULL);
+}
