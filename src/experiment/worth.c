@@ -55,6 +55,20 @@ static void list_providers(struct work *work) {
     }
 }
 
+// Leaves out the subset of all: the retrainings on all photos are others.
+static void drop_all(struct vw_subsets *subsets) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < subsets->count; i++) {
+        uint32_t size = vw_subset_size(subsets, i);
+        if (size == subsets->photo_count) continue;
+        memmove(subsets->places + subsets->offsets[kept], subsets->places + subsets->offsets[i],
+                size * sizeof *subsets->places);
+        subsets->offsets[kept + 1] = subsets->offsets[kept] + size;
+        kept++;
+    }
+    subsets->count = kept;
+}
+
 // Draws the subsets that `count` retrainings need. Other runs of the scene draw others. Few providers have few subsets,
 // which come again with other seeds.
 static enum vw_status plan(struct work *work, uint32_t count) {
@@ -62,18 +76,21 @@ static enum vw_status plan(struct work *work, uint32_t count) {
     list_providers(work);
     for (uint32_t i = 0; i < count; i++) needed[vw_worth_kind_of(i, work->provider_count, &place)]++;
     struct vw_subsets_params params = {.photo_count = work->retrainer.train_count,
-                                       .random_sizes = needed[VW_WORTH_PHOTOS],
+                                       .random_sizes = needed[VW_WORTH_PHOTOS] + 1,
                                        .seed_count = 1,
                                        .key = work->config.seed + 1};
     enum vw_status status = vw_subsets_draw(&params, &work->of_photos);
+    if (!status) drop_all(&work->of_photos);
     if (!status && work->of_photos.count < needed[VW_WORTH_PHOTOS])
         status = vw_fail(VW_ERROR_INPUT,
                          "--retrainings %" PRIu32 ": %" PRIu32 " photos have only %" PRIu32
                          " subsets of 40 to 100 %%; ask for fewer retrainings",
                          count, params.photo_count, work->of_photos.count);
     params.photo_count = work->provider_count;
-    params.random_sizes = needed[VW_WORTH_PROVIDERS];
-    return status || !params.random_sizes ? status : vw_subsets_draw(&params, &work->of_providers);
+    params.random_sizes = needed[VW_WORTH_PROVIDERS] + 1;
+    if (!status && needed[VW_WORTH_PROVIDERS]) status = vw_subsets_draw(&params, &work->of_providers);
+    if (!status && needed[VW_WORTH_PROVIDERS]) drop_all(&work->of_providers);
+    return status;
 }
 
 static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32_t player) {

@@ -110,7 +110,7 @@ static void halves_are_different_and_balanced(void **state) {
     (void)state;
     struct vw_subsets subsets;
     uint32_t times[PHOTOS] = {0};
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 200, 0, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 200, 0, SEEDS, 0}, &subsets));
     assert_int_equal(subsets.count, 200);
     for (uint32_t i = 0; i < subsets.count; i++) {
         const uint32_t *places = subsets.places + subsets.offsets[i];
@@ -130,7 +130,7 @@ static void halves_are_different_and_balanced(void **state) {
 static void there_are_no_more_halves_than_exist(void **state) {
     (void)state;
     struct vw_subsets subsets;
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){4, 50, 0, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){4, 50, 0, SEEDS, 0}, &subsets));
     assert_int_equal(subsets.count, 6); // 4 over 2
     vw_subsets_free(&subsets);
 }
@@ -141,7 +141,7 @@ static void random_sizes_are_uniform(void **state) {
     (void)state;
     struct vw_subsets subsets;
     uint32_t of_size[PHOTOS + 1] = {0};
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 250, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 250, SEEDS, 0}, &subsets));
     assert_int_equal(subsets.halves.end, 20);
     assert_true(subsets.sizes.begin == 20 && subsets.sizes.end == 270 && subsets.count == 270);
     for (uint32_t i = subsets.sizes.begin; i < subsets.sizes.end; i++) of_size[vw_subset_size(&subsets, i)]++;
@@ -176,7 +176,7 @@ static void a_failing_training_ends_it(void **state) {
     (void)state;
     struct game game = {.fails = true};
     struct vw_subsets subsets;
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 0, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 0, SEEDS, 0}, &subsets));
     assert_int_equal(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &game), VW_ERROR_DEVICE);
     assert_int_equal(game.retrainings, 1);
     vw_subsets_free(&subsets);
@@ -495,7 +495,7 @@ static void the_mean_of_seeds_predicts_more(void **state) {
         scores_of[0][i] = worths[i] + noise;
         scores_of[0][PHOTOS + i] = worths[i] - noise;
     }
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 60, 60, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 60, 60, SEEDS, 0}, &subsets));
     ASSERT_OK(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &game));
     ASSERT_OK(vw_leave_one_out(&evaluation, SEEDS, FIRST_SEED, play, &game, &left_out));
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, NULL, &metrics));
@@ -525,7 +525,7 @@ static void sizes_are_predicted_by_means(void **state) {
     struct game game = {0};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 60, 120, SEEDS}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 60, 120, SEEDS, 0}, &subsets));
     ASSERT_OK(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play_mean, &game));
     ASSERT_OK(vw_evaluate_subsets(&evaluation, &subsets, NULL, &metrics));
     check_near(find(&metrics, "lds", "val_psnr", "worths")->value, 1, 1e-3, "LDS on halves");

@@ -46,7 +46,7 @@ static enum vw_status play(void *context, const struct vw_retrain_params *retrai
 static void play_subsets(double noise_db, uint32_t halves, uint32_t random_sizes, uint32_t seeds, uint64_t first_seed,
                          struct vw_subsets *subsets) {
     struct game game = {.noise_db = noise_db};
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, halves, random_sizes, seeds}, subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, halves, random_sizes, seeds, 0}, subsets));
     ASSERT_OK(vw_subsets_retrain(subsets, photos, first_seed, play, &game));
 }
 
@@ -81,7 +81,7 @@ static void shrinking_keeps_the_level(void **state) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     double mean = 0, spread = 0;
-    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 6, 6, 4}, &subsets));
+    ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 6, 6, 4, 0}, &subsets));
     ASSERT_OK(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &game));
     ASSERT_OK(fit(&subsets, VW_QUALITY_VAL_PSNR, &worths));
     for (uint32_t i = 0; i < PHOTOS; i++) mean += worths.values[i] / PHOTOS;

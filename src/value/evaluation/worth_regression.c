@@ -12,10 +12,10 @@
 const char vw_subset_worth_name[] = "subset_worth";
 
 static const uint64_t FOLD_SEED = 0x666f6c6473; // of no training
-// Penalties of the players, per subset: 1e-8, 4e-8, ... 10.7. Those of B are so many times as large; the last is no
-// prior at all.
+// Penalties of the players, per subset: 1e-8, 4e-8, ... 10.7 for sums; 1e-4, 2.5e-4, ... 93 for means, which few
+// subsets would fit without an error otherwise. Those of B are so many times as large; the last is no prior at all.
 enum { PENALTIES = 16, RATIOS = 4, FITS = PENALTIES * RATIOS };
-static const double LEAST_PENALTY = 1e-8, PENALTY_FACTOR = 4;
+static const double least_penalty[] = {1e-8, 1e-4}, penalty_factor[] = {4, 2.5}; // by form
 static const double ratios[RATIOS] = {1e-4, 1e-2, 1, 1e6};
 static const double GUARD = 1e-9; // penalty of the size, so that a fit of subsets of one size has a solution
 
@@ -117,7 +117,8 @@ static void add_subset(struct regression *regression, uint32_t kept, uint32_t ti
 }
 
 static double penalty_of(const struct regression *regression, uint32_t fit, uint32_t column) {
-    double penalty = LEAST_PENALTY * pow(PENALTY_FACTOR, fit / RATIOS) * regression->used;
+    enum vw_worth_form form = regression->params->form;
+    double penalty = least_penalty[form] * pow(penalty_factor[form], fit / RATIOS) * regression->used;
     return column >= regression->first_player ? penalty
            : column >= FIRST_FEATURE          ? penalty * ratios[fit % RATIOS]
            : column == SIZE                   ? GUARD * regression->gram[0]

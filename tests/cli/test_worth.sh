@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# worth and value --worth from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+scene=$root/tests/support/tiny.json
+tiny=(--rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe --epochs 5 --no-thumbnails)
+printf 'name,provider\n' >"$folder/providers.csv"
+for i in 0 1 2 3 4 5; do echo "view_00$i,p$((i / 2))" >>"$folder/providers.csv"; done
+
+value() { "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:2}"; }             # value OUT [OPTION]...
+worth() { "$program" worth "$folder/$1" --device llvmpipe --no-thumbnails --quiet "${@:2}"; }        # worth OUT [OPTION]...
+intact() { run "$program" verify "$folder/$1" --quiet; }                                             # intact OUT
+retrained() { query "$1" 'SELECT whole_providers, seed, epochs, image_ids, val_psnr FROM retraining'; } # retrained OUT
+head_of() { query "$1" 'SELECT final_hash FROM run'; }                                               # head_of OUT
+fresh() { rm -rf "${folder:?}/$1" && cp -r "$folder/before" "$folder/$1"; }                          # fresh OUT: the run without worth
+
+check "a run with providers" run value before --providers "$folder/providers.csv"
+fresh run
+before=$(head_of run)
+
+# ---- Retrainings ---------------------------------------------------------------------------------------------------------
+
+check "without retrainings worth is a score of the run" prints '^worth without retrainings is its prior alone: (dv|lasting)_psnr, whose level is unknown' \
+    worth run
+check "and changes nothing" test "$(head_of run)" = "$before"
+check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos and 11 with whole providers$' worth run --retrainings 24
+check "their accuracy is told" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  worth_psnr \(R\^2 ' "$folder/stdout"
+check "and that of the scores" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  dv_psnr$' "$folder/stdout"
+check "and the noise" grep -qE '^noise    3 trainings on all photos differ by [0-9.]+ dB' "$folder/stdout"
+check "the ledger has them, each with a seed of its own" test "$(query run 'SELECT count(*), count(DISTINCT seed), min(seed) > (SELECT seed
+    FROM run), min(epochs), max(epochs) FROM retraining')" = '24|24|1|5|5'
+check "every eighth is on all photos" test "$(query run "SELECT count(*) FROM retraining WHERE retraining % 8 = 0 AND
+    image_ids = (SELECT group_concat(image_id, ' ') FROM image WHERE split = 'train')")" = 3
+check "a provider's photos are in or out together" test "$(query run "SELECT count(*) FROM retraining WHERE whole_providers AND
+    (instr(image_ids, '0') > 0) = (instr(image_ids, '1') > 0) AND (instr(image_ids, '2') > 0) = (instr(image_ids, '3') > 0)")" = 11
+check "the run is intact" intact run
+check "every photo has a worth with an interval" test "$(query run "SELECT count(*), min(ci_low < value AND value < ci_high AND stderr > 0
+    AND unit = 'dB') FROM score WHERE method = 'worth_psnr'")" = '6|1'
+check "also in scores.csv" test "$(grep -c ',worth_psnr,.*,dB,' "$folder/run/scores.csv")" = 6
+check "providers have their own" test "$(grep -c ',worth_psnr,.*,dB,.*,2,' "$folder/run/providers.csv")" = 3
+check "which is not the sum of their photos'" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/run/providers.csv t" \
+    -cmd "ATTACH '$folder/run/ledger.db' AS run" :memory: "SELECT sum(abs(t.value - s.total) > 1e-9) FROM t JOIN (SELECT provider,
+    sum(value) AS total FROM run.score JOIN run.image USING (image_id) WHERE method = 'worth_psnr' GROUP BY 1) AS s USING (provider)
+    WHERE t.method = 'worth_psnr'")" = 3
+check "the report has it" grep -q worth_psnr "$folder/run/report.html"
+check "photos are selected by it" prints 'by worth_psnr: interval not below zero' "$program" select "$folder/run" --method worth_psnr \
+    --not-harmful --to "$folder/list.txt"
+check "JSON says the same" run worth run --json
+cp "$folder/stdout" "$folder/worth.json"
+check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.retrainings',
+    json_array_length(CAST(readfile('$folder/worth.json') AS TEXT), '$.photos'),
+    CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].method',
+    (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].ci_low') <=
+    (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].spearman')")" = '24|6|worth_psnr|1'
+
+# ---- Interruptions -------------------------------------------------------------------------------------------------------
+
+fresh steps
+check "8 retrainings" run worth steps --retrainings 8
+check "and 16 more" run worth steps --retrainings 24
+check "give the bits of 24 at once" test "$(head_of steps)" = "$(head_of run)"
+fresh cut
+interrupt() { # interrupts 24 retrainings after 3 at least
+    local process
+    (exec "$program" worth "$folder/cut" --device llvmpipe --no-thumbnails --quiet --retrainings 24) >"$folder/stdout" 2>"$folder/stderr" &
+    process=$!
+    until [[ $(sqlite3 -readonly "$folder/cut/retrainings.db" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0) -ge 3 ]]; do
+        kill -CONT "$process" 2>/dev/null || return 1
+        sleep 0.02
+        kill -STOP "$process" 2>/dev/null
+    done
+    kill -INT "$process" && kill -CONT "$process"
+    ! wait "$process" && grep -q 'interrupted; .* the same command resumes' "$folder/stderr"
+}
+check "an interrupted worth says how to go on" interrupt
+check "and leaves a run that is intact" intact cut
+check "the same command goes on" run worth cut --retrainings 24
+check "to the same bits" test "$(head_of cut)" = "$(head_of run)"
+check "and the same table" cmp "$folder/cut/scores.csv" "$folder/run/scores.csv"
+
+# ---- In one command ------------------------------------------------------------------------------------------------------
+
+check "value --worth" prints '^payout of 10.00 by worth_psnr' value whole --providers "$folder/providers.csv" --worth 24 --payout 10
+check "makes the same retrainings" test "$(retrained whole)" = "$(retrained run)"
+check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.csv")" = 3
+check "it is intact, payout included" prints '^payout.csv +intact' "$program" verify "$folder/whole" --quiet
+check "again: the report and the payout are written by worth" prints '^payout of 5.00 by worth_psnr' value whole --providers "$folder/providers.csv" \
+    --resume --payout 5
+check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' worth steps --retrainings 25 --until-accuracy 0.99
+check "after the last" test "$(query steps 'SELECT count(*) FROM retraining')" = 25
+check "a run that is extended has no worth" run value whole --providers "$folder/providers.csv" --resume --epochs 6
+check "since its retrainings are too short" test "$(query whole "SELECT (SELECT count(*) FROM retraining),
+    (SELECT count(*) FROM score WHERE method = 'worth_psnr')")" = '0|0'
+
+# ---- Edits and refusals --------------------------------------------------------------------------------------------------
+
+sqlite3 "$folder/cut/ledger.db" 'UPDATE retraining SET val_psnr = val_psnr + 1 WHERE retraining = 3'
+check "an edited retraining is found" fails 1 'a retraining row likewise' "$program" verify "$folder/cut" --quiet
+check "more retrainings than there are subsets are refused" fails 2 '6 photos have only [0-9]+ subsets' worth run --retrainings 200
+check "a run without scores is refused" eval 'run "$program" train "$scene" --out "$folder/trained" "${tiny[@]:0:14}" --quiet &&
+    fails 2 "the run has no scores" worth trained --retrainings 8'
+check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
+check "an accuracy of 1 is refused" fails 2 'until-accuracy' worth run --retrainings 30 --until-accuracy 1
+conclude "$@"
