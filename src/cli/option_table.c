@@ -137,6 +137,10 @@ const struct vw_option vw_option_table[] = {
      OPTION(COUNT, valued_seeds), RANGE(1, 8), COMMON},
     {"leave-one-out", NULL, "Also train without each photo in turn, with each retraining seed", VW_OPTIONS_BENCHMARK,
      VW_SECTION_MAIN, OPTION(FLAG, leave_one_out), COMMON},
+    {"worth-retrainings", "LIST",
+     "Also evaluate worth (see viewworth worth) from so many retrainings, at most 6 numbers with commas between; these "
+     "retrainings are not those that judge",
+     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
     {"curves", "LIST|all|none", "Methods with removal and addition curves, with commas between", VW_OPTIONS_BENCHMARK,
      VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"), .words = "all none"},
     {"measure", NULL,

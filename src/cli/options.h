@@ -49,6 +49,7 @@ struct vw_options {
     uint32_t halves;        // random halves of the train photos, by which a sweep evaluates scores
     const char *parameters; // names of what a sweep changes
     bool leave_one_out;
+    const char *worth_retrainings; // numbers with commas between
     const char *curves;
     const char *view;
     const char *to;

@@ -1,6 +1,7 @@
 #include "experiment/benchmark.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +14,7 @@
 #include "experiment/retrain.h"
 #include "experiment/scorers.h"
 #include "experiment/seed_runs.h"
+#include "experiment/worth_plan.h"
 #include "value/evaluation/exact_values.h"
 #include "value/evaluation/leave_one_out.h"
 
@@ -44,8 +46,22 @@ static uint32_t leave_one_out_seeds(const struct vw_benchmark_params *params) {
     return params->common.seeds > params->retraining_seeds ? params->common.seeds : params->retraining_seeds;
 }
 
+static uint32_t worth_retrainings_most(const struct vw_benchmark_params *params) {
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < params->worth_count; i++)
+        if (params->worth_retrainings[i] > most) most = params->worth_retrainings[i];
+    return most;
+}
+
+// What gives worth never judges it: other subsets, other seeds, and others for each valued seed.
+static uint64_t worth_seed(const struct work *work, uint32_t valued) {
+    return leave_one_out_seed(work) + leave_one_out_seeds(work->params) +
+           (uint64_t)valued * worth_retrainings_most(work->params);
+}
+
 static uint32_t count_seeds(const struct vw_benchmark_params *params) {
-    return params->common.seeds + params->retraining_seeds + leave_one_out_seeds(params);
+    return params->common.seeds * (1 + worth_retrainings_most(params)) + params->retraining_seeds +
+           leave_one_out_seeds(params);
 }
 
 // ---- Curves ----
@@ -108,6 +124,7 @@ static uint64_t count_retrainings(const struct work *work) {
     for (uint32_t i = 0; i < evaluation->scorer_count; i++) curves += has_curve(work, &evaluation->scorers[i]);
     uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
                      (uint64_t)curves * vw_curve_trainings(params->retraining_seeds);
+    count += (uint64_t)params->common.seeds * worth_retrainings_most(params);
     if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;
 }
@@ -151,6 +168,51 @@ static enum vw_status find_worths(struct work *work) {
     if (!scores) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < evaluation->seed_count * photos; i++) scores[i] = work->worths[0].values[i % photos];
     return VW_OK;
+}
+
+// Trains once for the largest number; smaller ones are the first of these.
+static enum vw_status retrain_for_worth(struct work *work, uint32_t valued, struct vw_ledger_retraining **retrainings) {
+    const struct vw_evaluation *evaluation = &work->scorers.evaluation;
+    uint32_t most = worth_retrainings_most(work->params);
+    struct vw_worth_plan plan = {0};
+    const struct vw_worth_plan_params params = {.photos = evaluation->photos,
+                                                .photo_count = evaluation->photo_count,
+                                                .count = most,
+                                                .key = work->params->common.config->seed + valued + 1,
+                                                .first_seed = worth_seed(work, valued),
+                                                .epochs = work->params->common.config->epochs};
+    enum vw_status status = vw_worth_plan_make(&params, &plan);
+    if (!status) status = vw_worth_plan_list(&plan, most, retrainings);
+    if (!status) status = vw_worth_plan_train(*retrainings, 0, most, vw_retrain, &work->retrainer);
+    vw_worth_plan_free(&plan);
+    return status;
+}
+
+static enum vw_status find_worths_of_seed(struct work *work, uint32_t valued, double *const *scores) {
+    struct vw_ledger_retraining *retrainings = NULL;
+    enum vw_status status = retrain_for_worth(work, valued, &retrainings);
+    for (uint32_t i = 0; !status && i < work->params->worth_count; i++)
+        status = vw_scorers_find_worth(&work->scorers, valued, retrainings, work->params->worth_retrainings[i],
+                                       scores[i] + (size_t)valued * work->scorers.evaluation.photo_count);
+    free(retrainings);
+    return status;
+}
+
+// Worth as `viewworth worth` gives it, with the scores of the valued run as its prior.
+static enum vw_status add_worths(struct work *work, struct vw_benchmark *benchmark) {
+    const struct vw_benchmark_params *params = work->params;
+    double *scores[VW_BENCHMARK_WORTHS];
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < params->worth_count; i++) {
+        char *name = benchmark->worth_names[i];
+        snprintf(name, VW_BENCHMARK_NAME_BYTES, "worth_%u", params->worth_retrainings[i]);
+        scores[i] = vw_scorers_add(&work->scorers, (struct vw_scorer){.name = name, .has_sign = true},
+                                   1 + params->worth_retrainings[i]);
+        if (!scores[i]) return VW_ERROR_MEMORY;
+    }
+    for (uint32_t seed = 0; !status && params->worth_count && seed < params->common.seeds; seed++)
+        status = find_worths_of_seed(work, seed, scores);
+    return status;
 }
 
 static enum vw_status leave_one_out(struct work *work) {
@@ -237,6 +299,8 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     vw_hasher_add_integer(&hasher, work->params->common.seeds);
     vw_hasher_add_integer(&hasher, work->params->retraining_seeds);
     vw_hasher_add_integer(&hasher, work->params->equal);
+    for (uint32_t i = 0; i < work->params->worth_count; i++)
+        vw_hasher_add_integer(&hasher, work->params->worth_retrainings[i]);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
     return vw_retrainings_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
@@ -298,6 +362,7 @@ static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
     retrainer->planned = count_retrainings(work);
     status = train_on_all(work, &benchmark->training_seconds);
     if (!status) status = find_worths(work);
+    if (!status) status = add_worths(work, benchmark);
     if (!status) status = leave_one_out(work);
     if (!status) status = evaluate(work, &benchmark->metrics);
     return status ? status : write_results(work, benchmark);

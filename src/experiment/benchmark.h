@@ -13,19 +13,22 @@
 // Which scorers have removal and addition curves.
 enum vw_curves { VW_CURVES_DEFAULT, VW_CURVES_NONE, VW_CURVES_ALL, VW_CURVES_LISTED }; // dv_psnr and ground_truth
 
+enum { VW_BENCHMARK_WORTHS = 6, VW_BENCHMARK_NAME_BYTES = 24 };
 struct vw_benchmark_params {
     struct vw_experiment_params common; // seeds: as many runs are valued
     uint32_t retraining_seeds; // of each subset and of each set of a curve; these follow the valued runs' seeds
     uint32_t subsets;          // to retrain on: one half of them are halves of the photos, one of random sizes
     bool all_subsets;          // instead all subsets of at most VW_SUBSETS_ALL_PHOTOS_MAX photos
     enum vw_equal equal;       // what retrainings have in common
-    bool leave_one_out;        // also retrain without each photo, with the larger of both numbers of seeds
+    uint32_t worth_retrainings[VW_BENCHMARK_WORTHS]; // worth from so many retrainings of its own is a method, too
+    uint32_t worth_count;
+    bool leave_one_out; // also retrain without each photo, with the larger of both numbers of seeds
     enum vw_curves curves;
     const char *curve_scorers; // with VW_CURVES_LISTED: names with commas between
 };
 
 struct vw_benchmark_method {
-    const char *name;   // static
+    const char *name;   // lives as long as the benchmark
     uint32_t trainings; // that one set of its scores takes
 };
 
@@ -39,6 +42,7 @@ struct vw_benchmark {
     struct vw_metrics metrics;                    // rows are owned
     double training_seconds;                      // CPU time of a training on all photos; NaN: unknown
     char *csv_path;                               // owned
+    char worth_names[VW_BENCHMARK_WORTHS][VW_BENCHMARK_NAME_BYTES]; // "worth_24"
 };
 
 // Makes the benchmark, or resumes it. Writes to OUT: seed_<seed>/ (seed_runs.h), retrainings.db, and the files of

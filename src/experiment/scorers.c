@@ -11,6 +11,7 @@
 #include "value/evaluation/score_tables.h"
 #include "value/evaluation/worth_regression.h"
 #include "value/methods.h"
+#include "value/worth.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -20,6 +21,7 @@ bool vw_scorer_exists(const char *name) {
     if (vw_value_method_find(name)) return true;
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
+    if (!strncmp(name, "worth_", 6) && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
 }
 
@@ -141,6 +143,31 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
         for (uint32_t seed = 0; !status && seed < seed_count; seed++)
             status = take_seed(params, retrainer->params.session->scene, seed, pass == 1, scorers);
     if (!status) drop_incomplete(scorers);
+    return status;
+}
+
+enum vw_status vw_scorers_find_worth(const struct vw_scorers *scorers, uint32_t valued,
+                                     const struct vw_ledger_retraining *retrainings, uint32_t count, double *scores) {
+    const struct vw_evaluation *evaluation = &scorers->evaluation;
+    uint32_t photos = evaluation->photo_count, score_count = 0, made = 0;
+    struct vw_ledger_image *images = vw_allocate(photos, sizeof *images);
+    struct vw_ledger_score *prior = vw_allocate((size_t)photos * (evaluation->scorer_count + 1), sizeof *prior);
+    enum vw_status status = images && prior ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < photos; i++)
+        images[i] = (struct vw_ledger_image){.image_id = evaluation->photos[i], .split = "train"};
+    for (size_t i = 0; !status && i < (size_t)evaluation->scorer_count * photos; i++) {
+        const struct vw_scorer *scorer = &evaluation->scorers[i / photos];
+        prior[score_count++] = (struct vw_ledger_score){.image_id = evaluation->photos[i % photos],
+                                                        .method = scorer->name,
+                                                        .value = scorer->scores[(size_t)valued * photos + i % photos],
+                                                        .visits = 1};
+    }
+    const struct vw_worth_input input = {retrainings, count, images, photos, prior, score_count};
+    for (uint32_t i = 0; i < photos; i++) scores[i] = NAN;
+    if (!status) status = vw_worth_append(&input, prior + score_count, &made);
+    for (uint32_t i = 0; !status && i < made; i++) scores[i] = prior[score_count + i].value;
+    free(images);
+    free(prior);
     return status;
 }
 

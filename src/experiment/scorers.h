@@ -29,6 +29,10 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
 // Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `scorer`
 // gives all but the scores.
 double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings);
+// Fills scores[photo] with the worth from `count` retrainings of the evaluation's photos, whose prior is the scores of
+// a valued seed; NaN where there are too few.
+enum vw_status vw_scorers_find_worth(const struct vw_scorers *scorers, uint32_t valued,
+                                     const struct vw_ledger_retraining *retrainings, uint32_t count, double *scores);
 void vw_scorers_free(struct vw_scorers *scorers);
 
 #endif

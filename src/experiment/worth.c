@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "experiment/retrain.h"
 #include "experiment/retrain_run.h"
+#include "experiment/worth_plan.h"
 #include "report/page.h"
 #include "run/out_folder.h"
 #include "run/imported.h"
@@ -29,95 +30,11 @@ struct work {
     struct vw_out_lock *lock;
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
-    const char *providers[VW_WORTH_PROVIDERS_MAX + 1];
-    uint32_t provider_count;                   // at most VW_WORTH_PROVIDERS_MAX + 1, which is too many
-    struct vw_subsets of_photos, of_providers; // in the order of the retrainings
+    const char **providers; // owned array; of each photo
+    struct vw_worth_plan plan;
 };
 
-// ---- The plan: which photos, by the number of a retraining ---------------------------------------------------------
-
-static const char *provider_of(const struct work *work, uint32_t image_id) {
-    const char *provider = work->result->scoring.input.images[image_id].provider;
-    return provider ? provider : "";
-}
-
-static uint32_t find_provider(const struct work *work, const char *provider) {
-    uint32_t place = 0;
-    while (place < work->provider_count && strcmp(work->providers[place], provider) != 0) place++;
-    return place;
-}
-
-static void list_providers(struct work *work) {
-    for (uint32_t i = 0; i < work->retrainer.train_count; i++) {
-        const char *provider = provider_of(work, work->retrainer.train_views[i]);
-        if (find_provider(work, provider) == work->provider_count && work->provider_count <= VW_WORTH_PROVIDERS_MAX)
-            work->providers[work->provider_count++] = provider;
-    }
-}
-
-// Leaves out the subset of all: the retrainings on all photos are others.
-static void drop_all(struct vw_subsets *subsets) {
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < subsets->count; i++) {
-        uint32_t size = vw_subset_size(subsets, i);
-        if (size == subsets->photo_count) continue;
-        memmove(subsets->places + subsets->offsets[kept], subsets->places + subsets->offsets[i],
-                size * sizeof *subsets->places);
-        subsets->offsets[kept + 1] = subsets->offsets[kept] + size;
-        kept++;
-    }
-    subsets->count = kept;
-}
-
-// Draws the subsets that `count` retrainings need. Other runs of the scene draw others. Few providers have few subsets,
-// which come again with other seeds.
-static enum vw_status plan(struct work *work, uint32_t count) {
-    uint32_t needed[3] = {0}, place;
-    list_providers(work);
-    for (uint32_t i = 0; i < count; i++) needed[vw_worth_kind_of(i, work->provider_count, &place)]++;
-    struct vw_subsets_params params = {.photo_count = work->retrainer.train_count,
-                                       .random_sizes = needed[VW_WORTH_PHOTOS] + 1,
-                                       .seed_count = 1,
-                                       .key = work->config.seed + 1};
-    enum vw_status status = vw_subsets_draw(&params, &work->of_photos);
-    if (!status) drop_all(&work->of_photos);
-    if (!status && work->of_photos.count < needed[VW_WORTH_PHOTOS])
-        status = vw_fail(VW_ERROR_INPUT,
-                         "--retrainings %" PRIu32 ": %" PRIu32 " photos have only %" PRIu32
-                         " subsets of 40 to 100 %%; ask for fewer retrainings",
-                         count, params.photo_count, work->of_photos.count);
-    params.photo_count = work->provider_count;
-    params.random_sizes = needed[VW_WORTH_PROVIDERS] + 1;
-    if (!status && needed[VW_WORTH_PROVIDERS]) status = vw_subsets_draw(&params, &work->of_providers);
-    if (!status && needed[VW_WORTH_PROVIDERS]) drop_all(&work->of_providers);
-    return status;
-}
-
-static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32_t player) {
-    for (uint32_t i = subsets->offsets[subset]; i < subsets->offsets[subset + 1]; i++)
-        if (subsets->places[i] == player) return true;
-    return false;
-}
-
-// Fills ids with the photos of a retraining.
-static void list_photos(const struct work *work, uint32_t number, uint32_t *ids,
-                        struct vw_ledger_retraining *retraining) {
-    uint32_t place, count = 0;
-    enum vw_worth_kind kind = vw_worth_kind_of(number, work->provider_count, &place);
-    if (kind == VW_WORTH_PROVIDERS) place %= work->of_providers.count;
-    for (uint32_t i = 0; i < work->retrainer.train_count; i++) {
-        uint32_t id = work->retrainer.train_views[i], provider = find_provider(work, provider_of(work, id));
-        if (kind == VW_WORTH_ALL || (kind == VW_WORTH_PHOTOS && has_player(&work->of_photos, place, i)) ||
-            (kind == VW_WORTH_PROVIDERS && has_player(&work->of_providers, place, provider)))
-            ids[count++] = id;
-    }
-    *retraining = (struct vw_ledger_retraining){.whole_providers = kind == VW_WORTH_PROVIDERS,
-                                                .seed = vw_first_seed_after(work->config.seed, number + 1) + number,
-                                                .epochs = work->config.epochs,
-                                                .image_ids = ids,
-                                                .image_count = count,
-                                                .val_psnr = NAN};
-}
+// ---- Retraining ----------------------------------------------------------------------------------------------------
 
 static bool is_same(const struct vw_ledger_retraining *a, const struct vw_ledger_retraining *b) {
     return a->whole_providers == b->whole_providers && a->seed == b->seed && a->epochs == b->epochs &&
@@ -125,42 +42,20 @@ static bool is_same(const struct vw_ledger_retraining *a, const struct vw_ledger
            !memcmp(a->image_ids, b->image_ids, a->image_count * sizeof *a->image_ids);
 }
 
-// One block with rows and ids, as the ledger gives them: those of the ledger, whose outcomes are known, and the next.
+// Those of the ledger, whose outcomes are known, and the next.
 static enum vw_status list_retrainings(const struct work *work, uint32_t count, struct vw_ledger_retraining **rows) {
     const struct vw_scoring *scoring = &work->result->scoring;
-    size_t photos = work->retrainer.train_count;
-    struct vw_ledger_retraining *made =
-        vw_allocate(count, sizeof **rows + (photos + 1) * sizeof(uint32_t)); // 1: for the alignment
-    if (!made) return VW_ERROR_MEMORY;
-    uint32_t *ids = (uint32_t *)(made + count);
-    for (uint32_t i = 0; i < count; i++) {
-        list_photos(work, i, ids + i * photos, &made[i]);
-        if (i >= scoring->retraining_count) continue;
+    struct vw_ledger_retraining *made = NULL;
+    enum vw_status status = vw_worth_plan_list(&work->plan, count, &made);
+    for (uint32_t i = 0; !status && i < scoring->retraining_count; i++) {
         made[i].val_psnr = scoring->retrainings[i].val_psnr;
-        if (is_same(&made[i], &scoring->retrainings[i])) continue;
-        free(made);
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: retraining %" PRIu32 " is not the one that this version makes; value the scene again",
-                       work->result->recorded.ledger_path, i);
+        if (!is_same(&made[i], &scoring->retrainings[i]))
+            status = vw_fail(VW_ERROR_MISMATCH,
+                             "%s: retraining %" PRIu32 " is not the one that this version makes; value the scene again",
+                             work->result->recorded.ledger_path, i);
     }
-    *rows = made;
-    return VW_OK;
-}
-
-// ---- Retraining ----------------------------------------------------------------------------------------------------
-
-static enum vw_status train(struct work *work, struct vw_ledger_retraining *rows, uint32_t first, uint32_t count) {
-    struct vw_retrain_params *retrainings = vw_allocate(count - first, sizeof *retrainings);
-    struct vw_retrain_result *results = vw_allocate(count - first, sizeof *results);
-    enum vw_status status = retrainings && results ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = first; !status && i < count; i++)
-        retrainings[i - first] = (struct vw_retrain_params){
-            .views = rows[i].image_ids, .view_count = rows[i].image_count, .seed = rows[i].seed};
-    if (!status) status = vw_retrain(&work->retrainer, retrainings, count - first, results);
-    for (uint32_t i = first; !status && i < count; i++)
-        rows[i].val_psnr = isfinite(results[i - first].val_psnr) ? results[i - first].val_psnr : NAN;
-    free(retrainings);
-    free(results);
+    if (status) free(made);
+    else *rows = made;
     return status;
 }
 
@@ -184,7 +79,7 @@ static enum vw_status add_group(struct work *work, uint32_t count) {
     struct vw_ledger_retraining *rows = NULL;
     uint32_t first = scoring->retraining_count;
     enum vw_status status = list_retrainings(work, count, &rows);
-    if (!status) status = train(work, rows, first, count);
+    if (!status) status = vw_worth_plan_train(rows, first, count, vw_retrain, &work->retrainer);
     if (!status) status = vw_scoring_set_retrainings(scoring, rows, count);
     else free(rows);
     return status ? status : record(work, first);
@@ -272,6 +167,23 @@ static enum vw_status open_run(struct work *work) {
     return VW_OK;
 }
 
+static enum vw_status plan(struct work *work) {
+    const struct vw_retrainer *retrainer = &work->retrainer;
+    work->providers = vw_allocate(retrainer->train_count, sizeof *work->providers);
+    if (!work->providers) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < retrainer->train_count; i++)
+        work->providers[i] = work->result->scoring.input.images[retrainer->train_views[i]].provider;
+    const struct vw_worth_plan_params params = {.photos = retrainer->train_views,
+                                                .photo_count = retrainer->train_count,
+                                                .providers = work->providers,
+                                                .count = work->params->retrainings,
+                                                .key = work->config.seed + 1,
+                                                .first_seed =
+                                                    vw_first_seed_after(work->config.seed, work->params->retrainings),
+                                                .epochs = work->config.epochs};
+    return vw_worth_plan_make(&params, &work->plan);
+}
+
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = &work->session,
                                                .config = &work->config,
@@ -282,7 +194,7 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .interrupt = work->params->interrupt};
     enum vw_status status = vw_session_open_recorded(&work->result->recorded, work->params->device, &work->session);
     if (!status) status = vw_retrainer_open(&params, &work->retrainer);
-    return status ? status : plan(work, work->params->retrainings);
+    return status ? status : plan(work);
 }
 
 static enum vw_status make(struct work *work) {
@@ -307,8 +219,8 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
     struct work work = {.params = params, .result = result};
     *result = (struct vw_worth_run){0};
     enum vw_status status = make(&work);
-    vw_subsets_free(&work.of_photos);
-    vw_subsets_free(&work.of_providers);
+    vw_worth_plan_free(&work.plan);
+    free(work.providers);
     vw_retrainer_close(&work.retrainer);
     vw_submissions_destroy(&work.session.submissions);
     vw_out_lock_release(&work.lock);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/word_list.h"
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/benchmark_output.h"
@@ -30,6 +31,25 @@ static enum vw_status read_subsets(const char *text, struct vw_benchmark_params 
     return VW_OK;
 }
 
+enum { RETRAININGS_LEAST = 8, RETRAININGS_MOST = 10000 };
+
+static enum vw_status read_worths(const struct vw_options *options, struct vw_benchmark_params *params) {
+    const char *rest = options->worth_retrainings;
+    struct vw_word word;
+    if (rest && options->equal != VW_EQUAL_STEPS)
+        return vw_fail(VW_ERROR_USAGE, "--worth-retrainings are of equal steps; leave --equal epochs out");
+    while (vw_word_list_next(&rest, &word)) {
+        char *end = NULL;
+        long number = isdigit((unsigned char)*word.text) ? strtol(word.text, &end, 10) : 0;
+        if (end != word.text + word.length || number < RETRAININGS_LEAST || number > RETRAININGS_MOST ||
+            params->worth_count == VW_BENCHMARK_WORTHS)
+            return vw_fail(VW_ERROR_USAGE, "--worth-retrainings takes up to %d whole numbers, %d to %d, not \"%s\"",
+                           VW_BENCHMARK_WORTHS, RETRAININGS_LEAST, RETRAININGS_MOST, options->worth_retrainings);
+        params->worth_retrainings[params->worth_count++] = (uint32_t)number;
+    }
+    return VW_OK;
+}
+
 enum vw_status vw_command_benchmark(const struct vw_options *options) {
     struct vw_progress progress = {0};
     struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &progress),
@@ -40,6 +60,7 @@ enum vw_status vw_command_benchmark(const struct vw_options *options) {
                                          .curve_scorers = options->curves};
     struct vw_benchmark benchmark = {0};
     enum vw_status status = read_subsets(options->subsets, &params);
+    if (!status) status = read_worths(options, &params);
     params.common.seeds = options->valued_seeds;
     if (!status) status = vw_benchmark_make(&params, &benchmark);
     vw_progress_end(&progress);
