@@ -230,8 +230,6 @@ static enum vw_status record(struct sweep *sweep) {
     struct vw_scoring *scoring = &run->scoring;
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
-    struct vw_ledger_score *scores = NULL;
-    uint32_t score_count = 0;
     vw_lasting_sweep_free(&scoring->input.lasting);
     scoring->input.lasting = (struct vw_lasting_sweep){
         .rays = run->lasting.rays,
@@ -244,18 +242,15 @@ static enum vw_status record(struct sweep *sweep) {
     };
     sweep->credits = NULL; // the scoring has them now
     sweep->checks = NULL;
-    enum vw_status status = vw_value_score(&scoring->input, &scores, &score_count);
-    if (status) return status;
-    free(scoring->scores);
-    scoring->scores = scores;
-    scoring->score_count = score_count;
-    status = vw_run_rank(run);
+    enum vw_status status = vw_scoring_repeat(scoring);
+    if (!status) status = vw_run_rank(run);
     if (!status) status = remove_file(run->out, VW_SIGNATURE_FILE);
     if (!status) status = remove_file(run->out, "report.html");
     if (!status)
-        status = vw_report_write_csv(run->scores_path, scores, score_count, scoring->input.images,
+        status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
                                      scoring->input.image_count);
-    if (!status) status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scores, score_count);
+    if (!status)
+        status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
     if (!status) status = remove_file(run->out, sweep_name);
     return status ? status : remove_file(run->out, vw_lasting_file_name);
 }

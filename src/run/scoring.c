@@ -38,15 +38,10 @@ const char *vw_scoring_payout_method(const struct vw_ledger_score *scores, uint3
     return vw_value_default_method;
 }
 
-enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
-                                          uint32_t count) {
-    free(scoring->retrainings);
-    scoring->retrainings = retrainings;
-    scoring->retraining_count = count;
-    while (scoring->score_count && !strcmp(scoring->scores[scoring->score_count - 1].method, vw_worth_method))
-        scoring->score_count--; // worth comes last, since the other scores are its prior
-    if (!count || !scoring->score_count) return VW_OK;
+// Worth comes last, since the other scores are its prior.
+static enum vw_status add_worth(struct vw_scoring *scoring) {
     size_t most = (size_t)scoring->score_count + scoring->input.image_count;
+    if (!scoring->retraining_count || !scoring->score_count) return VW_OK;
     struct vw_ledger_score *longer = realloc(scoring->scores, most * sizeof *longer);
     if (!longer) return vw_fail(VW_ERROR_MEMORY, "out of memory for %zu scores", most);
     scoring->scores = longer;
@@ -54,14 +49,32 @@ enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_
     return vw_worth_append(&input, longer, &scoring->score_count);
 }
 
-enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring) {
-    struct vw_ledger_retraining *retrainings = NULL;
+enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
+                                          uint32_t count) {
+    free(scoring->retrainings);
+    scoring->retrainings = retrainings;
+    scoring->retraining_count = count;
+    while (scoring->score_count && !strcmp(scoring->scores[scoring->score_count - 1].method, vw_worth_method))
+        scoring->score_count--;
+    return add_worth(scoring);
+}
+
+enum vw_status vw_scoring_repeat(struct vw_scoring *scoring) {
+    struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
+    enum vw_status status = vw_value_score(&scoring->input, &scores, &count);
+    if (status) return status;
+    free(scoring->scores);
+    scoring->scores = scores;
+    scoring->score_count = count;
+    return add_worth(scoring);
+}
+
+enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring) {
     *scoring = (struct vw_scoring){0};
     enum vw_status status = vw_scoring_load(ledger, config, &scoring->input);
-    if (!status) status = vw_value_score(&scoring->input, &scoring->scores, &scoring->score_count);
-    if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &count);
-    if (!status) status = vw_scoring_set_retrainings(scoring, retrainings, count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &scoring->retrainings, &scoring->retraining_count);
+    if (!status) status = vw_scoring_repeat(scoring);
     if (!status) vw_value_noise_floor(&scoring->input, &scoring->noise_floor);
     return status;
 }

@@ -26,6 +26,8 @@ struct vw_scoring {
 // failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);
+// Computes the scores anew after `input` was given more.
+enum vw_status vw_scoring_repeat(struct vw_scoring *scoring);
 // Computes worth anew from other retrainings, an array for free() that the scoring owns from now on.
 enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
                                           uint32_t count);

@@ -238,7 +238,8 @@ static void list_ledger(const struct checks *checks, struct vw_verification *mad
                                        "view rows", "probe rows", "retraining rows"};
     bool ended = strcmp(checks->run.row.status, "running") != 0, replayed = made->replayed_steps > 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
-    add(made, "score rows", "intact", ended ? "the hash chain, and computed again from steps and retrainings" : "the hash chain");
+    add(made, "score rows", "intact",
+        ended ? "the hash chain, and computed again from steps and retrainings" : "the hash chain");
     bool swept = checks->scores.computed.input.lasting.step_count > 0;
     add(made, "lasting credit", swept ? "intact" : "absent",
         swept ? "the hash chain: viewworth lasting on a run without it makes it again" : "");

@@ -51,7 +51,7 @@ static void a_sweep_is_written_and_read(void **state) {
     struct vw_lasting_step steps[STEPS];
     struct vw_lasting_sweep sweep = {0};
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
-    assert_answer(path, "PRAGMA user_version", "6"); // as ledgers without a sweep always were
+    assert_answer(path, "PRAGMA user_version", "7"); // as ledgers without a sweep always were
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, 0);
     set_sweep(path);
@@ -106,7 +106,7 @@ static void what_is_no_sweep_is_not_written(void **state) {
         assert_int_equal(vw_ledger_set_lasting(ledger, &sweep, NULL, 0), VW_ERROR_USAGE);
     }
     vw_ledger_close(&ledger);
-    assert_answer(path, "PRAGMA user_version", "6");
+    assert_answer(path, "PRAGMA user_version", "7");
     free(path);
 }
 
