@@ -289,6 +289,9 @@ static void only_ledgers_open(void **state) {
     sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 9");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
+    sql_change(path, "UPDATE run SET seed = 3; PRAGMA user_version = 8"); // without the tables of a sweep
+    assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "or lacks one"));
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "older viewworth"));

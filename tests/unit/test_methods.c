@@ -239,7 +239,11 @@ static void the_list_is_in_the_order_of_scores(void **state) {
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0, listed;
     const struct vw_value_method *methods = vw_value_methods(&listed);
-    struct vw_ledger_score *scores = score(game, 0.9, &count);
+    struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
+    struct vw_lasting_step *sweep = vw_allocate(input.record_count, sizeof *sweep);
+    struct vw_ledger_score *scores = NULL;
+    input.lasting = (struct vw_lasting_sweep){.steps = sweep, .step_count = input.record_count - 1};
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;
     assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings
     assert_string_equal(methods[--listed].name, "same_state_psnr"); // nor probes
@@ -253,6 +257,7 @@ static void the_list_is_in_the_order_of_scores(void **state) {
     }
     assert_true(has_default);
     free(scores);
+    free(sweep);
     free(game);
 }
 

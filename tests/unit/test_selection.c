@@ -218,7 +218,7 @@ static void ranks_are_not_compared_with_zero(void **state) {
         params.rule = refused[i];
         assert_int_equal(vw_selection_make(ranks, 2, test_images, TEST_IMAGE_COUNT, &params, &selection),
                          VW_ERROR_USAGE);
-        assert_non_null(strstr(vw_error_message(), "\"quality\" is a rank, whose zero means nothing"));
+        assert_non_null(strstr(vw_error_message(), "\"quality\" has a zero that means nothing"));
     }
 }
 

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Lasting credit from outside: lasting OUT, value --lasting, reproduce --lasting, and what uses the scores. Takes the program's path;
+# test_lasting_run.c stops sweeps and forges steps.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+scene=$root/tests/support/tiny.json
+
+value() { "$program" value "$scene" --out "$folder/$1" "${small[@]}" --epochs 7 --quiet "${@:2}"; }
+lasting() { "$program" lasting "$folder/$1" --quiet "${@:2}"; }
+select_photos() { rm -f "$folder/list"; "$program" select "$folder/run" --to "$folder/list" --method lasting_psnr --quiet "$@"; }
+files() { (cd "$folder/$1" && sha256sum -- *); }
+json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
+
+check "a run is valued" run value run
+check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" lasting run
+check "the gate names its photos" test "$(grep -cE '^ +[+-][0-9.]+ +[+-][0-9.]+ dB  view_00' "$folder/stdout")" = 6
+check "scores.csv has both scores, without stderr" test "$(grep -cE ',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,,$' \
+    "$folder/run/scores.csv")" = 12
+check "verify agrees" prints '^lasting credit +intact ' "$program" verify "$folder/run"
+before=$(files run)
+check "again: it is shown" prints '^highest lasting credit' lasting run
+check "and nothing is written" test "$(files run)" = "$before"
+check "JSON" run lasting run --json
+check "has the gate" test "$(json '$.lasting.gate.trusted'),$(json '$.lasting.gate.photos[#-1].name')" = 1,view_005
+check "the settings" test "$(json '$.lasting.steps'),$(json '$.lasting.rays'),$(json '$.lasting.has_zero')" = 42,0,0
+check "and the same head" test "$(json '$.head')" = "$(query run 'SELECT final_hash FROM run')"
+
+check "value --lasting does both" run value both --lasting --json --no-gate
+check "in one" test "$(json '$.lasting.gate'),$(json '$.lasting.steps')" = ,42
+check "with the same rows" test "$(query both 'SELECT * FROM lasting_step; SELECT * FROM score')" = \
+    "$(query run 'SELECT * FROM lasting_step; SELECT * FROM score')"
+check "fewer rays are another sweep, which replaces it" eval 'run lasting both --lasting-rays 8 --no-gate &&
+    [[ $(query both "SELECT rays, (SELECT count(*) FROM lasting_step) FROM lasting") == "8|42" ]]'
+check "that verifies" run "$program" verify "$folder/both"
+check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays is of the sweep of --lasting' value none --lasting-rays 8
+check "--kfold takes no sweep" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
+
+check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --top 2
+check "but knows no zero of it" fails 2 'zero that means nothing: only differences do' select_photos --positive
+
+"$program" keygen --to "$folder/key" >/dev/null
+check "a signed run" run value signed --sign "$folder/key"
+check "is signed no more" eval 'run lasting signed --no-gate && [[ ! -e $folder/signed/signature.json ]]'
+check "until it is signed again" eval 'run value signed --resume --sign "$folder/key" &&
+    run "$program" verify "$folder/signed" --key "$folder/key.pub"'
+
+printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
+check "an imported run" run "$program" import-steps "$folder/log.csv" --out "$folder/imported"
+check "is refused" fails 2 'was imported, and its steps cannot be taken again' lasting imported
+check "a folder without a run is named" fails 2 'no ledger here' lasting nothing
+
+reproduce() { run "$program" reproduce "$scene" --out "$folder/seeds" --seeds 2 "${small[@]}" --epochs 4 --quiet "$@"; }
+check "two seeds" reproduce
+check "are swept" reproduce --lasting --no-gate --json
+check "their means" test "$(json '$.lasting.pairs'),$(json '$.lasting.methods[0].method'),$(json '$.lasting.gates[1]')" = 15,lasting_psnr,
+check "are in the table" test "$(head -n 1 "$folder/seeds/lasting_seeds.csv" | cut -d, -f1-8),$(wc -l <"$folder/seeds/lasting_seeds.csv")" = \
+    name,method,unit,seeds,mean,stderr,ci_low,ci_high,13
+check "a mean is that of the seeds" test "$(printf '%.9f' "$(json '$.lasting.methods[0].photos[3].mean')")" = "$(printf '%.9f' "$(
+    sqlite3 "$folder/seeds/seed_0/ledger.db" "ATTACH '$folder/seeds/seed_1/ledger.db' AS b; SELECT (a.value + b.value) / 2
+    FROM main.score AS a JOIN b.score AS b USING (image_id, method) JOIN main.image USING (image_id)
+    WHERE method = 'lasting_psnr' AND name = 'view_003'")")"
+check "text says what is told apart" eval 'reproduce --lasting && grep -qE "all intervals overlap|pairs of photos" "$folder/stdout"'
+conclude "$@"
