@@ -59,11 +59,12 @@ static const struct vw_command commands[] = {
 
     {VW_COMMANDS_USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
-     "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, scores.csv "
-     "and the report. Only differences between photos mean something: their zero does not.\n"
-     "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared with "
-     "the predicted one. If they disagree, the command says so. A sweep that was stopped goes on with the same command; a "
-     "run that has one is only shown. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,
+     "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
+     "scores.csv and the report. Only differences between photos mean something: their zero does not.\n"
+     "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
+     "with the predicted one. The command prints a warning if they disagree. The same command resumes a sweep that "
+     "was stopped, and only prints one that is finished. Uses the run's device unless --device is "
+     "given. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
@@ -106,8 +107,9 @@ static const struct vw_command commands[] = {
      "Value the photos with several seeds and measure how well the scores agree",
      "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "
      "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
-     "side by side). With --lasting, sweeps every run and also writes lasting_seeds.csv: lasting credit over the seeds, "
-     "with intervals, and which photos it cannot tell apart. Resumes runs that are not finished and reuses finished ones.",
+     "side by side). With --lasting, sweeps every run and also writes lasting_seeds.csv: lasting credit over the "
+     "seeds, with intervals, and which photos it cannot tell apart. Resumes runs that are not finished and reuses "
+     "finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS |
          VW_OPTIONS_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_reproduce},

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "base/interrupt.h"
-#include "run/lasting.h"
+#include "run/lasting_summary.h"
 #include "run/session.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"

@@ -11,14 +11,14 @@
 enum { GROWTH_SHOWN = 1000 };
 
 json_t *vw_html_gate(const struct vw_report_run *run) {
-    if (!run->gate_count) return json_null();
+    if (!run->lasting.check_count) return json_null();
     json_t *gate = json_object(), *images = json_array(), *predicted = json_array(), *measured = json_array();
-    for (uint32_t i = 0; i < run->gate_count; i++) {
-        const struct vw_report_gate_check *check = &run->gate[i];
+    for (uint32_t i = 0; i < run->lasting.check_count; i++) {
+        const struct vw_gate_check *check = &run->lasting.checks[i];
         const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, check->image_id);
         vw_json_append(&images, image ? json_integer(image - run->images) : json_null());
-        vw_json_append(&predicted, vw_json_real(check->predicted_db));
-        vw_json_append(&measured, vw_json_real(check->measured_db));
+        vw_json_append(&predicted, vw_json_real(check->predicted_psnr));
+        vw_json_append(&measured, vw_json_real(check->measured_psnr));
     }
     vw_json_set(&gate, "image", images);
     vw_json_set(&gate, "predicted", predicted);
@@ -27,13 +27,13 @@ json_t *vw_html_gate(const struct vw_report_run *run) {
 }
 
 json_t *vw_html_growth(const struct vw_report_run *run) {
-    if (!run->growth_count) return json_null();
+    if (!run->lasting.step_count) return json_null();
     json_t *growth = json_object(), *steps = json_array(), *sizes = json_array();
-    uint64_t stride = run->growth_count / GROWTH_SHOWN + 1;
-    for (uint64_t i = 0; i < run->growth_count; i++) {
-        if (i % stride != 0 && i + 1 != run->growth_count) continue;
-        vw_json_append(&steps, json_integer((json_int_t)run->growth[i].step));
-        vw_json_append(&sizes, vw_json_real(run->growth[i].size));
+    uint64_t stride = run->lasting.step_count / GROWTH_SHOWN + 1;
+    for (uint64_t i = 0; i < run->lasting.step_count; i++) {
+        if (i % stride != 0 && i + 1 != run->lasting.step_count) continue;
+        vw_json_append(&steps, json_integer((json_int_t)run->lasting.steps[i].step));
+        vw_json_append(&sizes, vw_json_real(run->lasting.steps[i].size_psnr));
     }
     vw_json_set(&growth, "step", steps);
     vw_json_set(&growth, "size", sizes);

@@ -29,18 +29,6 @@ struct vw_report_picture {
     size_t size_bytes;
 };
 
-// A photo of the gate: what lasting credit predicts of longer steps on it, and what retrainings with them measured.
-struct vw_report_gate_check {
-    uint32_t image_id;
-    double predicted_db, measured_db; // NaN: unknown
-};
-
-// The length of the gradient that the sweep carries backwards, behind a step.
-struct vw_report_growth {
-    uint64_t step;
-    double size; // 0 or more
-};
-
 // A training on some of the photos, from which worth is computed.
 struct vw_report_retraining {
     const uint32_t *image_ids; // trained on
@@ -64,11 +52,9 @@ struct vw_report_run {
     const struct vw_view_evidence *views;       // one per column of the matrix
     const double *standard_errors;              // one per row of the matrix
     const struct vw_report_picture *thumbnails; // WebP, one per image; runs may share them; NULL: none
-    const struct vw_report_gate_check *gate;    // none without lasting credit, or without its gate
-    const struct vw_report_growth *growth;      // by step; none without lasting credit
+    struct vw_lasting_sweep lasting;            // arrays borrowed; step_count 0: none
     const struct vw_report_retraining *retrainings;
-    uint32_t gate_count, retraining_count;
-    uint64_t growth_count;
+    uint32_t retraining_count;
     const char *map_json;       // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
     const char *residuals_json; // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
 };

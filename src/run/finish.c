@@ -13,6 +13,7 @@
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
+#include "run/lasting.h"
 #include "run/run_private.h"
 #include "run/sign.h"
 #include "run/signature.h"
@@ -162,6 +163,7 @@ static char *write_report(struct vw_run *run) {
         .records = run->scoring.input.records,
         .record_count = run->scoring.input.record_count,
         .burn_in_epochs = run->scoring.input.burn_in_epochs,
+        .lasting = run->scoring.input.lasting,
         .matrix = &validation->matrix,
         .views = validation->views,
         .standard_errors = validation->standard_errors,

@@ -35,13 +35,6 @@ struct sweep {
     double saved_s;
 };
 
-enum vw_status vw_lasting_check_config(const struct vw_config *config) {
-    if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE,
-                   "lasting credit follows small changes, which tables of halves round away; value the scene with "
-                   "--table-precision float32");
-}
-
 // ---- Replayed steps
 // --------------------------------------------------------------------------------------------------
 
@@ -86,7 +79,7 @@ static enum vw_status load(struct sweep *sweep) {
         return VW_OK;
     }
     if (!status) sweep->from = next_step + 1;
-    if (!status) vw_log_info("lasting  goes on from step %" PRIu64, next_step);
+    if (!status) vw_log_info("lasting  continues at step %" PRIu64, next_step);
     return status;
 }
 
@@ -257,10 +250,6 @@ static enum vw_status record(struct sweep *sweep) {
 
 // ---- All of it
 // -------------------------------------------------------------------------------------------------------
-
-bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_lasting_sweep *sweep) {
-    return sweep->step_count && (!wanted->rays || wanted->rays == sweep->rays);
-}
 
 static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);

@@ -1,9 +1,10 @@
+#include "run/lasting_folder.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
 #include "run/imported.h"
-#include "run/lasting.h"
 #include "run/open.h"
 #include "run/recorded_run.h"
 #include "run/run.h"

@@ -1,8 +1,20 @@
+#include "run/lasting_summary.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "run/lasting.h"
+
+enum vw_status vw_lasting_check_config(const struct vw_config *config) {
+    if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "lasting credit follows small changes, which tables of halves round away; value the scene with "
+                   "--table-precision float32");
+}
+
+bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_lasting_sweep *sweep) {
+    return sweep->step_count && (!wanted->rays || wanted->rays == sweep->rays);
+}
 
 static int compare_scores(const void *left, const void *right) {
     const struct vw_ledger_score *a = left, *b = right;

@@ -7,7 +7,7 @@
 
 #include "base/utc.h"
 #include "run/checkpoints.h"
-#include "run/lasting.h"
+#include "run/lasting_summary.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/outputs/attribution.h"

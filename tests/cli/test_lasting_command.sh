@@ -14,8 +14,8 @@ json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '
 check "a run is valued" run value run
 check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" lasting run
 check "the gate names its photos" test "$(grep -cE '^ +[+-][0-9.]+ +[+-][0-9.]+ dB  view_00' "$folder/stdout")" = 6
-check "scores.csv has both scores, without stderr" test "$(grep -cE ',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,,$' \
-    "$folder/run/scores.csv")" = 12
+row=',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,,$'
+check "scores.csv has both scores, without stderr" test "$(grep -cE "$row" "$folder/run/scores.csv")" = 12
 check "verify agrees" prints '^lasting credit +intact ' "$program" verify "$folder/run"
 before=$(files run)
 check "again: it is shown" prints '^highest lasting credit' lasting run
@@ -53,7 +53,8 @@ reproduce() { run "$program" reproduce "$scene" --out "$folder/seeds" --seeds 2 
 check "two seeds" reproduce
 check "are swept" reproduce --lasting --no-gate --json
 check "their means" test "$(json '$.lasting.pairs'),$(json '$.lasting.methods[0].method'),$(json '$.lasting.gates[1]')" = 15,lasting_psnr,
-check "are in the table" test "$(head -n 1 "$folder/seeds/lasting_seeds.csv" | cut -d, -f1-8),$(wc -l <"$folder/seeds/lasting_seeds.csv")" = \
+seeds_table=$folder/seeds/lasting_seeds.csv
+check "are in the table" test "$(head -n 1 "$seeds_table" | cut -d, -f1-8),$(wc -l <"$seeds_table")" = \
     name,method,unit,seeds,mean,stderr,ci_low,ci_high,13
 check "a mean is that of the seeds" test "$(printf '%.9f' "$(json '$.lasting.methods[0].photos[3].mean')")" = "$(printf '%.9f' "$(
     sqlite3 "$folder/seeds/seed_0/ledger.db" "ATTACH '$folder/seeds/seed_1/ledger.db' AS b; SELECT (a.value + b.value) / 2

@@ -239,16 +239,16 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
     assert_true(json_is_null(json_object_get(run_of(fixture), "gate")));
     assert_true(json_is_null(json_object_get(run_of(fixture), "growth")));
     assert_true(json_is_null(json_object_get(run_of(fixture), "retrainings")));
-    const struct vw_report_gate_check gate[] = {{6, 0.5, 0.25}, {99, 1, NAN}};
-    struct vw_report_growth *growth = vw_allocate(STEPS, sizeof *growth);
-    for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_report_growth){1 + i, i};
+    const struct vw_gate_check gate[] = {{6, 0, 0.5, 0.25, 0, 0}, {99, 0, 1, NAN, 0, 0}};
+    struct vw_lasting_step *growth = vw_allocate(STEPS, sizeof *growth);
+    for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_lasting_step){.step = 1 + i, .size_psnr = i};
     static const uint32_t some[] = {1, 3}, others[] = {1, 2};
     const struct vw_report_retraining retrainings[] = {{some, 2, 20.5}, {others, 2, NAN}};
     const struct vw_ledger_score scores[] = {
         {.image_id = 1, .method = "worth_psnr", .value = 1, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN},
         {.image_id = 3, .method = "worth_psnr", .value = 2, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN}};
     struct vw_report_run *run = &fixture->run;
-    run->gate = gate, run->gate_count = 2, run->growth = growth, run->growth_count = STEPS;
+    run->lasting = (struct vw_lasting_sweep){.steps = growth, .step_count = STEPS, .checks = gate, .check_count = 2};
     run->retrainings = retrainings, run->retraining_count = 2, run->scores = scores, run->score_count = 2;
     write_page(fixture);
     assert_int_equal(json_integer_value(json_array_get(of_run(fixture, "gate", "image"), 0)), 6);

@@ -2,7 +2,7 @@
 #include "unit/ledger_chain.h"
 
 #include "base/inside.h"
-#include "run/lasting.h"
+#include "run/lasting_folder.h"
 #include "run/verify.h"
 #include "support/temporary_folder.h"
 #include "viewworth/selection.h"

@@ -55,7 +55,7 @@ static void print_gate(const struct vw_lasting_summary *summary) {
     double psnr = vw_lasting_gate(sweep, false), loss = vw_lasting_gate(sweep, true);
     if (!sweep->check_count) {
         vw_print(
-            "gate     none (--no-gate, or a run with momentum): whether lasting credit can be trusted here is not known\n");
+            "gate     none (--no-gate, or a run with momentum): nothing says whether to trust lasting credit here\n");
         return;
     }
     vw_print("gate     change of the end when the steps on a photo behind step %" PRIu64

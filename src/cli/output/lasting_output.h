@@ -4,7 +4,7 @@
 
 #include <jansson.h>
 
-#include "run/lasting.h"
+#include "run/lasting_summary.h"
 
 // The photos at both ends, the gate, and how far the gradient grew.
 void vw_lasting_print(const struct vw_lasting_summary *summary);

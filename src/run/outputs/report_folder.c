@@ -77,6 +77,7 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .records = run->input.records,
         .record_count = run->input.record_count,
         .burn_in_epochs = run->input.burn_in_epochs,
+        .lasting = run->input.lasting,
         .matrix = &run->matrix,
         .views = run->views,
         .standard_errors = run->standard_errors,
