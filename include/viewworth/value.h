@@ -39,6 +39,17 @@
 //       Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). Scores of several photos can be added. Their zero means
 //       nothing: only differences do. Only for runs with a sweep (viewworth lasting). A sweep is of one seed, and says
 //       nothing about others: there is no standard error and no interval; reproduce --lasting measures them over seeds
+//   worth_psnr
+//       what a training on all photos loses in validation PSNR without the photo, at equal steps and over seeds: below
+//       0 the photo harms. Only for runs with retrainings (`worth`). Their outcomes U(S), means over the ends of the
+//       last epochs, are fitted by U(S) = c + g log s + sum over photos of b_i (x_i / s - 1), where s is the share of
+//       photos in S and x_i is 1 in S, else 0: at equal steps the members share the training. Worth is the fit's
+//       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B|^2, where f has
+//       the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage, as far as every
+//       photo has them. Fits of 64 (lambda, rho) are averaged by their left-out error E as E^(-n/2); the interval is
+//       Student's, of the posterior variance within and between them (src/value/evaluation/worth_regression.h).
+//       Least-squares worths are a datamodel (Ilyas et al. 2022). A provider's worth is fitted likewise, with
+//       providers as players
 //   same_state_psnr
 //       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //

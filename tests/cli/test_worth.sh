@@ -20,8 +20,8 @@ before=$(head_of run)
 
 # ---- Retrainings ---------------------------------------------------------------------------------------------------------
 
-check "without retrainings worth is a score of the run" prints '^worth without retrainings is its prior alone: (dv|lasting)_psnr, whose level is unknown' \
-    worth run
+check "without retrainings worth is a score of the run" \
+    prints '^worth without retrainings is its prior alone: (dv|lasting)_psnr, whose level is unknown' worth run
 check "and changes nothing" test "$(head_of run)" = "$before"
 check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos and 11 with whole providers$' worth run --retrainings 24
 check "their accuracy is told" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  worth_psnr \(R\^2 ' "$folder/stdout"
@@ -52,6 +52,11 @@ check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(
     CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].method',
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].ci_low') <=
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].spearman')")" = '24|6|worth_psnr|1'
+
+rm -rf "$folder/swept" && cp -r "$folder/run" "$folder/swept"
+check "a sweep of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
+check "which has it in its prior" prints ' lasting_psnr$' worth swept
+check "and is intact" intact swept
 
 # ---- Interruptions -------------------------------------------------------------------------------------------------------
 
@@ -84,9 +89,10 @@ check "value --worth" prints '^payout of 10.00 by worth_psnr' value whole --prov
 check "makes the same retrainings" test "$(retrained whole)" = "$(retrained run)"
 check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.csv")" = 3
 check "it is intact, payout included" prints '^payout.csv +intact' "$program" verify "$folder/whole" --quiet
-check "again: the report and the payout are written by worth" prints '^payout of 5.00 by worth_psnr' value whole --providers "$folder/providers.csv" \
-    --resume --payout 5
-check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' worth steps --retrainings 25 --until-accuracy 0.99
+check "again: the report and the payout are written by worth" prints '^payout of 5.00 by worth_psnr' \
+    value whole --providers "$folder/providers.csv" --resume --payout 5
+check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' \
+    worth steps --retrainings 25 --until-accuracy 0.99
 check "after the last" test "$(query steps 'SELECT count(*) FROM retraining')" = 25
 check "a run that is extended has no worth" run value whole --providers "$folder/providers.csv" --resume --epochs 6
 check "since its retrainings are too short" test "$(query whole "SELECT (SELECT count(*) FROM retraining),

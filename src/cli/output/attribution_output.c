@@ -31,7 +31,9 @@ static void print_more(uint32_t count, uint32_t shown, const char *path) {
 static void print_providers(const struct vw_attribution *attribution) {
     uint32_t count = 0;
     if (attribution->group_count > 0)
-        vw_print("providers (%s, sum of their photos ± standard error)\n", attribution->method);
+        vw_print("providers (%s, %s ± standard error)\n", attribution->method,
+                 attribution->players ? "all their photos at once, by trainings with and without them"
+                                      : "sum of their photos");
     for (uint32_t i = 0; i < attribution->group_count; i++) {
         const struct vw_provider_score *group = &attribution->groups[i];
         if (!is_shown(attribution, group) || ++count > SHOWN_ROWS) continue;
@@ -46,7 +48,7 @@ static void print_payout(const struct vw_attribution *attribution) {
     char amount[VW_AMOUNT_BYTES];
     vw_amount_to_text(attribution->amount_cents, amount);
     if (attribution->payout_count > 0)
-        vw_print("payout of %s by %s (nothing for sums that are not positive, the others in proportion)\n", amount,
+        vw_print("payout of %s by %s (nothing for values that are not positive, the others in proportion)\n", amount,
                  attribution->method);
     for (uint32_t i = 0; i < attribution->payout_count && i < SHOWN_ROWS; i++) {
         vw_amount_to_text(attribution->payouts[i].cents, amount);
