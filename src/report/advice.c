@@ -63,10 +63,12 @@ static uint8_t judge(const struct vw_ledger_score *score, uint32_t rank, uint32_
         if (!(score->ci_low > 0)) return isnan(score->ci_low) ? 0 : VW_ADVICE_REMOVABLE;
         return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
     }
-    uint32_t best = score->rank_ci_low ? score->rank_ci_low : rank;
-    uint32_t worst = score->rank_ci_high ? score->rank_ci_high : rank;
-    if (best > (count + 1) / 2) return VW_ADVICE_REMOVABLE;
-    return worst <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
+    if (!score->rank_ci_low || !score->rank_ci_high) { // one training says little: its ends alone
+        if (rank > count - count / 4) return VW_ADVICE_REMOVABLE;
+        return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
+    }
+    if (score->rank_ci_low > (count + 1) / 2) return VW_ADVICE_REMOVABLE;
+    return score->rank_ci_high <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
 }
 
 static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t score_count,

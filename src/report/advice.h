@@ -7,7 +7,8 @@
 // irreplaceable if it is
 //   above 0 and the photo is among the most valuable tenth.
 // - Otherwise only the order means something: a photo can probably be left out if its rank interval lies in the lower
-//   half, and is irreplaceable if its rank interval lies in the upper quarter. A rank without an interval is one point.
+//   half, and is irreplaceable if its rank interval lies in the upper quarter; without rank intervals: if it is in the
+//   last quarter, and in the first tenth.
 // A photo that needs a look is never among those that can be left out.
 #ifndef VIEWWORTH_REPORT_ADVICE_H
 #define VIEWWORTH_REPORT_ADVICE_H

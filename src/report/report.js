@@ -210,8 +210,8 @@ function fillRankingFilters() {
   const ofProvider = [['*', 'all'], ...names.map(name => ['=' + name, (name || 'without provider') + ' (' + count(provider, name) + ')'])];
   const boxes = [selectBox('choose-split', 'Split', ofSplit, chosen.split, choose('split'))];
   if (names.some(Boolean)) boxes.push(selectBox('choose-provider', 'Provider', ofProvider, chosen.provider, choose('provider')));
-  const {advice} = run();
-  const advised = ADVICE.filter(([key]) => advice[key].length).map(([key, text]) => [key, text + ' (' + advice[key].length + ')']);
+  const advised = ADVICE.map(key => [key, adviceText(run(), key), advisedPhotos(run(), key).length]).filter(([, , photos]) => photos)
+    .map(([key, text, photos]) => [key, text + ' (' + photos + ')']);
   if (advised.length) boxes.push(selectBox('choose-advice', 'Advice', [['*', 'all'], ...advised], chosen.advice, choose('advice')));
   boxes.push(searchBox('choose-name', 'Name, provider or defect', choose('text')));
   byId('ranking-filters').replaceChildren(...boxes);
@@ -220,7 +220,7 @@ function fillRankingFilters() {
 function passes(row) {
   const text = [row.name, row.provider, row.ground_truth].join(' ').toLowerCase();
   return (chosen.split === '*' || row.split === chosen.split) && (chosen.provider === '*' || '=' + row.provider === chosen.provider) &&
-    (chosen.advice === '*' || run().advice[chosen.advice].includes(row.image)) && text.includes(chosen.text.toLowerCase());
+    (chosen.advice === '*' || advisedPhotos(run(), chosen.advice).includes(row.image)) && text.includes(chosen.text.toLowerCase());
 }
 
 function filterRanking() { ranking.table.setRows(ranking.rows.filter(passes)); }

@@ -33,15 +33,27 @@ function toldOverlaps(overlaps) {
 
 // ---- Advice -------------------------------------------------------------------------------------------------------------
 
-const ADVICE = [['removable', 'removable'], ['irreplaceable', 'irreplaceable'], ['look', 'needs a look']];
+const ADVICE = ['removable', 'irreplaceable', 'look'];
 const ADVICE_NAMES = 5;
 
-function adviceOf({advice}, image) {
-  return ADVICE.filter(([key]) => advice[key].includes(image)).map(([, text]) => text).join(', ');
+// The gate speaks of lasting credit alone.
+function isRefuted(one) {
+  const points = gatePoints(one);
+  return one.advice.basis === 'lasting_psnr' && points.length > 0 && !(correlations(points).r >= GATE_LEAST);
 }
 
-function whyAdvised({advice}) {
-  const {basis, by_order: byOrder} = advice;
+function advisedPhotos(one, key) { return key !== 'look' && isRefuted(one) ? [] : one.advice[key]; }
+
+function adviceText(one, key) { return key === 'look' ? 'needs a look' : (one.advice.by_order ? 'probably ' : '') + key; }
+
+function adviceOf(one, image) {
+  return ADVICE.filter(key => advisedPhotos(one, key).includes(image)).map(key => adviceText(one, key)).join(', ');
+}
+
+function whyAdvised(one) {
+  const {basis, by_order: byOrder} = one.advice;
+  if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here: which photos can be left out is not said. ' +
+    'A look is advised for outliers, and for photos of low quality.';
   const rests = basis ? ' This rests on ' + (byOrder ? 'the order by ' + wordFor(basis) + ', which no retraining of this scene has tested'
     : 'the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene') + ': take out one photo at a time.' : '';
   return rests + ' A look is advised for outliers, and for photos of low quality.' +
@@ -61,8 +73,8 @@ function fillAdvice() {
   const ordered = (key, sign) => [...advice[key]].sort((a, b) => sign * (ranks.get(a) - ranks.get(b)));
   const part = (title, list) => [element('b', {}, title + ': '), ...(list.length ? namesOf(one, list) : ['none']), '. '];
   byId('advice').replaceChildren(
-    ...(advice.basis ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
-      ...part('Irreplaceable', ordered('irreplaceable', 1))] : []),
+    ...(advice.basis && !isRefuted(one) ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
+      ...part(advice.by_order ? 'Probably irreplaceable' : 'Irreplaceable', ordered('irreplaceable', 1))] : []),
     ...part('Needs a look', ordered('look', -1)), element('span', {class: 'quiet'}, whyAdvised(one)));
 }
 

@@ -293,6 +293,9 @@ def lasting_credit_is_shown(browser, folder):
     lines = page.run("""return ['gate-chart', 'growth-chart', 'retrainings-chart']
         .map(id => charts.get(id).chart.data.datasets[0].data.length)""")
     expect(lines == [3, 2, 3], lines) # what is unknown, and what a logarithm has no place for, is left out
+    page.run("run().advice.basis = 'lasting_psnr'; fillAdvice()")
+    expect('not said' in text_of(page, 'advice') and 'emovable' not in text_of(page, 'advice'), text_of(page, 'advice'))
+    page.run("run().advice.basis = 'worth_psnr'; fillAdvice()")
     page.choose('choose-retrainings', 'worth_psnr')
     expect('2 retrainings' in text_of(page, 'retrainings-chart'), text_of(page, 'retrainings-chart'))
     page.choose('choose-method', 'worth_psnr')

@@ -106,8 +106,8 @@ static void worth_without_retrainings_is_an_order(void **state) {
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", i / 10.0, 0.35); // of a prior
     struct vw_advice advice = advise(&fixture, false);
     assert_true(advice.by_order);
-    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 0x3f);
-    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 7u << 9);
+    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 7);            // a quarter
+    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 3u << 10); // a tenth
     vw_advice_free(&advice);
 }
 
