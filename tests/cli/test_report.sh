@@ -49,6 +49,12 @@ check "their photos are in it once" test "$(grep -o 'data:image/webp' "$folder/b
     "$(grep -o 'data:image/webp' "$folder/first.html" | wc -l)"
 check "--json says where" eval '"$program" report "$folder/run" --json --quiet | grep -q "\"report\": \"$folder/run/report.html\""'
 
+cp -r "$folder/run" "$folder/swept"
+check "a sweep of lasting credit" eval '"$program" lasting "$folder/swept" --device llvmpipe --quiet >"$folder/stdout" 2>&1'
+check "brings the gate and the horizon into the report" grep -qE '"gate":\{"image":\[[0-9].*"growth":\{"step":\[1,' "$folder/swept/report.html"
+cp "$folder/swept/report.html" "$folder/swept.html"
+check "and a report made again" eval 'report "$folder/swept" && cmp "$folder/swept/report.html" "$folder/swept.html"'
+
 cp -r "$folder/run" "$folder/blocked" && rm "$folder/blocked/report.html" && mkdir "$folder/blocked/report.html"
 check "a report that cannot be written is a warning: the run stands" warns 'no report.*report.html.*viewworth report' value blocked --resume
 check "its ledger is as it was" cmp "$folder/run/ledger.db" "$folder/blocked/ledger.db"
