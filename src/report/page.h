@@ -29,13 +29,6 @@ struct vw_report_picture {
     size_t size_bytes;
 };
 
-// A training on some of the photos, from which worth is computed.
-struct vw_report_retraining {
-    const uint32_t *image_ids; // trained on
-    uint32_t image_count;
-    double val_psnr; // dB; NaN: it has no value
-};
-
 // One run of the page. Everything is borrowed for the call.
 struct vw_report_run {
     const char *label; // the folder it lies in; unlike those of other runs
@@ -48,12 +41,12 @@ struct vw_report_run {
     const struct vw_step_record *records; // all steps in order
     uint64_t record_count;
     uint32_t burn_in_epochs;
-    const struct vw_matrix *matrix;             // NULL or without views: none
-    const struct vw_view_evidence *views;       // one per column of the matrix
-    const double *standard_errors;              // one per row of the matrix
-    const struct vw_report_picture *thumbnails; // WebP, one per image; runs may share them; NULL: none
-    struct vw_lasting_sweep lasting;            // arrays borrowed; step_count 0: none
-    const struct vw_report_retraining *retrainings;
+    const struct vw_matrix *matrix;                 // NULL or without views: none
+    const struct vw_view_evidence *views;           // one per column of the matrix
+    const double *standard_errors;                  // one per row of the matrix
+    const struct vw_report_picture *thumbnails;     // WebP, one per image; runs may share them; NULL: none
+    struct vw_lasting_sweep lasting;                // arrays borrowed; step_count 0: none
+    const struct vw_ledger_retraining *retrainings; // from which worth is computed; may be none
     uint32_t retraining_count;
     const char *map_json;       // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
     const char *residuals_json; // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none

@@ -164,6 +164,8 @@ static char *write_report(struct vw_run *run) {
         .record_count = run->scoring.input.record_count,
         .burn_in_epochs = run->scoring.input.burn_in_epochs,
         .lasting = run->scoring.input.lasting,
+        .retrainings = run->scoring.retrainings,
+        .retraining_count = run->scoring.retraining_count,
         .matrix = &validation->matrix,
         .views = validation->views,
         .standard_errors = validation->standard_errors,

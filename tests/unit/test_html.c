@@ -243,7 +243,8 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
     struct vw_lasting_step *growth = vw_allocate(STEPS, sizeof *growth);
     for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_lasting_step){.step = 1 + i, .size_psnr = i};
     static const uint32_t some[] = {1, 3}, others[] = {1, 2};
-    const struct vw_report_retraining retrainings[] = {{some, 2, 20.5}, {others, 2, NAN}};
+    const struct vw_ledger_retraining retrainings[] = {{.image_ids = some, .image_count = 2, .val_psnr = 20.5},
+                                                       {.image_ids = others, .image_count = 2, .val_psnr = NAN}};
     const struct vw_ledger_score scores[] = {
         {.image_id = 1, .method = "worth_psnr", .value = 1, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN},
         {.image_id = 3, .method = "worth_psnr", .value = 2, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN}};

@@ -31,7 +31,9 @@ struct held_run {
     struct vw_view_evidence *views;
     double *standard_errors;
     const struct vw_report_picture *thumbnails; // lent by the sets
-    char *map_json, *residuals_json;            // owned, also of a run in hand; NULL: none
+    struct vw_ledger_retraining *retrainings;
+    uint32_t retraining_count;
+    char *map_json, *residuals_json; // owned, also of a run in hand; NULL: none
     char head[VW_HASH_HEX_BYTES];
 };
 
@@ -60,6 +62,7 @@ static enum vw_status read_run(struct held_run *run) {
     if (!status) status = vw_scoring_load(run->recorded.ledger, &run->recorded.config, &run->input);
     if (!status) status = vw_ledger_get_scores(run->recorded.ledger, &run->scores, &run->score_count);
     if (!status) status = read_matrix(run);
+    if (!status) status = vw_ledger_get_retrainings(run->recorded.ledger, &run->retrainings, &run->retraining_count);
     if (!status) vw_ledger_chain_head(run->recorded.ledger, run->head);
     return status;
 }
@@ -81,6 +84,8 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .matrix = &run->matrix,
         .views = run->views,
         .standard_errors = run->standard_errors,
+        .retrainings = run->retrainings,
+        .retraining_count = run->retraining_count,
     };
     if (run->in_hand) page = *run->in_hand;
     page.thumbnails = run->thumbnails;
@@ -96,6 +101,7 @@ static void close_run(struct held_run *run) {
     free(run->views);
     free(run->standard_errors);
     free(run->scores);
+    free(run->retrainings);
     free(run->map_json);
     free(run->residuals_json);
     free(run->folder);
