@@ -233,6 +233,7 @@ def panel_is_right(browser, folder):
     expect(moved == wanted, f'{moved}, not {wanted}')
     expect(run['images']['provider'][image] in text_of(page, 'photo-facts'), text_of(page, 'photo-facts'))
     page.choose('choose-photo', str(run['residuals']['photos'][0]['image']))
+    page.run('drawPending()')
     width = page.browser.execute_async_script("""const done = arguments[0], image = document.querySelector('#photo-more .residual img');
         image.loading = 'eager'; image.decode().then(() => done(image.naturalWidth / image.naturalHeight), done)""")
     expect(abs(width - 4) < .1, f'photo, render and error side by side: {width}') # three of 4:3
