@@ -10,7 +10,8 @@
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the sweep;
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
-//   vw_gate_check, the gate.
+//   vw_gate_check, the gate;
+// - lasting_photo(run_id, image_id, coverage): vw_photo_coverage.
 //
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
 // (src/ledger/README.md says what that protects, and what it does not):
@@ -21,8 +22,8 @@
 //   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, all score rows in
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
 //   there is one;
-// - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step and of
-//   lasting_check.
+// - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step, of
+//   lasting_check and of lasting_photo.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
 // keeps it. (run_id covers the part of config_json that belongs to the run's identity.)
 //
@@ -98,6 +99,12 @@ struct vw_gate_check {
     double predicted_loss, measured_loss; // the same in mean absolute error, more = better
 };
 
+// What a photo's camera tells of the field that the run ended with and the others do not (value.h).
+struct vw_photo_coverage {
+    uint32_t image_id;
+    double coverage; // 0 or more
+};
+
 // A sweep. step_count 0: there is none.
 struct vw_lasting_sweep {
     uint32_t rays;                       // of each step that the product takes; 0: all
@@ -106,6 +113,8 @@ struct vw_lasting_sweep {
     uint64_t step_count;
     const struct vw_gate_check *checks; // by image_id; none without the gate
     uint32_t check_count;
+    const struct vw_photo_coverage *photos; // the train images, by image_id
+    uint32_t photo_count;
 };
 
 // A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.

@@ -20,7 +20,8 @@ enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
     bool found = false;
     enum vw_status status = vw_ledger_find_lasting_tables(database, &found);
     if (status || !found) return status;
-    return vw_database_run(database, "DELETE FROM lasting_check; DELETE FROM lasting_step; DELETE FROM lasting;");
+    return vw_database_run(database, "DELETE FROM lasting_photo; DELETE FROM lasting_check; DELETE FROM lasting_step;"
+                                     "DELETE FROM lasting;");
 }
 
 // ---- Its hash ------------------------------------------------------------------------------------------------------
@@ -41,14 +42,19 @@ static enum vw_status hash_sweep(struct vw_database *database, const char *head,
                                      "SELECT run_id, image_id, from_step, predicted_psnr, measured_psnr,"
                                      " predicted_loss, measured_loss FROM lasting_check ORDER BY run_id, image_id",
                                      &hasher);
+    if (!status)
+        status = vw_ledger_hash_rows(
+            database, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY run_id, image_id", &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }
 
-static const char of_no_sweep[] = "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
-                                  "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
-                                  "FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
-                                  "FROM run))";
+static const char of_no_sweep[] =
+    "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
+    "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
+    "FROM lasting)) + (SELECT count(*) FROM lasting_photo WHERE run_id NOT IN (SELECT "
+    "run_id FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
+    "FROM run))";
 
 enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
     char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES] = "";
@@ -68,10 +74,11 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
     sqlite3_finalize(statement);
     if (!status && found) status = hash_sweep(database, head, hash);
     if (status || !found || strcmp(stored, hash) == 0) return status;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: a row of the sweep of lasting credit (lasting, lasting_step or lasting_check) was edited, "
-                   "removed or added: its row_hash does not match",
-                   database->path);
+    return vw_fail(
+        VW_ERROR_MISMATCH,
+        "%s: a row of the sweep of lasting credit (lasting, lasting_step, lasting_check or lasting_photo) was edited, "
+        "removed or added: its row_hash does not match",
+        database->path);
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
@@ -134,6 +141,20 @@ static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_las
     return status;
 }
 
+static enum vw_status write_photos(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(
+        &ledger->database, "INSERT INTO lasting_photo (run_id, image_id, coverage) VALUES (?, ?, ?)", &row.statement);
+    for (uint32_t i = 0; !status && i < sweep->photo_count; i++) {
+        vw_row_add_text(&row, ledger->run.run_id);
+        vw_row_add_integer(&row, sweep->photos[i].image_id);
+        vw_row_add_real(&row, sweep->photos[i].coverage);
+        status = vw_row_write(&row, &ledger->database, "record the coverage of a photo");
+    }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
 static enum vw_status write_hash(struct vw_ledger *ledger) {
     char hash[VW_HASH_HEX_BYTES];
     struct vw_row row = {0};
@@ -155,6 +176,7 @@ static enum vw_status write_sweep(struct vw_ledger *ledger, const struct vw_last
     if (!status) status = write_settings(ledger, sweep);
     if (!status) status = write_steps(ledger, sweep);
     if (!status) status = write_checks(ledger, sweep);
+    if (!status) status = write_photos(ledger, sweep);
     return status ? status : write_hash(ledger);
 }
 
@@ -170,6 +192,8 @@ static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_swe
         whole = isfinite(check->predicted_psnr) && !isinf(check->measured_psnr) && isfinite(check->predicted_loss) &&
                 !isinf(check->measured_loss);
     }
+    for (uint32_t i = 0; whole && i < sweep->photo_count; i++)
+        whole = isfinite(sweep->photos[i].coverage) && sweep->photos[i].coverage >= 0;
     return whole;
 }
 
@@ -251,6 +275,16 @@ static enum vw_status read_check(struct vw_ledger *ledger, sqlite3_stmt *stateme
     return status;
 }
 
+static enum vw_status read_photo(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    enum vw_status status = VW_OK;
+    struct vw_photo_coverage *photo = item;
+    *photo = (struct vw_photo_coverage){.image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
+                                        .coverage = read_real(ledger, statement, 1, &status)};
+    if (photo->coverage < 0) refuse(ledger, "has a coverage below 0", &status);
+    if (index > 0 && photo[-1].image_id >= photo->image_id) refuse(ledger, "covers a photo twice", &status);
+    return status;
+}
+
 static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
     static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *sweep,
                                                   read_settings},
@@ -260,18 +294,24 @@ static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_swe
                                       checks = {"SELECT image_id, from_step, predicted_psnr, measured_psnr,"
                                                 " predicted_loss, measured_loss FROM lasting_check"
                                                 " ORDER BY run_id, image_id",
-                                                sizeof *sweep->checks, read_check};
-    uint64_t sweep_count = 0, check_count = 0;
+                                                sizeof *sweep->checks, read_check},
+                                      photos = {
+                                          "SELECT image_id, coverage FROM lasting_photo ORDER BY run_id, image_id",
+                                          sizeof *sweep->photos, read_photo};
+    uint64_t sweep_count = 0, check_count = 0, photo_count = 0;
     void *found = NULL;
     enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &sweep_count);
     if (!status && sweep_count) *sweep = *(struct vw_lasting_sweep *)found;
     free(found);
     if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&sweep->steps, &sweep->step_count);
     if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&sweep->checks, &check_count);
+    if (!status) status = vw_ledger_read_rows(ledger, &photos, (void **)&sweep->photos, &photo_count);
     sweep->check_count = (uint32_t)check_count; // as many as images at most
+    sweep->photo_count = (uint32_t)photo_count;
     uint64_t wanted = sweep_count ? ledger->next_step - 1 : 0;
     if (sweep_count && !ledger->next_step) wanted = UINT64_MAX;
-    if (sweep->step_count != wanted || (!sweep_count && check_count)) refuse(ledger, "lacks a step", &status);
+    if (sweep->step_count != wanted || (!sweep_count && check_count + photo_count))
+        refuse(ledger, "lacks a step", &status);
     return status;
 }
 
@@ -289,5 +329,6 @@ enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting
 void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep) {
     free((void *)sweep->steps);
     free((void *)sweep->checks);
+    free((void *)sweep->photos);
     *sweep = (struct vw_lasting_sweep){0};
 }

@@ -62,6 +62,9 @@ static const char lasting_sql[] =
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, from_step INTEGER NOT NULL,"
     " predicted_psnr REAL NOT NULL, measured_psnr REAL, predicted_loss REAL NOT NULL, measured_loss REAL,"
     " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
+    "CREATE TABLE lasting_photo ("
+    " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, coverage REAL NOT NULL,"
+    " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
     "PRAGMA user_version = 8;";
 
 _Static_assert(VW_SCHEMA_VERSION_LASTING == 8, "raise user_version above too");

@@ -16,19 +16,37 @@ struct sum {
     uint32_t visits;
 };
 
+static struct vw_ledger_score score_of(const struct vw_ledger_image *image, const char *method, double value,
+                                       uint32_t visits) {
+    return (struct vw_ledger_score){.image_id = image->image_id,
+                                    .method = method,
+                                    .value = value,
+                                    .unit = vw_value_method_find(method)->unit,
+                                    .standard_error = NAN,
+                                    .visits = visits,
+                                    .resampling_stderr = NAN,
+                                    .ci_low = NAN,
+                                    .ci_high = NAN};
+}
+
 static void append(const struct vw_value_input *input, const char *method, const struct sum *sums, bool loss,
                    struct vw_ledger_score *scores, uint32_t *score_count) {
     for (uint32_t i = 0; i < input->image_count; i++) {
         if (strcmp(input->images[i].split, "train") != 0) continue;
-        scores[(*score_count)++] = (struct vw_ledger_score){.image_id = input->images[i].image_id,
-                                                            .method = method,
-                                                            .value = loss ? sums[i].loss : sums[i].psnr,
-                                                            .unit = vw_value_method_find(method)->unit,
-                                                            .standard_error = NAN,
-                                                            .visits = sums[i].visits,
-                                                            .resampling_stderr = NAN,
-                                                            .ci_low = NAN,
-                                                            .ci_high = NAN};
+        scores[(*score_count)++] =
+            score_of(&input->images[i], method, loss ? sums[i].loss : sums[i].psnr, sums[i].visits);
+    }
+}
+
+static void append_coverage(const struct vw_value_input *input, const struct sum *sums, struct vw_ledger_score *scores,
+                            uint32_t *score_count) {
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < input->image_count && next < input->lasting.photo_count; i++) {
+        const struct vw_photo_coverage *photo = &input->lasting.photos[next];
+        if (photo->image_id != input->images[i].image_id) continue;
+        next++;
+        if (strcmp(input->images[i].split, "train") == 0)
+            scores[(*score_count)++] = score_of(&input->images[i], "coverage", photo->coverage, sums[i].visits);
     }
 }
 
@@ -48,6 +66,7 @@ enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, stru
     }
     append(input, "lasting_psnr", sums, false, scores, score_count);
     append(input, "lasting_loss", sums, true, scores, score_count);
+    append_coverage(input, sums, scores, score_count);
     free(sums);
     return VW_OK;
 }

@@ -1,4 +1,4 @@
-// The scores lasting_psnr and lasting_loss, from the sweep of a run (value.h has their formula).
+// The scores lasting_psnr, lasting_loss and coverage, from the sweep of a run (value.h has their formulas).
 #ifndef VIEWWORTH_VALUE_LASTING_SCORES_H
 #define VIEWWORTH_VALUE_LASTING_SCORES_H
 
@@ -7,7 +7,7 @@
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 
-// Appends both for every train image, in image order; nothing without a sweep of exactly the input's steps. There is no
+// Appends them for every train image, in image order; nothing without a sweep of exactly the input's steps. There is no
 // standard error: a sweep holds nothing of other seeds, by which lasting credit differs most.
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count);

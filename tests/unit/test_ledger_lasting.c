@@ -14,9 +14,18 @@ static void fill(struct vw_lasting_step *steps) {
 
 static const struct vw_gate_check checks[] = {{1, 5, 0.5, 0.75, 0.01, 0.02}, {3, 5, -0.5, NAN, 0.03, NAN}};
 
+static const struct vw_photo_coverage photos[] = {{1, 12.5}, {3, 0.25}};
+
 static struct vw_lasting_sweep sweep_of(const struct vw_lasting_step *steps) {
-    return (struct vw_lasting_sweep){
-        .rays = 64, .epochs = 4, .states = 20, .steps = steps, .step_count = STEPS, .checks = checks, .check_count = 2};
+    return (struct vw_lasting_sweep){.rays = 64,
+                                     .epochs = 4,
+                                     .states = 20,
+                                     .steps = steps,
+                                     .step_count = STEPS,
+                                     .checks = checks,
+                                     .check_count = 2,
+                                     .photos = photos,
+                                     .photo_count = 2};
 }
 
 static void set_sweep(const char *path) {
@@ -65,6 +74,8 @@ static void a_sweep_is_written_and_read(void **state) {
     assert_int_equal(sweep.states, 20);
     assert_int_equal(sweep.check_count, 2);
     assert_int_equal(sweep.checks[1].image_id, 3);
+    assert_int_equal(sweep.photo_count, 2);
+    assert_memory_equal(sweep.photos, photos, sizeof photos);
     assert_true(sweep.checks[0].measured_psnr == 0.75 && isnan(sweep.checks[1].measured_psnr));
     vw_lasting_sweep_free(&sweep);
     ASSERT_OK(get(path, true, NULL));
@@ -87,7 +98,10 @@ static void new_steps_remove_the_sweep(void **state) {
     vw_ledger_close(&ledger);
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, 0);
-    assert_answer(path, "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)", "0");
+    assert_answer(path,
+                  "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)"
+                  " + (SELECT count(*) FROM lasting_photo)",
+                  "0");
     free(recording);
     free(path);
 }
@@ -120,6 +134,10 @@ static void edited_rows_are_found(void **state) {
         {"UPDATE lasting_check SET measured_loss = 0 WHERE image_id = 1", false},
         {"UPDATE lasting SET rays = 0", false},
         {"DELETE FROM lasting_check", false},
+        {"UPDATE lasting_photo SET coverage = 13 WHERE image_id = 1", false},
+        {"DELETE FROM lasting_photo", false},
+        {"UPDATE lasting_photo SET coverage = -1 WHERE image_id = 1", true},
+        {"UPDATE lasting_photo SET image_id = 99 WHERE image_id = 3", true},
         {"DELETE FROM lasting_step WHERE step = 20", true},
         {"DELETE FROM lasting_step WHERE step = 4", true},
         {"DELETE FROM lasting", true},
@@ -180,10 +198,15 @@ static void scores_are_sums_over_all_steps(void **state) {
         assert_int_equal(score->rank_ci_low, 0);
         assert_true(test_find_score(scores, count, "lasting_loss", test_train_views[i])->value == loss);
     }
+    for (uint32_t i = 0; i < 2; i++) {
+        const struct vw_ledger_score *score = test_find_score(scores, count, "coverage", photos[i].image_id);
+        assert_true(score->value == photos[i].coverage && isnan(score->ci_low));
+        assert_int_equal(score->visits, 4);
+    }
     free(scores);
     input.record_count -= TEST_TRAIN_COUNT; // a sweep of more steps says nothing of fewer
     ASSERT_OK(vw_value_score(&input, &scores, &count));
-    for (uint32_t i = 0; i < count; i++) assert_null(strstr(scores[i].method, "lasting"));
+    for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss coverage", scores[i].method));
     free(scores);
     free(records);
     vw_lasting_sweep_free(&input.lasting);
