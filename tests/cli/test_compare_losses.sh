@@ -13,7 +13,8 @@ recorded() { sqlite3 "$folder/out/tiny/$1" "$2"; }                # recorded DAT
 near() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a - b < 1e-9 && b - a < 1e-9 && a != "") }'; }
 
 check "runs with a loss are made" tiny
-check "with its own length" test "$(recorded huber-0.3/seed_0/ledger.db "SELECT json_extract(config_json, '\$.huber_length') FROM run")" = 0.3
+check "with its own length" test "$(recorded huber-0.3/seed_0/ledger.db \
+    "SELECT json_extract(config_json, '\$.huber_length') FROM run")" = 0.3
 check "a table has a column for it" grep -q '^| | huber:0.3 |$' "$folder/stdout"
 check "the level is that of trainings on all photos" near "$(value huber:0.3 'test PSNR of all photos, dB')" \
     "$(recorded huber-0.3/retrainings.db 'SELECT avg(test_psnr) FROM retraining WHERE view_count = 6 AND seed > 4')"
@@ -31,5 +32,6 @@ check "the runs are swept" test "$(value huber:0.3 'lasting_psnr: agreement of t
 check "the same command resumes" tiny
 check "and trains nothing anew" test "$before" = "$(trainings)"
 check "three seeds are refused" test "$(compare "$folder/out" 3 l1 scene; grep -c usage "$folder/stderr")" = 1
-check "a loss that there is not is refused" test "$(compare "$folder/none" 4 l3 "$root/tests/support/tiny.json"; grep -c -- --loss "$folder/stderr")" = 1
+check "a loss that there is not is refused" test "$(compare "$folder/none" 4 l3 "$root/tests/support/tiny.json"
+    grep -c -- --loss "$folder/stderr")" = 1
 conclude "$program"
