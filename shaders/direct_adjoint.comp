@@ -4,7 +4,8 @@
 // With m the first moment (without momentum the gradient g itself), the step moved the params by -q m, q the optimiser's rate, which is
 // held fixed: q = (before - after) / m, whatever the optimiser. The adjoint of m is a = mu - q lambda, and since
 // m = beta1 m_before + (1 - beta1) g:
-//   direction = (1 - beta1) a,  the step's credit = g . direction,  mu <- beta1 a,  and, once colours are known, lambda <- lambda + H direction
+//   direction = (1 - beta1) a,  the step's credit = g . direction,  mu <- beta1 a,
+// and, once colours are known, lambda <- lambda + H direction.
 // A param that the step left alone keeps its mu (lazy Adam). Each of VW_SWEEP_GROUPS workgroups sums its share in a fixed order.
 #include "common.glsl"
 #include "two_float.glsl"

@@ -53,7 +53,8 @@ void slope_fitted(uint view, vec3 gain, vec3 bias, vec3 by_gain, vec3 by_bias) {
     squares += FIT_RIDGE;
     counts += FIT_RIDGE;
     vec3 determinant = squares * counts - rendered * rendered;
-    vec3 pull_gain = (counts * by_gain - rendered * by_bias) / determinant, pull_bias = (squares * by_bias - rendered * by_gain) / determinant;
+    vec3 pull_gain = (counts * by_gain - rendered * by_bias) / determinant;
+    vec3 pull_bias = (squares * by_bias - rendered * by_gain) / determinant;
     for (uint i = range.first + gl_LocalInvocationID.x; i < range.first + range.count; i += 64u) {
         vec4 target_weight = rays[i].target_weight;
         vec3 error = gain * colours[i].rgb + bias - target_weight.rgb;

@@ -131,7 +131,7 @@ static const struct vw_command commands[] = {
      "how well the scores of each method find corrupted photos and predict the results of those trainings.\n"
      "Writes to the --out folder: seed_N/, retrainings.db and benchmark.csv. Run the same command again to resume it.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK |
-         VW_OPTIONS_JSON,
+         VW_OPTIONS_LASTING | VW_OPTIONS_JSON,
      vw_command_benchmark},
     {VW_COMMANDS_EXPERIMENT, "tradeoff", "SCENE", "Measure what accuracy costs in time, one parameter at a time",
      "Values the scene with the configuration that the options give, the base, and with configurations that change "

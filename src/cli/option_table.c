@@ -252,7 +252,8 @@ const struct vw_option vw_option_table[] = {
     {"lasting", NULL,
      "Also sweep the finished training backwards for lasting credit: what the steps on a photo leave behind at its end "
      "(scores lasting_psnr and lasting_loss)",
-     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE, VW_SECTION_SCORES, OPTION(FLAG, lasting), COMMON},
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE | VW_OPTIONS_BENCHMARK, VW_SECTION_SCORES, OPTION(FLAG, lasting),
+     COMMON},
     {"lasting-rays", "N", "Rays of each step by which the sweep follows its gradient back; fewer are faster",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting_rays), RANGE(1, 65536),
      DEFAULT("all rays of a step")},

@@ -1,6 +1,7 @@
 // The gate of lasting credit: retrainings in which the steps on one photo are longer or shorter.
 #include <math.h>
 
+#include "train/lasting.h"
 #include "train/lasting_private.h"
 
 struct outcome {

@@ -2,8 +2,11 @@
 #ifndef VIEWWORTH_TRAIN_LASTING_PRIVATE_H
 #define VIEWWORTH_TRAIN_LASTING_PRIVATE_H
 
-#include "train/lasting.h"
 #include "train/sweep_passes.h"
+
+struct vw_lasting_credit;
+struct vw_step_record;
+struct vw_trainer;
 
 // The training is cut into segments of equal length, the last one perhaps shorter. Behind a replay that saves the state
 // at the beginning of each, the segments are replayed once more from the last to the first, each with its steps kept,

@@ -51,7 +51,8 @@ intact() {
     local file
     for file in $(ledgers "$1"); do
         run "$program" verify "${file%/ledger.db}" && continue
-        [[ -s $file-journal ]] && grep -q 'a program was killed while it wrote here; repeat its command with --resume' "$folder/stderr" || return 1
+        [[ -s $file-journal ]] || return 1
+        grep -q 'a program was killed while it wrote here; repeat its command with --resume' "$folder/stderr" || return 1
     done
 }
 

@@ -12,6 +12,7 @@
 #include "base/statistics.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
+#include "train/lasting.h"
 #include "train/lasting_private.h"
 
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS, STEPS_MAX = 300 }; // photos of test_scene()

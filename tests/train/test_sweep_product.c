@@ -13,6 +13,7 @@
 #include "reference/reference.h"
 #include "reference/step_bench.h"
 #include "support/trainer_fixture.h"
+#include "train/lasting.h"
 #include "train/lasting_private.h"
 
 // Bfloats between passes, kinks of ReLUs within the difference of colours (1e-3 of the params; the random adjoint is

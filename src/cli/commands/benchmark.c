@@ -8,6 +8,7 @@
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/benchmark_output.h"
+#include "cli/parse_options.h"
 
 static enum vw_curves curves_of(const char *list) {
     if (!list) return VW_CURVES_DEFAULT;
@@ -59,7 +60,8 @@ enum vw_status vw_command_benchmark(const struct vw_options *options) {
                                          .curves = curves_of(options->curves),
                                          .curve_scorers = options->curves};
     struct vw_benchmark benchmark = {0};
-    enum vw_status status = read_subsets(options->subsets, &params);
+    enum vw_status status = vw_options_check_lasting(options);
+    if (!status) status = read_subsets(options->subsets, &params);
     if (!status) status = read_worths(options, &params);
     params.common.seeds = options->valued_seeds;
     if (!status) status = vw_benchmark_make(&params, &benchmark);
