@@ -29,6 +29,11 @@ check "longer means are as reliable as Spearman and Brown say" near \
 trainings() { recorded huber-0.3/retrainings.db 'SELECT count(*) FROM retraining'; }
 before=$(trainings)
 check "the runs are swept" test "$(value huber:0.3 'lasting_psnr: agreement of two seeds')" != ''
+scores() { "$root/scripts/compare_scores" "$folder/out/tiny/huber-0.3" >"$folder/scores"; }
+check "scores are compared by the same benchmark" scores
+check "by the mean of the seeds" test "$(awk -F' \\| ' '/^\| lasting_psnr/ { print $3 }' "$folder/scores")" = \
+    "$(printf %.2f "$(value huber:0.3 'lasting_psnr, mean of seeds: Spearman, validation')")"
+check "below a ceiling" grep -q '^| ceiling |' "$folder/scores"
 check "the same command resumes" tiny
 check "and trains nothing anew" test "$before" = "$(trainings)"
 check "three seeds are refused" test "$(compare "$folder/out" 3 l1 scene; grep -c usage "$folder/stderr")" = 1
