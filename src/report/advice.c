@@ -58,11 +58,12 @@ static uint32_t rank_of(const double *values, uint32_t count, double value) {
     return low + 1;
 }
 
-static uint8_t judge(const struct vw_ledger_score *score, uint32_t rank, uint32_t count, bool by_order) {
-    if (!by_order) {
-        if (!(score->ci_low > 0)) return isnan(score->ci_low) ? 0 : VW_ADVICE_REMOVABLE;
-        return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
-    }
+static uint8_t judge_worth(const struct vw_ledger_score *score, uint32_t rank, uint32_t count, double removable_db) {
+    if (score->ci_high <= 0 || score->ci_high < removable_db) return VW_ADVICE_REMOVABLE;
+    return score->ci_low > 0 && rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
+}
+
+static uint8_t judge_order(const struct vw_ledger_score *score, uint32_t rank, uint32_t count) {
     if (!score->rank_ci_low || !score->rank_ci_high) { // one training says little: its ends alone
         if (rank > count - count / 4) return VW_ADVICE_REMOVABLE;
         return rank <= (count + 9) / 10 ? VW_ADVICE_IRREPLACEABLE : 0;
@@ -71,8 +72,15 @@ static uint8_t judge(const struct vw_ledger_score *score, uint32_t rank, uint32_
     return score->rank_ci_high <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
 }
 
+// Below it an interval of worth has to end. `values` are the highest first.
+static double removable_below(const double *values, uint32_t count, double noise_db) {
+    double median = (values[(count - 1) / 2] + values[count / 2]) / 2;
+    return noise_db < median ? noise_db : isnan(noise_db) ? 0 : median;
+}
+
 static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t score_count,
-                                 const struct vw_ledger_image *images, uint32_t image_count, struct vw_advice *advice) {
+                                 const struct vw_ledger_image *images, uint32_t image_count, double noise_db,
+                                 struct vw_advice *advice) {
     uint32_t count = 0;
     double *values = vw_allocate(score_count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
@@ -81,7 +89,10 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
     qsort(values, count, sizeof *values, compare_values);
     for (uint32_t i = 0; i < score_count; i++) {
         if (!is_known(&scores[i], advice->basis)) continue;
-        uint8_t found = judge(&scores[i], rank_of(values, count, scores[i].value), count, advice->by_order);
+        uint32_t rank = rank_of(values, count, scores[i].value);
+        uint8_t found = advice->by_order
+                            ? judge_order(&scores[i], rank, count)
+                            : judge_worth(&scores[i], rank, count, removable_below(values, count, noise_db));
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
         if (!image || (found == VW_ADVICE_REMOVABLE && advice->marks[image - images] & VW_ADVICE_LOOK)) continue;
         advice->marks[image - images] |= found;
@@ -90,25 +101,19 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
     return VW_OK;
 }
 
-static void choose_basis(const struct vw_ledger_score *scores, uint32_t score_count, bool retrained,
-                         struct vw_advice *advice) {
-    if (has_known(scores, score_count, "worth_psnr")) advice->basis = "worth_psnr";
-    else if (has_known(scores, score_count, "lasting_psnr")) advice->basis = "lasting_psnr";
-    advice->by_order = true;
-    for (uint32_t i = 0; i < score_count && retrained; i++)
-        if (is_known(&scores[i], "worth_psnr") && isfinite(scores[i].ci_low)) advice->by_order = false;
-}
-
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count, bool retrained,
-                              struct vw_advice *advice) {
+                              const struct vw_ledger_image *images, uint32_t image_count,
+                              const struct vw_worth_summary *worth, struct vw_advice *advice) {
     *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
     if (!advice->marks) return VW_ERROR_MEMORY;
     if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
-    choose_basis(scores, score_count, retrained, advice);
+    if (has_known(scores, score_count, vw_worth_method)) advice->basis = vw_worth_method;
+    else if (has_known(scores, score_count, "lasting_psnr")) advice->basis = "lasting_psnr";
+    advice->by_order = advice->basis != vw_worth_method;
+    advice->tested = !advice->by_order && worth->claim_count && worth->claims[0].accuracy.ci_low > 0;
     enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
-    if (!status && advice->basis) status = mark_worth(scores, score_count, images, image_count, advice);
-    return status;
+    if (status || !advice->basis || !(advice->by_order || advice->tested)) return status;
+    return mark_worth(scores, score_count, images, image_count, worth->noise_db, advice);
 }
 
 void vw_advice_free(struct vw_advice *advice) {

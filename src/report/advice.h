@@ -3,12 +3,16 @@
 // A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
 // upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
 // one, else on lasting_psnr; credit does not tell them (value/README.md).
-// - With intervals of worth_psnr from retrainings: a photo can be left out if its interval is not above 0, and is
-// irreplaceable if it is
-//   above 0 and the photo is among the most valuable tenth.
-// - Otherwise only the order means something: a photo can probably be left out if its rank interval lies in the lower
-//   half, and is irreplaceable if its rank interval lies in the upper quarter; without rank intervals: if it is in the
-//   last quarter, and in the first tenth.
+// - worth_psnr comes from retrainings. Unless the 95 % interval of its accuracy on left-out retrainings lies above 0
+//   (value/worth.h), these have not shown that it tells photos apart, and it marks no photo. Otherwise
+//   - a photo can be left out if its interval ends at or below 0, or below both the noise of a training (so that
+//   another
+//     seed changes more) and the median worth (so that it adds less than an ordinary photo even then). A wide interval
+//     alone never makes a photo removable. The median bounds the noise, which is large where trainings are short;
+//   - a photo is irreplaceable if its interval is above 0 and it is among the most valuable tenth.
+// - Of lasting_psnr only the order means something: a photo can probably be left out if its rank interval lies in the
+//   lower half, and is irreplaceable if its rank interval lies in the upper quarter; without rank intervals: if it is
+//   in the last quarter, and in the first tenth.
 // A photo that needs a look is never among those that can be left out.
 #ifndef VIEWWORTH_REPORT_ADVICE_H
 #define VIEWWORTH_REPORT_ADVICE_H
@@ -16,6 +20,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "value/worth.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
@@ -24,15 +29,16 @@ enum vw_advice_mark { VW_ADVICE_REMOVABLE = 1, VW_ADVICE_IRREPLACEABLE = 2, VW_A
 
 struct vw_advice {
     const char *basis; // static: "worth_psnr" or "lasting_psnr"; NULL: neither is known, only looks are advised
-    bool by_order;     // by ranks, since the basis has no zero or no intervals
+    bool by_order;     // by ranks, since the basis has no zero
+    bool tested;       // the basis is worth_psnr, whose accuracy is known to be above 0
     uint8_t *marks;    // owned; enum vw_advice_mark, one sum per image
 };
 
-// `retrained`: worth_psnr rests on retrainings, so that its zero means something. Free the advice also after a failure.
-// Without scores no photo has a mark. VW_ERROR_MEMORY.
+// `worth`: how far worth_psnr can be trusted. Free the advice also after a failure. Without scores no photo has a mark.
+// VW_ERROR_MEMORY.
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
-                              const struct vw_ledger_image *images, uint32_t image_count, bool retrained,
-                              struct vw_advice *advice);
+                              const struct vw_ledger_image *images, uint32_t image_count,
+                              const struct vw_worth_summary *worth, struct vw_advice *advice);
 void vw_advice_free(struct vw_advice *advice);
 
 #endif

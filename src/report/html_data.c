@@ -307,13 +307,27 @@ static int put_marked(const struct vw_advice *advice, uint32_t image_count, enum
     return failed;
 }
 
+static enum vw_status summarise_worth(const struct vw_report_run *run, struct vw_worth_summary *worth) {
+    const struct vw_worth_input input = {.retrainings = run->retrainings,
+                                         .retraining_count = run->retraining_count,
+                                         .images = run->images,
+                                         .image_count = run->image_count,
+                                         .scores = run->scores,
+                                         .score_count = run->score_count};
+    *worth = (struct vw_worth_summary){0};
+    return run->retraining_count ? vw_worth_summarise(&input, worth) : VW_OK;
+}
+
 static enum vw_status put_advice(const struct vw_report_run *run, json_t *object) {
+    struct vw_worth_summary worth;
     struct vw_advice advice;
-    enum vw_status status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count,
-                                           run->retraining_count > 0, &advice);
+    enum vw_status status = summarise_worth(run, &worth);
+    if (status) return status;
+    status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &worth, &advice);
     json_t *marks = status ? NULL : put_child(object, "advice", json_object());
     if (!status &&
         (!marks || put_text(marks, "basis", advice.basis) || put(marks, "by_order", json_boolean(advice.by_order)) ||
+         put(marks, "tested", json_boolean(advice.tested)) || put(object, "accuracy", vw_html_accuracy(&worth)) ||
          put_marked(&advice, run->image_count, VW_ADVICE_REMOVABLE, "removable", marks) ||
          put_marked(&advice, run->image_count, VW_ADVICE_IRREPLACEABLE, "irreplaceable", marks) ||
          put_marked(&advice, run->image_count, VW_ADVICE_LOOK, "look", marks)))

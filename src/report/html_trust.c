@@ -89,3 +89,23 @@ json_t *vw_html_retrainings(const struct vw_report_run *run) {
     vw_json_set(&object, "means", means);
     return object;
 }
+
+json_t *vw_html_accuracy(const struct vw_worth_summary *worth) {
+    if (!worth->claim_count) return json_null();
+    json_t *object = json_object(), *methods = json_array(), *rho = json_array(), *low = json_array(),
+           *high = json_array();
+    for (uint32_t i = 0; i < worth->claim_count; i++) {
+        vw_json_append(&methods, vw_json_string(worth->claims[i].method));
+        vw_json_append(&rho, vw_json_real(worth->claims[i].accuracy.spearman));
+        vw_json_append(&low, vw_json_real(worth->claims[i].accuracy.ci_low));
+        vw_json_append(&high, vw_json_real(worth->claims[i].accuracy.ci_high));
+    }
+    vw_json_set(&object, "method", methods);
+    vw_json_set(&object, "spearman", rho);
+    vw_json_set(&object, "ci_low", low);
+    vw_json_set(&object, "ci_high", high);
+    vw_json_set(&object, "retrainings", json_integer(worth->retraining_count));
+    vw_json_set(&object, "noise_db", vw_json_real(worth->noise_db));
+    vw_json_set(&object, "ceiling", vw_json_real(worth->ceiling));
+    return object;
+}

@@ -5,6 +5,7 @@
 #include <jansson.h>
 
 #include "report/page.h"
+#include "value/worth.h"
 
 // Each is null where the run has no such rows, and NULL when memory is short. The caller drops the reference.
 // {"image": [place in images, or null], "predicted": [dB], "measured": [dB]}
@@ -15,5 +16,9 @@ json_t *vw_html_growth(const struct vw_report_run *run);
 // dv_psnr, lasting_psnr and worth_psnr, those that have scores. At equal steps PSNR is linear in these means, as far as
 // photos add up (value/evaluation/lds.h).
 json_t *vw_html_retrainings(const struct vw_report_run *run);
+// {"method": [...], "spearman": [...], "ci_low": [...], "ci_high": [...], "retrainings": count, "noise_db": dB or null,
+// "ceiling": correlation or null}: how well left-out retrainings are predicted, worth_psnr first; null where too few
+// are known.
+json_t *vw_html_accuracy(const struct vw_worth_summary *worth);
 
 #endif

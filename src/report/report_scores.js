@@ -42,22 +42,46 @@ function isRefuted(one) {
   return one.advice.basis === 'lasting_psnr' && points.length > 0 && !(correlations(points).r >= GATE_LEAST);
 }
 
-function advisedPhotos(one, key) { return key !== 'look' && isRefuted(one) ? [] : one.advice[key]; }
+// Retrainings have to show that worth tells photos apart here, before it says which can be left out.
+function isUnshown(one) { return one.advice.basis === 'worth_psnr' && !one.advice.tested; }
 
-function adviceText(one, key) { return key === 'look' ? 'needs a look' : (one.advice.by_order ? 'probably ' : '') + key; }
+function advisedPhotos(one, key) { return key !== 'look' && (isRefuted(one) || isUnshown(one)) ? [] : one.advice[key]; }
+
+function adviceText(one, key) {
+  return key === 'look' ? 'needs a look' : (one.advice.by_order ? 'probably ' : key === 'removable' ? 'safely ' : '') + key;
+}
 
 function adviceOf(one, image) {
   return ADVICE.filter(key => advisedPhotos(one, key).includes(image)).map(key => adviceText(one, key)).join(', ');
 }
 
+// How well worth, or a score of its prior, predicts retrainings that it does not know.
+function accuracyOf({accuracy}, i) {
+  return fixed(accuracy.spearman[i], 2) + ' (' + fixed(accuracy.ci_low[i], 2) + ' to ' + fixed(accuracy.ci_high[i], 2) + ')';
+}
+
+function toldAccuracy(one) {
+  const {accuracy} = one;
+  if (!accuracy) return one.retrainings ? 'Too few retrainings tell how far worth can be trusted here.' : '';
+  const others = accuracy.method.slice(1).map((name, i) => wordFor(name) + ' ' + accuracyOf(one, i + 1));
+  return 'Accuracy of worth on left-out retrainings, beyond the number of photos: ' + accuracyOf(one, 0) +
+    ', Spearman with its 95 % interval, of ' + plural(accuracy.retrainings, 'retraining') + '. ' +
+    (others.length ? 'Of the scores of its prior: ' + others.join(', ') + '. ' : '') +
+    (known(accuracy.noise_db) ? 'Trainings on all photos differ by ' + fixed(accuracy.noise_db, 3) + ' dB between seeds: no score can exceed about ' +
+      fixed(accuracy.ceiling, 2) + '.' : '');
+}
+
 function whyAdvised(one) {
-  const {basis, by_order: byOrder} = one.advice;
-  if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here: which photos can be left out is not said. ' +
-    'A look is advised for outliers, and for photos of low quality.';
-  const rests = basis ? ' This rests on ' + (byOrder ? 'the order by ' + wordFor(basis) + ', which no retraining of this scene has tested'
-    : 'the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene') + ': take out one photo at a time.' : '';
-  return rests + ' A look is advised for outliers, and for photos of low quality.' +
-    (basis ? '' : ' Which photos can be left out, credit does not say: lasting credit or worth does (viewworth lasting, viewworth worth).');
+  const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised for outliers, and for photos of low quality.';
+  if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here: which photos can be left out is not said.' + looks;
+  if (isUnshown(one)) return ' The retrainings do not show that worth tells photos apart here' +
+    (one.accuracy ? ' (accuracy ' + accuracyOf(one, 0) + ')' : '') + ': which photos can be left out is not said.' + looks;
+  if (!basis) return looks + ' Which photos can be left out, credit does not say: lasting credit or worth does (viewworth lasting, viewworth worth).';
+  if (byOrder) return ' This rests on the order by ' + wordFor(basis) +
+    ', which no retraining of this scene has tested: take out one photo at a time.' + looks;
+  return ' This rests on the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene' +
+    (one.accuracy ? ' (accuracy ' + accuracyOf(one, 0) + ')' : '') +
+    '. Without one of the removable photos, a training loses less than another seed changes: take out one photo at a time.' + looks;
 }
 
 function namesOf(one, list) {
@@ -72,8 +96,9 @@ function fillAdvice() {
   const ranks = new Map(photoRows(one, advice.basis || data.default_method).map(row => [row.image, row.rank]));
   const ordered = (key, sign) => [...advice[key]].sort((a, b) => sign * (ranks.get(a) - ranks.get(b)));
   const part = (title, list) => [element('b', {}, title + ': '), ...(list.length ? namesOf(one, list) : ['none']), '. '];
+  const says = advice.basis && !isRefuted(one) && !isUnshown(one);
   byId('advice').replaceChildren(
-    ...(advice.basis && !isRefuted(one) ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
+    ...(says ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
       ...part(advice.by_order ? 'Probably irreplaceable' : 'Irreplaceable', ordered('irreplaceable', 1))] : []),
     ...part('Needs a look', ordered('look', -1)), element('span', {class: 'quiet'}, whyAdvised(one)));
 }
@@ -130,6 +155,7 @@ function fillScores() {
   const one = run(), shown = ['worth_psnr', 'lasting_psnr'].filter(name => one.scores[name]);
   byId('scores').hidden = !shown.length;
   if (!shown.length) return;
+  byId('accuracy-note').textContent = toldAccuracy(one);
   const methods = methodsOf(one), entries = methods.map(({name}) => [name, wordFor(name)]), picked = {x: 'dv_psnr', y: shown[0]};
   if (!one.scores[picked.x]) picked.x = methods[0].name;
   const box = (key, label) => selectBox('choose-scores-' + key, label, entries, picked[key], value => {

@@ -264,9 +264,11 @@ def add_lasting_credit(folder):
         run['scores'][name] = {**credit, 'value': [factor * value for value in credit['value']]}
         run['scores'][name]['ci_low'], run['scores'][name]['ci_high'] = [-9] * len(credit['image']), [9] * len(credit['image'])
         data['methods'].append({'name': name, 'unit': 'dB', 'formula': 'made up', 'has_zero': name == 'worth_psnr'})
-    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'removable': credit['image'][:7], 'irreplaceable': credit['image'][7:8],
+    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7], 'irreplaceable': credit['image'][7:8],
                      'look': []}
     run['gate'] = {'image': credit['image'][:4], 'predicted': [0, 1, 2, None], 'measured': [1, 0, 1.5, 3]}
+    run['accuracy'] = {'method': ['worth_psnr', 'dv_psnr'], 'spearman': [.61, .32], 'ci_low': [.2, -.1], 'ci_high': [.8, .6],
+                       'retrainings': 3, 'noise_db': .125, 'ceiling': .94}
     run['growth'] = {'step': [1, 2, 3], 'size': [0, .5, 1]}
     run['retrainings'] = {'measured': [20, 21, 22], 'photos': [9, 12, 1], 'means': {'dv_psnr': [1, 2, 3], 'worth_psnr': [1, None, 2]}}
     with open(f'{folder}/lasting.html', 'w', encoding='utf-8') as file:
@@ -296,7 +298,11 @@ def lasting_credit_is_shown(browser, folder):
     expect(lines == [3, 2, 3], lines) # what is unknown, and what a logarithm has no place for, is left out
     page.run("run().advice.basis = 'lasting_psnr'; fillAdvice()")
     expect('not said' in text_of(page, 'advice') and 'emovable' not in text_of(page, 'advice'), text_of(page, 'advice'))
-    page.run("run().advice.basis = 'worth_psnr'; fillAdvice()")
+    page.run("run().advice.basis = 'worth_psnr'; run().advice.tested = false; fillAdvice()")
+    expect('do not show' in text_of(page, 'advice') and 'emovable' not in text_of(page, 'advice'), text_of(page, 'advice'))
+    page.run("run().advice.tested = true; fillAdvice()")
+    told = text_of(page, 'accuracy-note')
+    expect('0.61 (0.20 to 0.80)' in told and 'credit (dv_psnr) 0.32' in told and '0.125 dB' in told, told)
     page.choose('choose-retrainings', 'worth_psnr')
     expect('2 retrainings' in text_of(page, 'retrainings-chart'), text_of(page, 'retrainings-chart'))
     page.choose('choose-method', 'worth_psnr')

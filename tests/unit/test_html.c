@@ -239,6 +239,7 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
     assert_true(json_is_null(json_object_get(run_of(fixture), "gate")));
     assert_true(json_is_null(json_object_get(run_of(fixture), "growth")));
     assert_true(json_is_null(json_object_get(run_of(fixture), "retrainings")));
+    assert_true(json_is_null(json_object_get(run_of(fixture), "accuracy")));
     const struct vw_gate_check gate[] = {{6, 0, 0.5, 0.25, 0, 0}, {99, 0, 1, NAN, 0, 0}};
     struct vw_lasting_step *growth = vw_allocate(STEPS, sizeof *growth);
     for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_lasting_step){.step = 1 + i, .size_psnr = i};
@@ -264,6 +265,33 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
     assert_true(json_number_value(json_array_get(worths, 0)) == 1.5);
     assert_true(json_is_null(json_array_get(worths, 1))); // photo 2 has no score
     free(growth);
+}
+
+// A retraining gains a dB times the share of its photos that photo 1 is: 24 of them show that, and advice rests on it.
+static void accuracy_of_worth_is_shown(void **state) {
+    enum { COUNT = 24 };
+    static const uint32_t subsets[4][TEST_TRAIN_COUNT] = {{1, 2, 3, 5, 6}, {1, 2}, {1, 3}, {2, 3}};
+    static const double means_db[4] = {20.2, 20.5, 20.5, 20};
+    struct fixture *fixture = *state;
+    struct vw_ledger_retraining retrainings[COUNT];
+    for (uint32_t i = 0; i < COUNT; i++)
+        retrainings[i] = (struct vw_ledger_retraining){.image_ids = subsets[i % 4],
+                                                       .image_count = i % 4 ? 2 : TEST_TRAIN_COUNT,
+                                                       .val_psnr = means_db[i % 4] + (i * 7 % 5) * 0.001};
+    struct vw_report_run *run = &fixture->run;
+    run->retrainings = retrainings, run->retraining_count = COUNT;
+    write_page(fixture);
+    assert_string_equal(json_string_value(json_array_get(of_run(fixture, "accuracy", "method"), 0)), "worth_psnr");
+    assert_true(json_number_value(json_array_get(of_run(fixture, "accuracy", "ci_low"), 0)) > 0.5);
+    assert_int_equal(json_integer_value(of_run(fixture, "accuracy", "retrainings")), COUNT);
+    assert_in_range(json_number_value(of_run(fixture, "accuracy", "noise_db")) * 1e6, 1000, 2000);
+    assert_true(json_is_false(of_run(fixture, "advice", "tested"))); // there is no score worth_psnr
+    const struct vw_ledger_score scores[] = {
+        {.image_id = 1, .method = "dv_psnr", .value = 1, .unit = "dB", .visits = 1},
+        {.image_id = 1, .method = "worth_psnr", .value = 1, .unit = "dB", .visits = 1}};
+    run->scores = scores, run->score_count = 2;
+    write_page(fixture);
+    assert_true(json_is_true(of_run(fixture, "advice", "tested")));
 }
 
 // ---- Pictures and files ---------------------------------------------------------------------------------------------
@@ -490,6 +518,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(long_runs_are_thinned_to_their_last_step, set_up, tear_down),
         cmocka_unit_test_setup_teardown(credit_is_summed_by_photo_and_epoch, set_up, tear_down),
         cmocka_unit_test_setup_teardown(gate_growth_and_retrainings_are_shown, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(accuracy_of_worth_is_shown, set_up, tear_down),
         cmocka_unit_test_setup_teardown(runs_share_their_thumbnails, set_up, tear_down),
         cmocka_unit_test_setup_teardown(documents_carry_their_pictures, set_up, tear_down),
         cmocka_unit_test_setup_teardown(documents_carry_thumbnails_by_name, set_up, tear_down),
