@@ -49,13 +49,21 @@ static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, 
     return vw_scorers_add(scorers, scorer, trainings);
 }
 
+// In trainings: the run, and what its sweep takes beside (scripts/benchmark_lasting).
+static uint32_t trainings_of(const char *method) {
+    static const char *const swept[] = {"lasting_psnr", "lasting_loss", "coverage"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(swept); i++)
+        if (!strcmp(method, swept[i])) return 5;
+    return 1;
+}
+
 static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t seed, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
     for (uint32_t i = 0; i < scoring->score_count; i++) {
         const char *method = scoring->scores[i].method;
         const struct vw_value_method *about = vw_value_method_find(method);
         const struct vw_scorer scorer = {.name = method, .has_sign = about && about->has_zero};
-        double *scores = find_or_add(scorers, scorer, 1);
+        double *scores = find_or_add(scorers, scorer, trainings_of(method));
         if (!scores) return VW_ERROR_MEMORY;
         if (!scoring->scores[i].visits) continue; // without a visit the score is unknown, not 0
         for (uint32_t photo = 0; photo < evaluation->photo_count; photo++)
