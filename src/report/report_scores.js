@@ -67,16 +67,18 @@ function toldAccuracy(one) {
   return 'Accuracy of worth on left-out retrainings, beyond the number of photos: ' + accuracyOf(one, 0) +
     ', Spearman with its 95 % interval, of ' + plural(accuracy.retrainings, 'retraining') + '. ' +
     (others.length ? 'Of the scores of its prior: ' + others.join(', ') + '. ' : '') +
-    (known(accuracy.noise_db) ? 'Trainings on all photos differ by ' + fixed(accuracy.noise_db, 3) + ' dB between seeds: no score can exceed about ' +
-      fixed(accuracy.ceiling, 2) + '.' : '');
+    (known(accuracy.noise_db) ? 'Trainings on all photos differ by ' + fixed(accuracy.noise_db, 3) +
+      ' dB between seeds: no score can exceed about ' + fixed(accuracy.ceiling, 2) + '.' : '');
 }
 
 function whyAdvised(one) {
   const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised for outliers, and for photos of low quality.';
-  if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here: which photos can be left out is not said.' + looks;
+  if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here:' +
+    ' which photos can be left out is not said.' + looks;
   if (isUnshown(one)) return ' The retrainings do not show that worth tells photos apart here' +
     (one.accuracy ? ' (accuracy ' + accuracyOf(one, 0) + ')' : '') + ': which photos can be left out is not said.' + looks;
-  if (!basis) return looks + ' Which photos can be left out, credit does not say: lasting credit or worth does (viewworth lasting, viewworth worth).';
+  if (!basis) return looks + ' Which photos can be left out, credit does not say:' +
+    ' lasting credit or worth does (viewworth lasting, viewworth worth).';
   if (byOrder) return ' This rests on the order by ' + wordFor(basis) +
     ', which no retraining of this scene has tested: take out one photo at a time.' + looks;
   return ' This rests on the 95 % intervals of ' + wordFor(basis) + ', from retrainings of this scene' +

@@ -264,8 +264,8 @@ def add_lasting_credit(folder):
         run['scores'][name] = {**credit, 'value': [factor * value for value in credit['value']]}
         run['scores'][name]['ci_low'], run['scores'][name]['ci_high'] = [-9] * len(credit['image']), [9] * len(credit['image'])
         data['methods'].append({'name': name, 'unit': 'dB', 'formula': 'made up', 'has_zero': name == 'worth_psnr'})
-    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7], 'irreplaceable': credit['image'][7:8],
-                     'look': []}
+    run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7],
+                     'irreplaceable': credit['image'][7:8], 'look': []}
     run['gate'] = {'image': credit['image'][:4], 'predicted': [0, 1, 2, None], 'measured': [1, 0, 1.5, 3]}
     run['accuracy'] = {'method': ['worth_psnr', 'dv_psnr'], 'spearman': [.61, .32], 'ci_low': [.2, -.1], 'ci_high': [.8, .6],
                        'retrainings': 3, 'noise_db': .125, 'ceiling': .94}

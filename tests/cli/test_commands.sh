@@ -56,7 +56,7 @@ check "help fits a terminal of 80 columns" test "$("$program" value --help-all |
 check "help shows ranges and defaults" helps '--rays N Training rays per step \(1 to 65536; default 500\)\.' value --help-all
 check "help shows ranges with gaps" helps '--width N [^-]*\(a power of two, 16 to 64; default 32\)\.' train --help-all
 check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
-check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l1\)\.' value --help-all
+check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' value --help-all
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
 check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate
