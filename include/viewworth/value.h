@@ -44,12 +44,12 @@
 //       0 the photo harms. Only for runs with retrainings (`worth`). Their outcomes U(S), means over the ends of the
 //       last epochs, are fitted by U(S) = c + g log s + sum over photos of b_i (x_i / s - 1), where s is the share of
 //       photos in S and x_i is 1 in S, else 0: at equal steps the members share the training. Worth is the fit's
-//       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B|^2, where f has
-//       the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage, as far as every
-//       photo has them. Fits of 64 (lambda, rho) are averaged by their left-out error E as E^(-n/2); the interval is
-//       Student's, of the posterior variance within and between them (src/value/evaluation/worth_regression.h).
-//       Least-squares worths are a datamodel (Ilyas et al. 2022). A provider's worth is fitted likewise, with
-//       providers as players
+//       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B - B0|^2, where f
+//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage, as far as every
+//       photo has them, and B0 takes lasting_psnr at its word, in dB, and nothing else. Fits of 64 (lambda, rho) are
+//       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
+//       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
+//       2022). A provider's worth is fitted likewise, with providers as players
 //   coverage
 //       what the photo's camera tells of the field that the run ended with and the other cameras do not: the sum, over
 //       the entries e of the field's grid, of log((l + I(e)) / (l + I(e) - I_i(e))). I_i(e) is the Fisher information

@@ -34,7 +34,8 @@ struct game {
     const char **names;      // owned array; [player], of providers
     uint32_t player_count, photo_count;
     struct vw_subsets subsets;
-    double *features; // owned; [feature][player]
+    double *features;                 // owned; [feature][player]
+    double expected[VW_WORTH_PRIORS]; // [feature], dB
     uint32_t feature_count;
     const char *feature_methods[VW_WORTH_PRIORS];
 };
@@ -139,13 +140,15 @@ static bool read_scores(const struct vw_worth_input *input, const struct game *g
     return found == game->photo_count;
 }
 
-// To mean 0 and variance 1 over the photos, cut; false where they do not vary.
-static bool standardise(const struct game *game, double *values) {
+// To mean 0 and variance 1 over the photos, cut; false where they do not vary. `*deviation` is what they are divided
+// by.
+static bool standardise(const struct game *game, double *values, double *deviation) {
     double mean = 0, variance = 0, rest = 0;
     for (uint32_t i = 0; i < game->player_count; i++) mean += values[i] * game->player_photos[i] / game->photo_count;
     for (uint32_t i = 0; i < game->player_count; i++)
         variance += pow(values[i] - mean, 2) * game->player_photos[i] / game->photo_count;
     if (!(variance > 0) || !isfinite(variance)) return false;
+    *deviation = sqrt(variance);
     for (uint32_t i = 0; i < game->player_count; i++) {
         values[i] = fmax(-FEATURE_MOST, fmin(FEATURE_MOST, (values[i] - mean) / sqrt(variance)));
         rest += values[i] * game->player_photos[i] / game->photo_count;
@@ -154,7 +157,8 @@ static bool standardise(const struct game *game, double *values) {
     return true;
 }
 
-// The prior of a provider is the mean worth of its photos.
+// The prior of a provider is the mean worth of its photos. What a score predicts in dB, a photo's lasting credit and
+// that mean, is expected to come true as it is; of the others any multiple, and 0 without a sign of one.
 static enum vw_status list_features(const struct vw_worth_input *input, bool of_providers, struct game *game) {
     uint32_t count = of_providers ? 1 : VW_WORTH_PRIORS;
     game->features = vw_allocate(count, game->player_count * sizeof *game->features);
@@ -162,7 +166,9 @@ static enum vw_status list_features(const struct vw_worth_input *input, bool of_
     for (uint32_t i = 0; i < count; i++) {
         const char *method = of_providers ? vw_worth_method : vw_worth_prior_methods[i];
         double *values = game->features + (size_t)game->feature_count * game->player_count;
-        if (!read_scores(input, game, method, values) || !standardise(game, values)) continue;
+        double deviation = 0;
+        if (!read_scores(input, game, method, values) || !standardise(game, values, &deviation)) continue;
+        game->expected[game->feature_count] = of_providers || i == 0 ? deviation : 0;
         game->feature_methods[game->feature_count++] = method;
     }
     return VW_OK;
@@ -183,6 +189,7 @@ static struct vw_worth_params params_of(const struct game *game, bool predict) {
                                     .form = VW_WORTH_MEAN,
                                     .player_photos = game->player_photos,
                                     .features = game->features,
+                                    .expected = game->expected,
                                     .feature_count = game->feature_count,
                                     .predict = predict};
 }

@@ -38,6 +38,14 @@ check "a file instead of a folder" pool "$folder/one/benchmark.csv" "$folder"/{t
 check "gives the same bytes" cmp "$folder/first" "$folder/stdout"
 check "a single scene" pool "$folder/one"
 check "has no interval" test "$(field other 4),$(field other 5),$(field other 6)" = 0.6,,
+for name in six seven; do
+    mkdir "$folder/$name"
+    printf '%s\n' "$header" "$name,lds/val_psnr,dv_psnr,0.5,,,9" "$name,lds/val_psnr,worth_${#name}0,0.2,,,9" \
+        "$name,lds/val_psnr,worth_9,0.4,,,9" >"$folder/$name/benchmark.csv"
+done
+check "scenes with numbers of retrainings of their own" pool --worths few,many "$folder"/{six,seven}
+check "have the names that are given" test "$(field worth_few 3),$(field worth_few 4),$(field worth_many 4)" = 2,0.4,0.2
+check "one name for two numbers" refused 'has 2' --worths few "$folder/six"
 check "no benchmark" refused 'nowhere.*finished' "$folder/one" "$folder/nowhere"
 echo name,score >"$folder/scores.csv"
 check "another table" refused 'scores.csv: is no benchmark.csv' "$folder/scores.csv"

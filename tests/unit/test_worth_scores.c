@@ -210,6 +210,41 @@ static void a_prior_helps_where_it_is_right(void **state) {
     if (!(chance < 1.15 * none)) fail_msg("a prior of chance makes %g of %g dB of error", chance, none);
 }
 
+// How far differences of worth are from the true ones, dB.
+static double difference_error_of(struct played *played) {
+    uint32_t count;
+    const struct vw_ledger_score *worths = find_worths(played, &count);
+    double level = 0, sum = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++) level += (worths[i].value - worth_of(i, 1, false)) / PHOTOS;
+    for (uint32_t i = 0; i < PHOTOS; i++) sum += pow(worths[i].value - worth_of(i, 1, false) - level, 2);
+    return sqrt(sum / PHOTOS);
+}
+
+// Lasting credit is in dB of what leaving a photo out does: with few and noisy retrainings it is taken at its word,
+// where a score of any unit is hardly believed. Where it is wrong, more retrainings overrule it.
+static void lasting_credit_is_taken_at_its_word(void **state) {
+    (void)state;
+    double of_any_unit = 0, lasting = 0, wrong = 0, none = 0;
+    for (uint32_t game = 0; game < 20; game++) {
+        struct played *played = play_game(VW_WORTH_FOLDS + 2, 1, 300 + game, 0, false);
+        add_score(played, "dv_psnr", 1, 0.1, 300 + game);
+        of_any_unit += difference_error_of(played) / 20;
+        played->input.score_count = 0;
+        add_score(played, "lasting_psnr", 1, 0.1, 300 + game);
+        lasting += difference_error_of(played) / 20;
+        free(played);
+        played = play_game(4 * PHOTOS, 0.1, 300 + game, 0, false);
+        none += difference_error_of(played) / 20;
+        add_score(played, "lasting_psnr", 0, 1, 300 + game);
+        wrong += difference_error_of(played) / 20;
+        free(played);
+    }
+    print_message("error %.3f dB by a score of any unit, %.3f by lasting credit; wrong %.3f, none %.3f\n", of_any_unit,
+                  lasting, wrong, none);
+    if (!(lasting < 0.95 * of_any_unit)) fail_msg("lasting credit leaves %g of %g dB of error", lasting, of_any_unit);
+    if (!(wrong < 1.15 * none)) fail_msg("wrong lasting credit makes %g of %g dB of error", wrong, none);
+}
+
 static void too_few_retrainings_have_no_worths(void **state) {
     (void)state;
     struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
@@ -318,6 +353,7 @@ int main(void) {
         cmocka_unit_test(known_worths_are_found),
         cmocka_unit_test(intervals_hold_the_worths),
         cmocka_unit_test(a_prior_helps_where_it_is_right),
+        cmocka_unit_test(lasting_credit_is_taken_at_its_word),
         cmocka_unit_test(too_few_retrainings_have_no_worths),
         cmocka_unit_test(what_cannot_be_known_is_not_claimed),
         cmocka_unit_test(the_claim_grows_with_what_is_known),

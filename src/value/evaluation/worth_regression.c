@@ -36,6 +36,7 @@ struct regression {
     double squares;           // of the outcomes
     uint32_t used;            // subsets in these sums
     double *factor, *scratch; // Cholesky's; one row
+    double *pulled;           // [column]: `moments` and what pulls B to what is expected
     double *solutions;        // [fit][column]
     double errors[FITS], weights[FITS];
     double *variances; // [fit][player], of the worths
@@ -125,10 +126,18 @@ static double penalty_of(const struct regression *regression, uint32_t fit, uint
                                               : 0;
 }
 
-// Cholesky's factor of the penalised matrix. False where it is singular.
+static double expected_of(const struct regression *regression, uint32_t column) {
+    const double *expected = regression->params->expected;
+    return expected && column >= FIRST_FEATURE && column < regression->first_player ? expected[column - FIRST_FEATURE]
+                                                                                    : 0;
+}
+
+// Cholesky's factor of the penalised matrix, and its right-hand side. False where it is singular.
 static bool factorise(struct regression *regression, uint32_t fit) {
     uint32_t columns = regression->columns;
     double *factor = regression->factor;
+    for (uint32_t i = 0; i < columns; i++)
+        regression->pulled[i] = regression->moments[i] + penalty_of(regression, fit, i) * expected_of(regression, i);
     for (uint32_t i = 0; i < columns; i++)
         for (uint32_t j = 0; j <= i; j++) {
             double sum = regression->gram[(size_t)i * columns + j] + (i == j ? penalty_of(regression, fit, i) : 0);
@@ -151,7 +160,7 @@ static void solve_forward(const struct regression *regression, const double *fro
 
 // The coefficients of the first `columns`, which are a problem of their own with the same factor.
 static void solve(const struct regression *regression, uint32_t columns, double *solution) {
-    solve_forward(regression, regression->moments, columns, solution);
+    solve_forward(regression, regression->pulled, columns, solution);
     for (uint32_t i = columns; i-- > 0;) {
         double sum = solution[i];
         for (uint32_t k = i + 1; k < columns; k++)
@@ -186,8 +195,10 @@ static double left_out_error(const struct regression *regression, uint32_t unsee
     return sum;
 }
 
-static void find_variances(struct regression *regression, const double *solution, double *variances) {
-    double rest = regression->squares - product(regression->moments, solution, regression->columns);
+static void find_variances(struct regression *regression, uint32_t fit, const double *solution, double *variances) {
+    double rest = regression->squares - product(regression->pulled, solution, regression->columns);
+    for (uint32_t i = 0; i < regression->columns; i++)
+        rest += penalty_of(regression, fit, i) * pow(expected_of(regression, i), 2);
     double noise = fmax(rest, 0) / fmax(regression->used - 2.0, 1); // the penalty counts as a prior's part
     for (uint32_t i = 0; i < regression->params->subsets->photo_count; i++)
         variances[i] = noise * leverage(regression, regression->contrasts + (size_t)i * regression->columns);
@@ -220,7 +231,7 @@ static void fit_all(struct regression *regression, uint32_t unseen) {
         solve(regression, regression->columns, solution);
         regression->errors[fit] = left_out_error(regression, unseen, solution);
         if (unseen == VW_WORTH_FOLDS)
-            find_variances(regression, solution, regression->variances + (size_t)fit * players);
+            find_variances(regression, fit, solution, regression->variances + (size_t)fit * players);
     }
     weigh_fits(regression);
 }
@@ -318,10 +329,11 @@ static enum vw_status allocate_regression(struct regression *regression) {
     regression->gram = vw_allocate(columns, (columns + 1) * sizeof *regression->gram);
     regression->factor = vw_allocate(columns, columns * sizeof *regression->factor);
     regression->scratch = vw_allocate(columns, sizeof *regression->scratch);
+    regression->pulled = vw_allocate(columns, sizeof *regression->pulled);
     regression->solutions = vw_allocate(FITS, columns * sizeof *regression->solutions);
     regression->variances = vw_allocate(FITS, players * sizeof *regression->variances);
     if (!regression->folds || !regression->rows || !regression->contrasts || !regression->gram || !regression->factor ||
-        !regression->scratch || !regression->solutions || !regression->variances)
+        !regression->scratch || !regression->pulled || !regression->solutions || !regression->variances)
         return VW_ERROR_MEMORY;
     regression->moments = regression->gram + columns * columns;
     return VW_OK;
@@ -357,6 +369,7 @@ static void close_regression(struct regression *regression) {
     free(regression->gram);
     free(regression->factor);
     free(regression->scratch);
+    free(regression->pulled);
     free(regression->solutions);
     free(regression->variances);
 }

@@ -4,7 +4,7 @@
 //   v(S) = c + g size(S) + sum over the players i of w_i x_i(S)
 //
 // The w_i are shrunk toward a linear function of the players' features f (a prior: other scores), w = B f, and without
-// features toward their own mean: sum of squared errors + lambda |w - B f|^2 + rho lambda |B|^2. The size has a
+// features toward their own mean: sum of squared errors + lambda |w - B f|^2 + rho lambda |B - B0|^2. The size has a
 // coefficient of its own, so that shrinking moves no zero. Where sizes of subsets vary, the worths have a true zero:
 // below it a player makes trainings worse. Where all sizes are equal, only differences are known. Least-squares worths
 // are a datamodel (Ilyas et al. 2022); the prior is that of a multilevel regression (Gelman and Hill 2007, ch. 12).
@@ -28,6 +28,7 @@ struct vw_worth_params {
     enum vw_worth_form form;
     const uint32_t *player_photos; // photos that each player brings; NULL: 1
     const double *features;        // [feature][player], per photo, of mean 0; NULL with feature_count 0
+    const double *expected;        // [feature], dB: the coefficient toward which B is shrunk; NULL: 0
     uint32_t feature_count;
     bool predict;  // fill `predicted`, `by_size`, pearson and r2, which takes VW_WORTH_FOLDS fits more
     bool resample; // fill `resampled`
