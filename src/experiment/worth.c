@@ -7,6 +7,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/signing.h"
 #include "experiment/retrain.h"
 #include "experiment/retrain_run.h"
 #include "experiment/worth_plan.h"
@@ -31,6 +32,7 @@ struct work {
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
     const char **providers; // owned array; of each photo
+    uint64_t payout_cents;  // 0: nobody is paid
     struct vw_worth_plan plan;
 };
 
@@ -59,12 +61,26 @@ static enum vw_status list_retrainings(const struct work *work, uint32_t count, 
     return status;
 }
 
-// What the ledger says next must not lie beside files of what it said before.
+// What the ledger says next must not lie beside files of what it said before. A ledger with retrainings has a
+// scores.csv with them, also after a kill.
+static enum vw_status write_scores(struct work *work) {
+    struct vw_worth_run *result = work->result;
+    const struct vw_scoring *scoring = &result->scoring;
+    enum vw_status status = vw_run_remove_outdated_scores(result->recorded.out);
+    if (!status && !result->scores_path) {
+        result->scores_path = vw_path_join(result->recorded.out, "scores.csv");
+        if (!result->scores_path) return VW_ERROR_MEMORY;
+    }
+    return status ? status
+                  : vw_report_write_csv(result->scores_path, scoring->scores, scoring->score_count,
+                                        scoring->input.images, scoring->input.image_count);
+}
+
 static enum vw_status record(struct work *work, uint32_t first) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger *ledger = NULL;
-    enum vw_status status = vw_run_remove_outdated_scores(recorded->out);
+    enum vw_status status = write_scores(work);
     if (!status) status = vw_ledger_open_to_append(recorded->ledger_path, &ledger);
     if (!status)
         status = vw_ledger_add_retrainings(ledger, scoring->retrainings + first, scoring->retraining_count - first,
@@ -112,28 +128,13 @@ static enum vw_status retrain(struct work *work) {
 
 // ---- Outputs -------------------------------------------------------------------------------------------------------
 
-static enum vw_status write_tables(struct work *work) {
-    struct vw_worth_run *result = work->result;
-    const struct vw_recorded_run *recorded = &result->recorded;
-    const struct vw_scoring *scoring = &result->scoring;
-    uint64_t cents = 0;
-    enum vw_status status =
-        work->params->payout ? vw_attribution_read_payout(work->params->payout, &recorded->config, &cents) : VW_OK;
-    if (!status && cents) status = vw_attribution_check_scene(recorded->scene);
-    if (!status) status = vw_run_remove_outdated_scores(recorded->out);
-    result->scores_path = vw_path_join(recorded->out, "scores.csv");
-    if (!status && !result->scores_path) status = VW_ERROR_MEMORY;
-    if (!status)
-        status = vw_report_write_csv(result->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
-                                     scoring->input.image_count);
-    if (!status) status = vw_attribution_make(recorded->scene, scoring, recorded->out, cents, &result->attribution);
-    return status;
-}
-
 static enum vw_status write_outputs(struct work *work) {
     const struct vw_worth_run_params *params = work->params;
     const struct vw_report_params report = {.device = params->device, .no_thumbnails = params->no_thumbnails};
-    enum vw_status status = write_tables(work);
+    enum vw_status status = write_scores(work);
+    if (!status)
+        status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out,
+                                     work->payout_cents, &work->result->attribution);
     if (status) return status;
     work->result->report_path = vw_report_folder_finish(params->out, &report, NULL);
     return params->sign_key_path ? vw_run_sign(params->out, params->sign_key_path, NULL) : VW_OK;
@@ -141,7 +142,7 @@ static enum vw_status write_outputs(struct work *work) {
 
 // ---- All of it -----------------------------------------------------------------------------------------------------
 
-static enum vw_status check_run(const struct work *work) {
+static enum vw_status check_run(struct work *work) {
     const struct vw_recorded_run *recorded = &work->result->recorded;
     if (vw_is_imported(&recorded->row))
         return vw_fail(VW_ERROR_USAGE, "%s: was imported: it has no scene to train on again", recorded->ledger_path);
@@ -151,9 +152,9 @@ static enum vw_status check_run(const struct work *work) {
     if (!work->result->scoring.score_count)
         return vw_fail(VW_ERROR_USAGE, "%s: the run has no scores; value the scene by viewworth value",
                        recorded->ledger_path);
-    if (work->params->until_accuracy < 0 || !(work->params->until_accuracy < 1))
-        return vw_fail(VW_ERROR_USAGE, "--until-accuracy: must lie from 0 to below 1");
-    return VW_OK;
+    return work->params->payout
+               ? vw_attribution_read_payout(work->params->payout, &recorded->config, &work->payout_cents)
+               : VW_OK;
 }
 
 static enum vw_status open_run(struct work *work) {
@@ -184,6 +185,12 @@ static enum vw_status plan(struct work *work) {
     return vw_worth_plan_make(&params, &work->plan);
 }
 
+static enum vw_status open_session(struct work *work) {
+    struct vw_recorded_run *recorded = &work->result->recorded;
+    enum vw_status status = vw_session_open_recorded(recorded, work->params->device, &work->session);
+    return !status && work->payout_cents ? vw_attribution_check_scene(recorded->scene) : status;
+}
+
 static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = &work->session,
                                                .config = &work->config,
@@ -192,27 +199,43 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
-    enum vw_status status = vw_session_open_recorded(&work->result->recorded, work->params->device, &work->session);
-    if (!status) status = vw_retrainer_open(&params, &work->retrainer);
+    enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
     return status ? status : plan(work);
+}
+
+// After a kill retrainings may lack their report.
+static bool lacks_report(const struct work *work) {
+    char *path = vw_path_join(work->params->out, "report.html");
+    bool held = path && vw_file_exists(path);
+    free(path);
+    return work->params->retrainings && !held;
 }
 
 static enum vw_status make(struct work *work) {
     struct vw_worth_run *result = work->result;
     bool reached;
-    enum vw_status status = vw_out_lock_take(work->params->out, &work->lock);
+    enum vw_status status = vw_worth_run_check(work->params);
+    if (!status) status = vw_out_lock_take(work->params->out, &work->lock);
     if (!status) status = open_run(work);
     if (status) return status;
     bool trains = result->scoring.retraining_count < work->params->retrainings;
-    bool writes = trains || work->params->payout || work->params->sign_key_path;
-    if (trains) status = open_retrainer(work);
-    else if (writes) status = vw_session_open_recorded(&result->recorded, work->params->device, &work->session);
+    bool writes = trains || work->params->payout || work->params->sign_key_path || lacks_report(work);
+    if (writes) status = open_session(work);
+    if (!status && trains) status = open_retrainer(work);
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);
     if (!result->scoring.retraining_count)
         result->prior = vw_worth_first_prior(result->scoring.scores, result->scoring.score_count);
     return status;
+}
+
+enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
+    uint64_t cents;
+    if (params->until_accuracy < 0 || !(params->until_accuracy < 1))
+        return vw_fail(VW_ERROR_USAGE, "--until-accuracy: must lie from 0 to below 1");
+    enum vw_status status = params->payout ? vw_attribution_read_payout(params->payout, NULL, &cents) : VW_OK;
+    return !status && params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : status;
 }
 
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result) {

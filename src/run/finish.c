@@ -174,8 +174,19 @@ static char *write_report(struct vw_run *run) {
     return vw_report_folder_finish(run->out, &params, &page);
 }
 
-// What the report shows of the scene and the field, so that it can be made again without them. A run that was complete
-// has these files, and a trainer that was not brought to its last step.
+// Of a run that was complete, whose trainer was not brought to its last step, only where a stop left none.
+static enum vw_status write_residuals(struct vw_run *run, const struct vw_residuals_params *params) {
+    if (run->no_thumbnails) return VW_OK;
+    if (!run->complete) return vw_residuals_write(params);
+    char *path = vw_path_join(run->out, VW_RESIDUALS_FILE);
+    bool held = path && vw_file_exists(path);
+    free(path);
+    if (held) return VW_OK;
+    enum vw_status status = vw_trainer_load_field(run->trainer, run->field_path);
+    return status ? status : vw_residuals_write(params);
+}
+
+// What the report shows of the scene and the field, so that it can be made again without them.
 static void write_pictures(struct vw_run *run) {
     const struct vw_residuals_params params = {
         .scene = run->scene,
@@ -187,7 +198,7 @@ static void write_pictures(struct vw_run *run) {
         .out = run->out,
     };
     enum vw_status status = vw_scene_map_write(run->scene, run->out);
-    if (!status && !run->complete && !run->no_thumbnails) status = vw_residuals_write(&params);
+    if (!status) status = write_residuals(run, &params);
     if (status) vw_log_warning("the report lacks its map or renders: %s", vw_error_message());
 }
 

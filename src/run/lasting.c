@@ -12,8 +12,8 @@
 #include "base/memory.h"
 #include "report/page.h"
 #include "run/lasting_file.h"
+#include "run/out_folder.h"
 #include "run/run_private.h"
-#include "run/signature.h"
 #include "train/lasting.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -37,8 +37,7 @@ struct sweep {
     double saved_s;
 };
 
-// ---- Replayed steps
-// --------------------------------------------------------------------------------------------------
+// ---- Replayed steps -------------------------------------------------------------------------------------------------
 
 // A recorded step may be flagged for its validation, which is not replayed.
 static enum vw_status compare(void *context, const struct vw_step_record *replayed) {
@@ -56,8 +55,7 @@ static enum vw_status compare(void *context, const struct vw_step_record *replay
                    recorded ? recorded->train_loss : (double)NAN);
 }
 
-// ---- Stopping and resuming
-// -------------------------------------------------------------------------------------------
+// ---- Stopping and resuming ------------------------------------------------------------------------------------------
 
 // The credits first: they may be ahead of the sweep's own file, never behind it.
 static void save(struct sweep *sweep) {
@@ -96,8 +94,7 @@ static enum vw_status remove_file(const char *folder, const char *name) {
     return status;
 }
 
-// ---- The sweep
-// -------------------------------------------------------------------------------------------------------
+// ---- The sweep ------------------------------------------------------------------------------------------------------
 
 static enum vw_status report_progress(struct sweep *sweep, bool done) {
     struct vw_lasting_state now;
@@ -142,8 +139,7 @@ static enum vw_status advance(struct sweep *sweep) {
     return status;
 }
 
-// ---- The gate
-// --------------------------------------------------------------------------------------------------------
+// ---- The gate -------------------------------------------------------------------------------------------------------
 
 // Per train photo, what the steps behind from_step are predicted to be worth.
 static void predict(const struct sweep *sweep, uint64_t from_step, struct vw_gate_check *photos, uint32_t photo_count) {
@@ -216,8 +212,7 @@ static enum vw_status gate(struct sweep *sweep) {
     return measure(sweep);
 }
 
-// ---- Recording
-// -------------------------------------------------------------------------------------------------------
+// ---- Recording ------------------------------------------------------------------------------------------------------
 
 // Of the recorded field, whatever state the trainer is in.
 static enum vw_status cover(struct sweep *sweep) {
@@ -238,7 +233,7 @@ static enum vw_status cover(struct sweep *sweep) {
     return status;
 }
 
-// The tables come first: a ledger with a sweep has a scores.csv with it.
+// The table comes first: a ledger with a sweep has a scores.csv with it, and no tables of the scores before.
 static enum vw_status record(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
     struct vw_scoring *scoring = &run->scoring;
@@ -261,8 +256,7 @@ static enum vw_status record(struct sweep *sweep) {
     sweep->photos = NULL;
     enum vw_status status = vw_scoring_repeat(scoring);
     if (!status) status = vw_run_rank(run);
-    if (!status) status = remove_file(run->out, VW_SIGNATURE_FILE);
-    if (!status) status = remove_file(run->out, "report.html");
+    if (!status) status = vw_run_remove_outdated_scores(run->out);
     if (!status)
         status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
                                      scoring->input.image_count);
@@ -272,8 +266,7 @@ static enum vw_status record(struct sweep *sweep) {
     return status ? status : remove_file(run->out, vw_lasting_file_name);
 }
 
-// ---- All of it
-// -------------------------------------------------------------------------------------------------------
+// ---- All of it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);

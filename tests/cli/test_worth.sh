@@ -54,9 +54,10 @@ check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].spearman')")" = '24|6|worth_psnr|1'
 
 rm -rf "$folder/swept" && cp -r "$folder/run" "$folder/swept"
+check "a payout follows worth" prints '^payout of 100000.00 by worth_psnr' worth swept --payout 100000
 check "a sweep of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
 check "which has it in its prior" prints ' lasting_psnr$' worth swept
-check "and is intact" intact swept
+check "and is intact: a payout by the worth of before is gone" intact swept
 
 # ---- Interruptions -------------------------------------------------------------------------------------------------------
 
@@ -65,11 +66,11 @@ check "8 retrainings" run worth steps --retrainings 8
 check "and 16 more" run worth steps --retrainings 24
 check "give the bits of 24 at once" test "$(head_of steps)" = "$(head_of run)"
 fresh cut
-interrupt() { # interrupts 24 retrainings after 3 at least
+interrupt() { # interrupts 24 retrainings after 9 at least, of which the ledger has 8 or 16
     local process
     (exec "$program" worth "$folder/cut" --device llvmpipe --no-thumbnails --quiet --retrainings 24) >"$folder/stdout" 2>"$folder/stderr" &
     process=$!
-    until [[ $(sqlite3 -readonly "$folder/cut/retrainings.db" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0) -ge 3 ]]; do
+    until [[ $(sqlite3 -readonly "$folder/cut/retrainings.db" 'SELECT count(*) FROM retraining' 2>/dev/null || echo 0) -ge 9 ]]; do
         kill -CONT "$process" 2>/dev/null || return 1
         sleep 0.02
         kill -STOP "$process" 2>/dev/null
@@ -79,9 +80,12 @@ interrupt() { # interrupts 24 retrainings after 3 at least
 }
 check "an interrupted worth says how to go on" interrupt
 check "and leaves a run that is intact" intact cut
+check "with a table of the scores of its ledger" test "$(($(wc -l <"$folder/cut/scores.csv") - 1))" = "$(query cut 'SELECT count(*) FROM score')"
 check "the same command goes on" run worth cut --retrainings 24
 check "to the same bits" test "$(head_of cut)" = "$(head_of run)"
 check "and the same table" cmp "$folder/cut/scores.csv" "$folder/run/scores.csv"
+rm "$folder/cut/report.html"
+check "a report that a kill left out is made by the same command" eval 'run worth cut --retrainings 24 && [[ -e $folder/cut/report.html ]]'
 
 # ---- In one command ------------------------------------------------------------------------------------------------------
 
@@ -106,5 +110,8 @@ check "more retrainings than there are subsets are refused" fails 2 '6 photos ha
 check "a run without scores is refused" eval 'run "$program" train "$scene" --out "$folder/trained" "${tiny[@]:0:14}" --quiet &&
     fails 2 "the run has no scores" worth trained --retrainings 8'
 check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
+check "what cannot be paid, reached or signed is refused before the run is trained" eval '
+    fails 2 "payout takes an amount" value refused --worth 8 --payout abc && fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 &&
+    fails 2 "no-key" value refused --worth 8 --sign "$folder/no-key" && [[ ! -e $folder/refused/ledger.db ]]'
 check "an accuracy of 1 is refused" fails 2 'until-accuracy' worth run --retrainings 30 --until-accuracy 1
 conclude "$@"

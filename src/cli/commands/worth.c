@@ -5,17 +5,26 @@
 #include "cli/output/worth_output.h"
 #include "experiment/worth.h"
 
+static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {
+    return (struct vw_worth_run_params){.out = out,
+                                        .device = options->device,
+                                        .retrainings = retrainings,
+                                        .until_accuracy = options->until_accuracy,
+                                        .together = options->together,
+                                        .no_thumbnails = options->no_thumbnails,
+                                        .payout = options->payout,
+                                        .sign_key_path = options->sign};
+}
+
+enum vw_status vw_worth_check_options(const struct vw_options *options) {
+    const struct vw_worth_run_params params = params_of(options, options->out, options->worth);
+    return vw_worth_run_check(&params);
+}
+
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings) {
-    const struct vw_worth_run_params params = {.out = out,
-                                               .device = options->device,
-                                               .retrainings = retrainings,
-                                               .until_accuracy = options->until_accuracy,
-                                               .together = options->together,
-                                               .no_thumbnails = options->no_thumbnails,
-                                               .payout = options->payout,
-                                               .sign_key_path = options->sign,
-                                               .interrupt = vw_interrupt_watch()};
+    struct vw_worth_run_params params = params_of(options, out, retrainings);
     struct vw_worth_run result;
+    params.interrupt = vw_interrupt_watch();
     enum vw_status status = vw_worth_run_make(&params, &result);
     if (!status) status = vw_worth_print(&result, options->until_accuracy, options->json);
     vw_worth_run_free(&result);

@@ -20,7 +20,7 @@ enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_co
     if (!vw_payout_parse(payout, cents))
         return vw_fail(VW_ERROR_USAGE, "--payout takes an amount of 0.01 to %.0f, such as 1000 or 99.50, not \"%s\"",
                        (double)VW_PAYOUT_CENTS_MAX / 100, payout);
-    enum vw_status status = vw_check_scored_epochs(config->epochs, config->burn_in_epochs);
+    enum vw_status status = config ? vw_check_scored_epochs(config->epochs, config->burn_in_epochs) : VW_OK;
     return status ? vw_fail_context(status, "--payout") : VW_OK;
 }
 

@@ -26,7 +26,8 @@ struct vw_attribution {
     char *providers_path, *payout_path, *duplicates_path; // owned
 };
 
-// Reads an amount. VW_ERROR_USAGE when it is none, and where the config leaves no epoch to score.
+// Reads an amount. VW_ERROR_USAGE when it is none, and where the config (NULL: unknown)
+// leaves no epoch to score.
 enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents);
 // Whether there is somebody to be paid. VW_ERROR_USAGE.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
