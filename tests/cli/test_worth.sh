@@ -80,7 +80,7 @@ interrupt() { # interrupts 24 retrainings after 9 at least, of which the ledger 
 }
 check "an interrupted worth says how to go on" interrupt
 check "and leaves a run that is intact" intact cut
-check "with a table of the scores of its ledger" test "$(($(wc -l <"$folder/cut/scores.csv") - 1))" = "$(query cut 'SELECT count(*) FROM score')"
+check "with a table of the scores of its ledger" test "$(wc -l <"$folder/cut/scores.csv")" = "$(query cut 'SELECT 1 + count(*) FROM score')"
 check "the same command goes on" run worth cut --retrainings 24
 check "to the same bits" test "$(head_of cut)" = "$(head_of run)"
 check "and the same table" cmp "$folder/cut/scores.csv" "$folder/run/scores.csv"
@@ -111,7 +111,8 @@ check "a run without scores is refused" eval 'run "$program" train "$scene" --ou
     fails 2 "the run has no scores" worth trained --retrainings 8'
 check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
 check "what cannot be paid, reached or signed is refused before the run is trained" eval '
-    fails 2 "payout takes an amount" value refused --worth 8 --payout abc && fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 &&
+    fails 2 "payout takes an amount" value refused --worth 8 --payout abc &&
+    fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 &&
     fails 2 "no-key" value refused --worth 8 --sign "$folder/no-key" && [[ ! -e $folder/refused/ledger.db ]]'
 check "an accuracy of 1 is refused" fails 2 'until-accuracy' worth run --retrainings 30 --until-accuracy 1
 conclude "$@"
