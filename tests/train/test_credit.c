@@ -35,6 +35,7 @@ static void a_step_counts_for_the_photo_it_trained_on(void **state) {
     (void)state;
     struct vw_scene *scene = grey_scene();
     struct vw_config config = test_config();
+    config.loss = VW_LOSS_L1; // the error itself
     struct test_run *run = test_run(scene, &config, true, 0);
     assert_true(run->count > 1);
     for (uint32_t i = 1; i < run->count; i++)
@@ -73,6 +74,7 @@ static void the_background_is_behind_what_is_transparent(void **state) {
     static const float background[3] = {0.9f, 0.4f, 0.1f};
     struct vw_scene *scene = grey_scene();
     struct vw_config config = test_config();
+    config.loss = VW_LOSS_L1; // the error itself
     double expected = 0.0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_image *image = &scene->views[v].image;
