@@ -258,7 +258,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting_rays), RANGE(1, 65536),
      DEFAULT("all rays of a step")},
     {"no-gate", NULL,
-     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter",
+     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter; "
+     "the sweep then stays without that check",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, no_gate)},
 
     // The field.

@@ -173,22 +173,34 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
     vw_batch_begin(lasting->batch);
     snapshot_record_restore(&lasting->starts[segment], lasting->batch);
     ASSERT_OK(lasting_run_batch(lasting));
-    for (uint64_t step = segment * lasting->segment_steps + 1; step <= lasting->total_steps; step++) {
-        bool counts = lasting_is_state(lasting, step), nudged = momentum && step == scaled;
-        uint32_t pixel = lasting_draw(lasting, step, 0);
+    for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->total_steps;
+         first = step) {
+        bool nudged = false; // ends a batch: the host has to touch the state behind that step
         vw_batch_begin(lasting->batch);
-        if (nudged) sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->batch, step, pixel, 0, 0);
-        else {
-            step_record_gradients(context->step, lasting->batch, step, pixel);
-            step_record_update(context->step, lasting->batch, step, step == scaled ? extra : 0.0f);
+        for (; step <= lasting->total_steps && step - first < lasting->batch_steps && !nudged; step++) {
+            uint32_t place = (uint32_t)(step - first), pixel = lasting_draw(lasting, step, place),
+                     row = lasting_row(lasting, place);
+            nudged = momentum && step == scaled;
+            if (nudged) sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->batch, step, pixel, row, 0);
+            else {
+                step_record_gradients(context->step, lasting->batch, step, pixel);
+                step_record_update(context->step, lasting->batch, step, step == scaled ? extra : 0.0f);
+            }
+            if (lasting_is_state(lasting, step) && !nudged) validation_record(context->validation, lasting->batch, row);
         }
         ASSERT_OK(lasting_run_batch(lasting));
-        if (nudged) nudge(lasting, 0, extra);
-        if (!counts) continue;
+        const vw_float4 *rows = vw_buffer_map(context->scalars);
+        for (uint64_t i = first; i < step; i++)
+            if (lasting_is_state(lasting, i) && !(nudged && i == scaled))
+                psnr += validation_read(context->validation, rows + lasting_row(lasting, (uint32_t)(i - first)), NULL)
+                            .val_psnr;
+        if (!nudged) continue;
+        nudge(lasting, 0, extra);
+        if (!lasting_is_state(lasting, scaled)) continue;
         vw_batch_begin(lasting->batch);
         validation_record(context->validation, lasting->batch, 0);
         ASSERT_OK(lasting_run_batch(lasting));
-        psnr += validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
+        psnr += validation_read(context->validation, rows, NULL).val_psnr;
     }
     return psnr / lasting_state_count(lasting);
 }
