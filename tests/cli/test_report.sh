@@ -66,7 +66,7 @@ check "new steps take an outdated report away" eval 'rmdir "$folder/blocked/repo
 
 check "the run leaves a map and renders in OUT" test -s "$folder/run/map.json" -a -s "$folder/run/residuals.json"
 cp -r "$folder/run" "$folder/cut" && rm "$folder/cut/residuals.json"
-check "renders that a stop left out are made by --resume" run value cut --resume
+check "renders that a stop left out are made by --resume" value cut --resume
 check "with the bits of the run's own" cmp "$folder/cut/residuals.json" "$folder/run/residuals.json"
 check "no renders with --no-thumbnails" test ! -e "$folder/other/residuals.json" -a -s "$folder/other/map.json"
 check "nor in a report that goes without thumbnails" eval '! grep -q "\"picture\":" "$folder/bare.html"'
