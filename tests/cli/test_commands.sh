@@ -98,6 +98,7 @@ check "a driver on top of another interface is listed, too" prints '^[0-9]+ +cpu
     env VK_DRIVER_FILES="$folder/portability.json" "$program" devices
 check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
 check "info shows splits and effects" prints '^distortion ' "$program" info "$scene"
+check "info ends each line" prints '^photos .* excluded$' "$program" info "$scene"
 check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j ->> '\$.splits.train' = 12 AND j ->> '\$.splits.val' = 2
     AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
     AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL

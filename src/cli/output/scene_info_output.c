@@ -94,7 +94,8 @@ static void print_text(const struct description *description) {
     const struct vw_box *box = &scene->box;
     vw_print("scene    %s (%s)\nphotos   %u:", scene->path, scene->format, scene->view_count);
     for (int split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++)
-        vw_print(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "\n");
+        vw_print(" %u %s%s", scene->split_count[split], vw_split_name(split), split < VW_SPLIT_EXCLUDED ? "," : "");
+    vw_print("\n");
     vw_print("alpha    %s\n", scene->has_alpha ? "some photos have transparent pixels" : "no transparent pixels");
     if (scene->masked_view_count) vw_print("masks    %u photos have one; white keeps\n", scene->masked_view_count);
     print_cameras(description);
