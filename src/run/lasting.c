@@ -20,7 +20,6 @@
 
 enum { GATE_EPOCHS = 6, GATE_PHOTOS = 6 };
 static const double SAVE_INTERVAL_S = 30;
-static const char sweep_name[] = "lasting.vws";
 
 // A sweep on its way.
 struct sweep {
@@ -70,10 +69,7 @@ static enum vw_status load(struct sweep *sweep) {
     uint64_t next_step = 0, first_step = 0;
     if (!vw_file_exists(sweep->path)) return VW_OK;
     enum vw_status status = vw_lasting_file_load(&sweep->file, sweep->credits, &first_step);
-    if (!status) status = vw_lasting_load(sweep->lasting, sweep->path, &next_step);
-    if (!status && first_step > next_step + 1)
-        return vw_fail(VW_ERROR_INPUT, "%s: is ahead of %s; remove both: the sweep starts anew", sweep->path,
-                       vw_lasting_file_name);
+    if (!status) status = vw_lasting_load(sweep->lasting, sweep->path, first_step, &next_step);
     if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) {
         vw_log_warning("%s", vw_error_message());
         return VW_OK;
@@ -194,7 +190,7 @@ static enum vw_status gate(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
     uint32_t *views = NULL, count = 0;
     if (run->lasting.no_gate) return VW_OK;
-    if (run->config.beta1 > 0) {
+    if (!vw_lasting_has_gate(&run->config)) {
         vw_log_warning("no gate: with --beta1 above 0 a step also moves along the gradients of earlier photos, so that "
                        "scaling the steps on a photo says nothing of that photo");
         return VW_OK;
@@ -262,8 +258,8 @@ static enum vw_status record(struct sweep *sweep) {
                                      scoring->input.image_count);
     if (!status)
         status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
-    if (!status) status = remove_file(run->out, sweep_name);
-    return status ? status : remove_file(run->out, vw_lasting_file_name);
+    if (!status) status = remove_file(run->out, VW_LASTING_SWEEP_FILE);
+    return status ? status : remove_file(run->out, VW_LASTING_CREDITS_FILE);
 }
 
 // ---- All of it ------------------------------------------------------------------------------------------------------
@@ -280,7 +276,7 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
                        "sweep it",
                        run->ledger_path, sweep->steps);
     config.epochs = run->config.epochs = (uint32_t)(sweep->steps / photos); // fewer than were asked for, in stable runs
-    sweep->path = vw_path_join(run->out, sweep_name);
+    sweep->path = vw_path_join(run->out, VW_LASTING_SWEEP_FILE);
     sweep->credits = vw_allocate(sweep->steps, sizeof *sweep->credits);
     if (!sweep->path || !sweep->credits) return VW_ERROR_MEMORY;
     const struct vw_trainer_params training = {.gpu = run->gpu,
@@ -298,7 +294,7 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
 enum vw_status vw_run_sweep(struct vw_run *run) {
     struct vw_ledger_run row;
     struct sweep sweep = {.run = run};
-    if (vw_lasting_is_there(&run->lasting, &run->scoring.input.lasting)) {
+    if (vw_lasting_is_there(&run->lasting, &run->config, &run->scoring.input.lasting)) {
         vw_log_info("lasting  %s holds this sweep already", run->out);
         return VW_OK;
     }

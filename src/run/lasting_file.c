@@ -10,8 +10,6 @@
 #include "base/inside.h"
 #include "base/memory.h"
 
-const char vw_lasting_file_name[] = "lasting_credits.vwc";
-
 _Static_assert(sizeof(struct vw_lasting_step) == 40, "the file holds it as it is");
 
 static char *make_header(const struct vw_lasting_file *file) {
@@ -21,7 +19,7 @@ static char *make_header(const struct vw_lasting_file *file) {
 
 enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_step *credits,
                                     uint64_t first_step) {
-    char *header = make_header(file), *path = vw_path_join(file->out, vw_lasting_file_name);
+    char *header = make_header(file), *path = vw_path_join(file->out, VW_LASTING_CREDITS_FILE);
     size_t header_bytes = header ? strlen(header) : 0,
            body_bytes = header_bytes + (size_t)(file->steps - first_step + 1) * sizeof *credits;
     uint8_t *bytes = header && path ? vw_allocate(body_bytes + VW_HASH_BYTES, 1) : NULL;
@@ -67,7 +65,7 @@ static enum vw_status take(const struct vw_lasting_file *file, const uint8_t *by
         if (known) return VW_OK;
     }
     return vw_fail(VW_ERROR_INPUT, "%s/%s: damaged, or of another sweep; remove the file: the sweep starts anew",
-                   file->out, vw_lasting_file_name);
+                   file->out, VW_LASTING_CREDITS_FILE);
 }
 
 enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, struct vw_lasting_step *credits,
@@ -77,7 +75,7 @@ enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, struct v
     size_t size_bytes = 0;
     if (!header) return VW_ERROR_MEMORY;
     size_t most_bytes = strlen(header) + VW_HASH_BYTES + (size_t)file->steps * sizeof *credits;
-    enum vw_status status = vw_file_read_inside(file->out, vw_lasting_file_name, most_bytes, &bytes, &size_bytes);
+    enum vw_status status = vw_file_read_inside(file->out, VW_LASTING_CREDITS_FILE, most_bytes, &bytes, &size_bytes);
     if (!status) status = take(file, bytes, size_bytes, header, credits, first_step);
     free(bytes);
     free(header);

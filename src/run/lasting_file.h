@@ -8,6 +8,9 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
+#define VW_LASTING_SWEEP_FILE "lasting.vws" // where the sweep is: train/lasting.h
+#define VW_LASTING_CREDITS_FILE "lasting_credits.vwc"
+
 struct vw_lasting_file {
     const char *out;    // its folder
     const char *run_id; // 64 hex digits
@@ -23,7 +26,5 @@ enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const st
 // another sweep: `credits` is then untouched.
 enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, struct vw_lasting_step *credits,
                                     uint64_t *first_step);
-
-extern const char vw_lasting_file_name[];
 
 #endif

@@ -79,7 +79,7 @@ enum vw_status vw_lasting_of_folder(const struct vw_lasting_folder_params *param
     struct vw_lasting_sweep found = {0};
     enum vw_status status = vw_recorded_open(params->out, &recorded);
     if (!status) status = vw_ledger_get_lasting(recorded.ledger, &found);
-    if (!status && !vw_lasting_is_there(&params->wanted, &found)) {
+    if (!status && !vw_lasting_is_there(&params->wanted, &recorded.config, &found)) {
         status = check(&recorded);
         if (!status) status = sweep(params, &recorded);
     }

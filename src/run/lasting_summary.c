@@ -12,8 +12,12 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
                    "--table-precision float32");
 }
 
-bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_lasting_sweep *sweep) {
-    return sweep->step_count && (!wanted->rays || wanted->rays == sweep->rays);
+bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
+
+bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
+                         const struct vw_lasting_sweep *sweep) {
+    bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || sweep->check_count > 0;
+    return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays);
 }
 
 static int compare_scores(const void *left, const void *right) {

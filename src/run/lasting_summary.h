@@ -17,8 +17,11 @@ struct vw_lasting_wanted {
 
 // VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
-// Whether a ledger's sweep is the one that is wanted.
-bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_lasting_sweep *sweep);
+// Whether a run of `config` has a gate; with momentum it has none.
+bool vw_lasting_has_gate(const struct vw_config *config);
+// Whether a ledger's sweep of a run of `config` is the one that is wanted, and has its gate if that is wanted.
+bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
+                         const struct vw_lasting_sweep *sweep);
 
 struct vw_lasting_summary {
     struct vw_lasting_sweep sweep;  // owned; step_count 0: none, and the rest is empty

@@ -343,13 +343,17 @@ static enum vw_status check_description(const struct vw_lasting *lasting, const 
     return status;
 }
 
-enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t *next_step) {
+enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step) {
     struct vw_buffer *buffers[2 * SWEEP_MEASURES];
     const struct buffer_list list = {buffers, list_adjoints(lasting, buffers)};
     struct hashed_file file;
     enum vw_status status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
     if (status != VW_OK) return status;
     status = check_description(lasting, path, file.description, next_step);
+    if (status == VW_OK && known_from > *next_step + 1)
+        status = vw_fail(VW_ERROR_INPUT,
+                         "%s: goes on at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
+                         path, *next_step, known_from, remedy);
     if (status == VW_OK && file.payload_bytes != buffer_list_bytes(&list))
         status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
                          file.payload_bytes, buffer_list_bytes(&list), remedy);

@@ -43,10 +43,11 @@ struct vw_lasting_state {
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 
 // The sweep so far as a file (lambda and place; written as checkpoints are), after an advance; and back, before the
-// first advance: then credits begin with those of *next_step. The training is replayed again. VW_ERROR_INPUT: damaged,
-// or of another run or other settings; the sweep is then untouched.
+// first advance: then credits begin with those of *next_step. The training is replayed again. The caller has the
+// credits of the steps from `known_from` on. VW_ERROR_INPUT: damaged, of another run or other settings, or a credit
+// between would be missing; the sweep is then untouched.
 enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path);
-enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t *next_step);
+enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step);
 
 // The gate: once all credits are handed out, tries what they say. The steps on `view` behind `from_step` are made
 // longer and shorter by VW_LASTING_SCALED of themselves, each in a retraining from there on with all else as it was.

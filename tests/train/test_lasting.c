@@ -267,14 +267,15 @@ static void bits_do_not_depend_on_the_way(void **state) {
     vw_lasting_destroy(&lasting);
     assert_true(stopped > 0 && stopped < STEPS);
     lasting = open_lasting(scene, &config, 0, 2 << 20, NULL);
-    ASSERT_OK(vw_lasting_load(lasting, path, &next));
+    assert_int_equal(vw_lasting_load(lasting, path, stopped + 2, &next), VW_ERROR_INPUT); // a credit would be missing
+    ASSERT_OK(vw_lasting_load(lasting, path, stopped + 1, &next));
     assert_int_equal(next, stopped);
     assert_int_equal(sweep(lasting, cut), stopped);
     vw_lasting_destroy(&lasting);
     assert_same_credits(whole, cut, STEPS);
 
     lasting = open_lasting(scene, &config, 60, 0, NULL);
-    assert_int_equal(vw_lasting_load(lasting, path, &next), VW_ERROR_INPUT); // of other settings
+    assert_int_equal(vw_lasting_load(lasting, path, 1, &next), VW_ERROR_INPUT); // of other settings
     sweep(lasting, thin);
     vw_lasting_destroy(&lasting);
     temporary_folder_remove(folder);

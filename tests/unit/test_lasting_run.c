@@ -191,6 +191,28 @@ static void damaged_files_of_a_sweep_start_it_anew(void **state) {
     }
 }
 
+// The gate of a sweep that was made without one comes later.
+static void lost_credits_start_a_sweep_anew(void **state) {
+    char out[300], whole[300];
+    struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
+    void *credits = NULL;
+    size_t size_bytes = 0;
+    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
+    snprintf(out, sizeof out, "%s/lost", (const char *)*state);
+    copy_plain(*state, out);
+    assert_refused(sweep(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
+    assert_refused(sweep(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
+    free(credits);
+    ASSERT_OK(sweep(out, 0, false, &going_on));
+    assert_same_sweep(out, whole);
+    assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");
+    ASSERT_OK(sweep(out, 0, true, &going_on));
+    assert_same_sweep(out, whole);
+    assert_same_gate(out, whole);
+}
+
 // Forged as well as can be: with a chain that fits. The replay finds it.
 static void a_step_that_does_not_repeat_is_refused(void **state) {
     char out[300];
@@ -249,8 +271,10 @@ static void an_extended_run_is_swept_again(void **state) {
     config.beta1 = 0.9;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.lasting = true}, &observer));
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0"); // momentum: no gate
+    ASSERT_OK(vw_file_write(temporary_path(out, "lasting.vws"), "stopped", 7)); // as a kill may leave it
     config.epochs = 4;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true}, &observer));
+    assert_false(is_there(out, "lasting.vws"));
     assert_answer(temporary_path(out, "ledger.db"),
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM score WHERE method LIKE "
                   "'lasting%')",
@@ -288,6 +312,7 @@ int main(void) {
         cmocka_unit_test(a_score_is_the_sum_over_the_steps),
         cmocka_unit_test(a_stopped_sweep_goes_on),
         cmocka_unit_test(damaged_files_of_a_sweep_start_it_anew),
+        cmocka_unit_test(lost_credits_start_a_sweep_anew),
         cmocka_unit_test(a_step_that_does_not_repeat_is_refused),
         cmocka_unit_test(an_edited_sweep_is_found),
         cmocka_unit_test(what_cannot_be_swept_is_refused),
