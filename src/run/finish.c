@@ -18,6 +18,7 @@
 #include "run/sign.h"
 #include "run/signature.h"
 #include "base/clock.h"
+#include "value/ranking.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -88,12 +89,6 @@ static enum vw_status end(struct vw_run *run) {
 
 // ---- Scores --------------------------------------------------------------------------------------------------------
 
-static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = left, *b = right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
-}
-
 // The scores of a method are neighbours.
 enum vw_status vw_run_rank(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->scoring;
@@ -105,7 +100,7 @@ enum vw_status vw_run_rank(struct vw_run *run) {
         for (last = first + 1; last < scoring->score_count;)
             if (strcmp(run->ranked[last].method, run->ranked[first].method) != 0) break;
             else last++;
-        qsort(&run->ranked[first], last - first, sizeof *run->ranked, compare_scores);
+        qsort(&run->ranked[first], last - first, sizeof *run->ranked, vw_score_compare);
     }
     return VW_OK;
 }

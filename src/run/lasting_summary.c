@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/memory.h"
+#include "value/ranking.h"
 
 enum vw_status vw_lasting_check_config(const struct vw_config *config) {
     if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
@@ -20,24 +20,16 @@ bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw
     return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays);
 }
 
-static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = left, *b = right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
-}
-
 static enum vw_status fill(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {
-    uint32_t kept = 0, count = 0;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
     enum vw_status status = vw_ledger_get_images(ledger, &summary->images, &summary->image_count);
-    if (!status) status = vw_ledger_get_scores(ledger, &summary->scores, &count);
-    if (status) return status;
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(summary->scores[i].method, "lasting_psnr") == 0) summary->scores[kept++] = summary->scores[i];
-    summary->score_count = kept;
-    if (kept) qsort(summary->scores, kept, sizeof *summary->scores, compare_scores);
-    for (uint32_t i = 0; i < summary->image_count; i++)
+    if (!status) status = vw_ledger_get_scores(ledger, &scores, &count);
+    if (!status) status = vw_scores_rank(scores, count, "lasting_psnr", &summary->scores, &summary->score_count);
+    free(scores);
+    for (uint32_t i = 0; !status && i < summary->image_count; i++)
         summary->steps_per_epoch += strcmp(summary->images[i].split, "train") == 0;
-    return VW_OK;
+    return status;
 }
 
 enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {

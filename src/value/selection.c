@@ -8,6 +8,7 @@
 #include "ledger/find_image.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "value/ranking.h"
 #include "viewworth/value.h"
 
 // The methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a method are
@@ -36,10 +37,8 @@ static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32
 
 // Best first.
 static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = *(const struct vw_ledger_score *const *)left,
-                                 *b = *(const struct vw_ledger_score *const *)right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return (a->image_id > b->image_id) - (a->image_id < b->image_id);
+    return vw_score_compare(*(const struct vw_ledger_score *const *)left,
+                            *(const struct vw_ledger_score *const *)right);
 }
 
 // The known scores of train photos by the method, best first.

@@ -5,35 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/memory.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
+#include "value/ranking.h"
 #include "viewworth/value.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
 
 // The pooled scores of vw_value_default_method, best first.
 struct ranking {
-    const struct vw_ledger_score **scores; // owned array
+    struct vw_ledger_score *scores; // owned
     uint32_t count;
 };
-
-static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = *(const struct vw_ledger_score *const *)left,
-                                 *b = *(const struct vw_ledger_score *const *)right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
-}
-
-static enum vw_status rank(const struct vw_kfold *kfold, struct ranking *ranking) {
-    *ranking = (struct ranking){.scores = vw_allocate(kfold->score_count, sizeof *ranking->scores)};
-    if (!ranking->scores) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < kfold->score_count; i++)
-        if (!strcmp(kfold->scores[i].method, vw_value_default_method))
-            ranking->scores[ranking->count++] = &kfold->scores[i];
-    if (ranking->count) qsort(ranking->scores, ranking->count, sizeof *ranking->scores, compare_scores);
-    return VW_OK;
-}
 
 // ---- Text ----
 
@@ -73,9 +56,9 @@ static void print_text(const struct vw_kfold *kfold, const struct ranking *ranki
     uint32_t half = ranking->count / 2, shown = half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
     print_folds(kfold);
     vw_print("highest credit (mean %s over folds; 95 %% intervals of score and rank)\n", vw_value_default_method);
-    for (uint32_t i = 0; i < shown; i++) print_photo(kfold, ranking->scores[i]);
+    for (uint32_t i = 0; i < shown; i++) print_photo(kfold, &ranking->scores[i]);
     vw_print("lowest credit\n");
-    for (uint32_t i = 0; i < shown; i++) print_photo(kfold, ranking->scores[ranking->count - 1 - i]);
+    for (uint32_t i = 0; i < shown; i++) print_photo(kfold, &ranking->scores[ranking->count - 1 - i]);
     vw_print("scores   %s\nmatrix   %s\n", kfold->scores_path, kfold->matrix_path);
     if (kfold->report_path) vw_print("report   %s\n", kfold->report_path);
     vw_print("compare  viewworth compare");
@@ -112,7 +95,7 @@ static json_t *folds_to_json(const struct vw_kfold *kfold) {
 
 static json_t *to_json(const struct vw_kfold *kfold, const struct ranking *ranking) {
     json_t *photos = json_array();
-    for (uint32_t i = 0; i < ranking->count; i++) vw_json_append(&photos, score_to_json(kfold, ranking->scores[i]));
+    for (uint32_t i = 0; i < ranking->count; i++) vw_json_append(&photos, score_to_json(kfold, &ranking->scores[i]));
     return json_pack("{s:o, s:o, s:o, s:s, s:s, s:s, s:s*}", "folds", folds_to_json(kfold), "spearman",
                      vw_json_real(kfold->agreement.mean), "photos", photos, "scores", kfold->scores_path, "matrix",
                      kfold->matrix_path, "list", kfold->list_path, "report", kfold->report_path);
@@ -120,7 +103,8 @@ static json_t *to_json(const struct vw_kfold *kfold, const struct ranking *ranki
 
 enum vw_status vw_kfold_print(const struct vw_kfold *kfold, bool json) {
     struct ranking ranking;
-    enum vw_status status = rank(kfold, &ranking);
+    enum vw_status status =
+        vw_scores_rank(kfold->scores, kfold->score_count, vw_value_default_method, &ranking.scores, &ranking.count);
     if (!status && json) status = vw_json_print(to_json(kfold, &ranking));
     else if (!status) print_text(kfold, &ranking);
     free(ranking.scores);

@@ -2,39 +2,20 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "base/memory.h"
 #include "cli/output/attribution_output.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "ledger/find_image.h"
+#include "value/ranking.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
 
-// The worths, best first.
+// The worths, or their prior; best first.
 struct ranking {
-    const struct vw_ledger_score **scores; // owned array
+    struct vw_ledger_score *scores; // owned
     uint32_t count;
 };
-
-static int compare_scores(const void *left, const void *right) {
-    const struct vw_ledger_score *a = *(const struct vw_ledger_score *const *)left,
-                                 *b = *(const struct vw_ledger_score *const *)right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return a->image_id < b->image_id ? -1 : a->image_id > b->image_id;
-}
-
-static enum vw_status rank(const struct vw_worth_run *result, struct ranking *ranking) {
-    const struct vw_scoring *scoring = &result->scoring;
-    const char *method = result->prior ? result->prior : vw_worth_method;
-    *ranking = (struct ranking){.scores = vw_allocate(scoring->score_count, sizeof *ranking->scores)};
-    if (!ranking->scores) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < scoring->score_count; i++)
-        if (!strcmp(scoring->scores[i].method, method)) ranking->scores[ranking->count++] = &scoring->scores[i];
-    qsort(ranking->scores, ranking->count, sizeof *ranking->scores, compare_scores);
-    return VW_OK;
-}
 
 static const struct vw_ledger_image *image_of(const struct vw_worth_run *result, const struct vw_ledger_score *score) {
     const struct vw_value_input *input = &result->scoring.input;
@@ -59,13 +40,13 @@ static void print_ranking(const struct vw_worth_run *result, const struct rankin
     uint32_t shown = half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END, helpful = 0, harmful = 0;
     if (!shown) return;
     for (uint32_t i = 0; i < ranking->count; i++) {
-        helpful += ranking->scores[i]->ci_low > 0;
-        harmful += ranking->scores[i]->ci_high < 0;
+        helpful += ranking->scores[i].ci_low > 0;
+        harmful += ranking->scores[i].ci_high < 0;
     }
     vw_print("highest worth\n");
-    for (uint32_t i = 0; i < shown; i++) print_photo(result, ranking->scores[i]);
+    for (uint32_t i = 0; i < shown; i++) print_photo(result, &ranking->scores[i]);
     vw_print("lowest worth\n");
-    for (uint32_t i = 0; i < shown; i++) print_photo(result, ranking->scores[ranking->count - 1 - i]);
+    for (uint32_t i = 0; i < shown; i++) print_photo(result, &ranking->scores[ranking->count - 1 - i]);
     if (!result->prior)
         vw_print("signs    %u photos help and %u harm beyond their 95 %% intervals; of %u nothing is sure\n", helpful,
                  harmful, ranking->count - helpful - harmful);
@@ -115,7 +96,7 @@ static void print_text(const struct vw_worth_run *result, const struct ranking *
 static json_t *photos_to_json(const struct vw_worth_run *result, const struct ranking *ranking) {
     json_t *array = json_array();
     for (uint32_t i = 0; i < ranking->count; i++) {
-        const struct vw_ledger_score *score = ranking->scores[i];
+        const struct vw_ledger_score *score = &ranking->scores[i];
         const struct vw_ledger_image *image = image_of(result, score);
         vw_json_append(&array, json_pack("{s:s, s:s?, s:s?, s:o, s:s, s:o, s:o, s:o, s:I}", "name", image->name,
                                          "provider", image->provider, "ground_truth", image->ground_truth, "value",
@@ -155,7 +136,9 @@ static json_t *to_json(const struct vw_worth_run *result, const struct ranking *
 
 enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_accuracy, bool json) {
     struct ranking ranking;
-    enum vw_status status = rank(result, &ranking);
+    enum vw_status status =
+        vw_scores_rank(result->scoring.scores, result->scoring.score_count,
+                       result->prior ? result->prior : vw_worth_method, &ranking.scores, &ranking.count);
     if (!status && json) {
         json_t *root = to_json(result, &ranking);
         if (root && result->attribution.method && !vw_attribution_add_json(&result->attribution, root)) {
