@@ -7,6 +7,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "ledger/find_image.h"
+#include "value/lasting_scores.h"
 
 enum { GROWTH_SHOWN = 1000 };
 
@@ -23,6 +24,8 @@ json_t *vw_html_gate(const struct vw_report_run *run) {
     vw_json_set(&gate, "image", images);
     vw_json_set(&gate, "predicted", predicted);
     vw_json_set(&gate, "measured", measured);
+    vw_json_set(&gate, "correlation", vw_json_real(vw_lasting_gate(&run->lasting, false)));
+    vw_json_set(&gate, "least", json_real(vw_lasting_gate_least));
     return gate;
 }
 

@@ -8,7 +8,8 @@
 #include "value/worth.h"
 
 // Each is null where the run has no such rows, and NULL when memory is short. The caller drops the reference.
-// {"image": [place in images, or null], "predicted": [dB], "measured": [dB]}
+// {"image": [place in images, or null], "predicted": [dB], "measured": [dB], "correlation": r, or null where too few
+// are measured, "least": r below which lasting credit is not to be trusted}
 json_t *vw_html_gate(const struct vw_report_run *run);
 // {"step": [...], "size": [...]}: at most about a thousand steps, evenly spread, and the first and the last.
 json_t *vw_html_growth(const struct vw_report_run *run);

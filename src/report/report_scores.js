@@ -36,11 +36,11 @@ function toldOverlaps(overlaps) {
 const ADVICE = ['removable', 'irreplaceable', 'look'];
 const ADVICE_NAMES = 5;
 
+// Of a run with a gate: whether retrainings bear out what lasting credit predicts.
+function passesGate({gate}) { return known(gate.correlation) && gate.correlation >= gate.least; }
+
 // The gate speaks of lasting credit alone.
-function isRefuted(one) {
-  const points = gatePoints(one);
-  return one.advice.basis === 'lasting_psnr' && points.length > 0 && !(correlations(points).r >= GATE_LEAST);
-}
+function isRefuted(one) { return one.advice.basis === 'lasting_psnr' && one.gate !== null && !passesGate(one); }
 
 // Retrainings have to show that worth tells photos apart here, before it says which can be left out.
 function isUnshown(one) { return one.advice.basis === 'worth_psnr' && !one.advice.tested; }
@@ -174,8 +174,6 @@ function fillScores() {
 
 // ---- Predicted against measured -----------------------------------------------------------------------------------------
 
-const GATE_LEAST = .8; // below, lasting credit is not to be trusted
-
 function emptyChart(id) {
   if (charts.has(id)) charts.get(id).chart.destroy();
   charts.delete(id);
@@ -208,13 +206,13 @@ function gatePoints({gate, images}) {
 }
 
 function drawGate(one) {
-  const points = gatePoints(one), {r} = correlations(points), ends = points.flatMap(point => [point.x, point.y]);
+  const points = gatePoints(one), ends = points.flatMap(point => [point.x, point.y]);
   if (!points.length) return emptyChart('gate-chart');
   return drawPredicted('gate-chart', {points, label: 'The gate: predicted against measured change',
     line: {label: 'equality', data: [Math.min(...ends), Math.max(...ends)].map(end => ({x: end, y: end}))},
     across: 'predicted by lasting credit, dB', up: 'measured by retraining, dB',
-    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(r, 2) + ' over ' + plural(points.length, 'photo') +
-      '.'});
+    caption: 'The gate: steps on a photo were made longer and shorter. r = ' + fixed(one.gate.correlation, 2) + ' over ' +
+      plural(points.length, 'photo') + '.'});
 }
 
 function drawGrowth({growth}) {
@@ -252,11 +250,11 @@ function drawRetrainings({retrainings}, method) {
 
 // Shown where there is something to compare with.
 function fillTrust() {
-  const one = run(), points = gatePoints(one), {r} = correlations(points);
+  const one = run(), points = gatePoints(one);
   const methods = one.retrainings ? Object.keys(one.retrainings.means) : [], entries = methods.map(name => [name, wordFor(name)]);
   byId('trust').hidden = !points.length && !one.growth && !methods.length;
   if (byId('trust').hidden) return;
-  byId('trust-note').textContent = !points.length ? '' : r >= GATE_LEAST ? 'Lasting credit predicts what retrainings measure here.' :
+  byId('trust-note').textContent = !points.length ? '' : passesGate(one) ? 'Lasting credit predicts what retrainings measure here.' :
     'Lasting credit is not to be trusted here: it does not predict what retrainings measure.';
   const first = ['lasting_psnr', 'dv_psnr', 'worth_psnr'].find(name => methods.includes(name));
   byId('retrainings-filters').replaceChildren(...(first ? [selectBox('choose-retrainings', 'Score', entries, first,

@@ -9,6 +9,7 @@
 #include "image/image.h"
 #include "base/json.h"
 #include "report/page.h"
+#include "value/lasting_scores.h"
 
 static const char methods_json[] = "[{\"name\":\"dv_psnr\",\"unit\":\"dB\",\"formula\":\"sum of d\"}]";
 
@@ -257,6 +258,8 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
     assert_true(json_number_value(json_array_get(of_run(fixture, "gate", "measured"), 0)) == 0.25);
     assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "image"), 1)));
     assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "measured"), 1)));
+    assert_true(json_is_null(of_run(fixture, "gate", "correlation"))); // of a single photo
+    assert_true(json_number_value(of_run(fixture, "gate", "least")) == vw_lasting_gate_least);
     size_t shown = json_array_size(of_run(fixture, "growth", "step"));
     assert_in_range(shown, 500, 1001);
     assert_int_equal(json_integer_value(json_array_get(of_run(fixture, "growth", "step"), shown - 1)), STEPS);
