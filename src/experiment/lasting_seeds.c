@@ -65,9 +65,9 @@ enum vw_status vw_lasting_seeds_make(const char *out, const struct vw_score_tabl
     for (uint32_t i = 0; !status && i < VW_LASTING_METHODS; i++) status = make_means(tables, i, seeds);
     if (status) return status;
     for (uint32_t i = 0; i < tables->run_count; i++) seeds->gates[i] = vw_lasting_gate(&runs[i].lasting, false);
-    uint32_t overlaps = 0;
-    for (uint32_t i = 0; i < seeds->photo_count; i++) overlaps += seeds->means[0][i].overlaps; // every pair twice
-    seeds->pairs = seeds->photo_count * (seeds->photo_count - 1) / 2;
+    uint64_t overlaps = 0, photos = seeds->photo_count;
+    for (uint32_t i = 0; i < photos; i++) overlaps += seeds->means[0][i].overlaps; // every pair twice
+    seeds->pairs = photos ? photos * (photos - 1) / 2 : 0;
     seeds->told_apart = seeds->pairs - overlaps / 2;
     return vw_csv_write_file(seeds->path, print_rows, seeds);
 }

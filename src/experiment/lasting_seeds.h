@@ -17,7 +17,7 @@ struct vw_lasting_seeds {
     struct vw_seed_mean *means[VW_LASTING_METHODS]; // owned; by photo
     const char *methods[VW_LASTING_METHODS], *units[VW_LASTING_METHODS];
     double *gates;              // owned; by seed: Pearson of predicted against measured PSNR; NaN: no gate
-    uint32_t pairs, told_apart; // pairs of photos; those whose intervals of lasting_psnr do not overlap
+    uint64_t pairs, told_apart; // pairs of photos; those whose intervals of lasting_psnr do not overlap
     char *path;                 // owned; of the table
 };
 

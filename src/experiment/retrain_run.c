@@ -26,4 +26,4 @@ struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded
     return config;
 }
 
-uint64_t vw_first_seed_after(uint64_t own, uint32_t count) { return own < (uint64_t)INT64_MAX - count ? own + 1 : 0; }
+uint64_t vw_first_seed_after(uint64_t own) { return own < (uint64_t)INT64_MAX - UINT32_MAX ? own + 1 : 0; }

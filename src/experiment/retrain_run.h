@@ -12,7 +12,8 @@ enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const 
                                         struct vw_session *session);
 // The run's config with the epochs that its steps took.
 struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps);
-// The first of `count` seeds without the run's own: trainings with that one would favour what its scores select.
-uint64_t vw_first_seed_after(uint64_t own, uint32_t count);
+// The first of 2^32 seeds without the run's own: trainings with that one would favour what its scores select. However
+// many are taken, now or later, they begin here.
+uint64_t vw_first_seed_after(uint64_t own);
 
 #endif

@@ -21,7 +21,7 @@ bool vw_scorer_exists(const char *name) {
     if (vw_value_method_find(name)) return true;
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
-    if (!strncmp(name, "worth_", 6) && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
+    if (!strncmp(name, "worth_", 6) && name[6] && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
 }
 

@@ -148,7 +148,7 @@ static enum vw_status make(struct work *work) {
     enum vw_status status = prepare(work);
     if (status || work->result->candidates.count == 1) return status;
     sort_lists(&work->result->candidates);
-    work->result->first_seed = vw_first_seed_after(work->config.seed, work->params->seeds);
+    work->result->first_seed = vw_first_seed_after(work->config.seed);
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
     if (!status) status = vw_session_open_recorded(&work->params->run->recorded, work->params->device, &work->session);
     if (!status) status = open_retrainer(work);

@@ -179,8 +179,7 @@ static enum vw_status plan(struct work *work) {
                                                 .providers = work->providers,
                                                 .count = work->params->retrainings,
                                                 .key = work->config.seed + 1,
-                                                .first_seed =
-                                                    vw_first_seed_after(work->config.seed, work->params->retrainings),
+                                                .first_seed = vw_first_seed_after(work->config.seed),
                                                 .epochs = work->config.epochs};
     return vw_worth_plan_make(&params, &work->plan);
 }

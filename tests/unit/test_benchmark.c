@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment/scorers.h"
 #include "value/evaluation/leave_one_out.h"
 #include "value/evaluation/worth_regression.h"
 #include "base/random.h"
@@ -535,8 +536,15 @@ static void sizes_are_predicted_by_means(void **state) {
     free(metrics.rows);
 }
 
+static void a_scorer_is_known_by_its_name(void **state) {
+    (void)state;
+    assert_true(vw_scorer_exists("dv_psnr") && vw_scorer_exists("worth_24") && vw_scorer_exists("leave_one_out"));
+    assert_false(vw_scorer_exists("worth_") || vw_scorer_exists("worth_2x") || vw_scorer_exists("credit"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_scorer_is_known_by_its_name),
         cmocka_unit_test_setup(halves_are_different_and_balanced, set_up),
         cmocka_unit_test_setup(there_are_no_more_halves_than_exist, set_up),
         cmocka_unit_test_setup(random_sizes_are_uniform, set_up),

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
+#include "experiment/retrain_run.h"
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
 #include "support/temporary_folder.h"
@@ -140,6 +141,7 @@ static void a_half_judges_what_the_other_selects(void **state) {
     assert_true(f->sizes[VW_HALF_A] == 3 && f->sizes[VW_HALF_B] == 2 && f->verified.half_sizes[VW_HALF_A] == 3 &&
                 f->verified.half_sizes[VW_HALF_B] == 2);
     assert_int_equal(f->verified.first_seed, RUN_SEED + 1);
+    assert_int_equal(vw_first_seed_after((uint64_t)INT64_MAX - 9), 0); // there is no room behind it
     ASSERT_OK(vw_session_open(&(struct vw_session_params){.scene = {.path = f->scene}}, &session));
     const struct vw_retrainer_params params = {
         .session = &session, .config = &f->config, .out = f->out, .averaged_epochs = VW_TRUTH_EPOCHS};

@@ -29,7 +29,8 @@ static void print_told_apart(const struct vw_lasting_seeds *seeds) {
         vw_print("         all intervals overlap: these seeds cannot tell any of the photos apart; more --seeds make "
                  "intervals shorter, and on a clean scene the photos may be worth the same\n");
     else
-        vw_print("         %u of %u pairs of photos have intervals that do not overlap; the others are "
+        vw_print("         %" PRIu64 " of %" PRIu64
+                 " pairs of photos have intervals that do not overlap; the others are "
                  "indistinguishable\n",
                  seeds->told_apart, seeds->pairs);
 }
