@@ -5,10 +5,9 @@
 // one, else on lasting_psnr; credit does not tell them (value/README.md).
 // - worth_psnr comes from retrainings. Unless the 95 % interval of its accuracy on left-out retrainings lies above 0
 //   (value/worth.h), these have not shown that it tells photos apart, and it marks no photo. Otherwise
-//   - a photo can be left out if its interval ends at or below 0, or below both the noise of a training (so that
-//   another
-//     seed changes more) and the median worth (so that it adds less than an ordinary photo even then). A wide interval
-//     alone never makes a photo removable. The median bounds the noise, which is large where trainings are short;
+//   - a photo can be left out if its interval ends at or below 0, or below both the noise of a training (another seed
+//     changes more) and the median worth (it adds less than an ordinary photo even then). A wide interval alone never
+//     makes a photo removable. The median bounds the noise, which is large where trainings are short;
 //   - a photo is irreplaceable if its interval is above 0 and it is among the most valuable tenth.
 // - Of lasting_psnr only the order means something: a photo can probably be left out if its rank interval lies in the
 //   lower half, and is irreplaceable if its rank interval lies in the upper quarter; without rank intervals: if it is
