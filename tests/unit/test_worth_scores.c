@@ -191,6 +191,26 @@ static void intervals_hold_the_worths(void **state) {
     if (zero_known > 6) fail_msg("%u of 40 games are sure of a photo without worth", zero_known);
 }
 
+// Fewer retrainings than photos show some directions of the worths, and the intervals hold what they do not show.
+static void few_retrainings_leave_wide_intervals(void **state) {
+    (void)state;
+    uint32_t held = 0, all = 0;
+    double width = 0;
+    for (uint32_t game = 0; game < 40; game++) {
+        struct played *played = play_game(PHOTOS - 2, 0.1, 500 + game, 0, false);
+        uint32_t count;
+        const struct vw_ledger_score *worths = find_worths(played, &count);
+        for (uint32_t i = 0; i < PHOTOS; i++, all++) {
+            held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
+            width += (worths[i].ci_high - worths[i].ci_low) / (40 * PHOTOS);
+        }
+        free(played);
+    }
+    print_message("%u of %u intervals hold, of a width of %.3f dB\n", held, all, width);
+    if (fabs(width - 1.904) > 0.002) fail_msg("the width is not 1.904 dB, which a fit with a column per photo gives");
+    if (held < 0.9 * all) fail_msg("%u of %u intervals hold the true worth", held, all);
+}
+
 // With few retrainings a good score helps, and one of chance does little harm.
 static void a_prior_helps_where_it_is_right(void **state) {
     (void)state;
@@ -352,6 +372,7 @@ int main(void) {
         cmocka_unit_test(retrainings_are_dealt_out_by_kind),
         cmocka_unit_test(known_worths_are_found),
         cmocka_unit_test(intervals_hold_the_worths),
+        cmocka_unit_test(few_retrainings_leave_wide_intervals),
         cmocka_unit_test(a_prior_helps_where_it_is_right),
         cmocka_unit_test(lasting_credit_is_taken_at_its_word),
         cmocka_unit_test(too_few_retrainings_have_no_worths),

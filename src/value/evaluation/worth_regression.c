@@ -17,7 +17,8 @@ static const uint64_t FOLD_SEED = 0x666f6c6473; // of no training
 enum { PENALTIES = 16, RATIOS = 4, FITS = PENALTIES * RATIOS };
 static const double least_penalty[] = {1e-8, 1e-4}, penalty_factor[] = {4, 2.5}; // by form
 static const double ratios[RATIOS] = {1e-4, 1e-2, 1, 1e6};
-static const double GUARD = 1e-9; // penalty of the size, so that a fit of subsets of one size has a solution
+static const double SAME_DIRECTION = 1e-18; // of squared lengths
+static const double GUARD = 1e-9;           // penalty of the size, so that a fit of subsets of one size has a solution
 
 // Columns of a subset: 1, its size, the features of the players summed as the players are, and the players, whose
 // coefficients are per photo. The outcome does not change when these grow by the same number, so that their mean is
@@ -31,11 +32,13 @@ struct regression {
     uint32_t columns, first_player;
     uint32_t *folds;          // [subset kept]
     double *rows;             // [subset kept][column]
+    double *basis;            // [column from first_player on][player]; NULL: these columns are the players
     double *contrasts;        // [player][column]: the row of all players less that without this one
+    double *unseen;           // [player]: squared length of what the contrast has outside the basis
     double *gram, *moments;   // sums over subsets: [column][column], of which the lower half counts, and [column]
     double squares;           // of the outcomes
     uint32_t used;            // subsets in these sums
-    double *factor, *scratch; // Cholesky's; one row
+    double *factor, *scratch; // Cholesky's; one row, also of all players
     double *pulled;           // [column]: `moments` and what pulls B to what is expected
     double *solutions;        // [fit][column]
     double errors[FITS], weights[FITS];
@@ -78,24 +81,92 @@ static void mark(const struct vw_subsets *subsets, uint32_t subset, bool *in) {
 
 static enum vw_status make_rows(struct regression *regression) {
     const struct vw_subsets *subsets = regression->params->subsets;
-    uint32_t players = subsets->photo_count, columns = regression->columns;
-    bool *in = vw_allocate(players, sizeof *in);
+    bool *in = vw_allocate(subsets->photo_count, sizeof *in);
     if (!in) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < regression->outcomes.count; i++) {
         mark(subsets, regression->outcomes.kept[i], in);
-        make_row(regression, in, regression->rows + (size_t)i * columns);
-    }
-    for (uint32_t i = 0; i < players; i++) in[i] = true;
-    make_row(regression, in, regression->scratch);
-    for (uint32_t i = 0; i < players && players > 1; i++) {
-        double *contrast = regression->contrasts + (size_t)i * columns;
-        in[i] = false;
-        make_row(regression, in, contrast);
-        in[i] = true;
-        for (uint32_t j = 0; j < columns; j++) contrast[j] = regression->scratch[j] - contrast[j];
+        make_row(regression, in, regression->rows + (size_t)i * regression->columns);
     }
     free(in);
     return VW_OK;
+}
+
+static double product(const double *a, const double *b, uint32_t count) {
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+// Writes the columns of a row of all players (`scratch`), and returns the squared length of what the basis lacks of it.
+static double take_row(const struct regression *regression, double *row) {
+    uint32_t first = regression->first_player, players = regression->params->subsets->photo_count;
+    const double *of_players = regression->scratch + first;
+    uint32_t copied = regression->basis ? first : regression->columns;
+    memcpy(row, regression->scratch, copied * sizeof *row);
+    if (!regression->basis) return 0;
+    double seen = 0;
+    for (uint32_t k = first; k < regression->columns; k++) {
+        row[k] = product(of_players, regression->basis + (size_t)(k - first) * players, players);
+        seen += row[k] * row[k];
+    }
+    return fmax(product(of_players, of_players, players) - seen, 0);
+}
+
+// Gram and Schmidt, twice over for the sake of rounding. Returns the number of directions.
+static uint32_t find_basis(const struct regression *regression, double *basis) {
+    uint32_t players = regression->params->subsets->photo_count, rank = 0;
+    for (uint32_t i = 0; i < regression->outcomes.count; i++) {
+        double *next = basis + (size_t)rank * players;
+        memcpy(next, regression->rows + (size_t)i * regression->columns + regression->first_player,
+               players * sizeof *next);
+        double whole = product(next, next, players);
+        for (uint32_t k = 0; k < 2 * rank; k++) {
+            const double *other = basis + (size_t)(k % rank) * players;
+            double share = product(next, other, players);
+            for (uint32_t j = 0; j < players; j++) next[j] -= share * other[j];
+        }
+        double left = product(next, next, players);
+        if (!(left > SAME_DIRECTION * whole)) continue;
+        for (uint32_t j = 0; j < players; j++) next[j] /= sqrt(left);
+        rank++;
+    }
+    return rank;
+}
+
+// Fewer subsets than players show fewer directions of the worths. The penalty is the same in every direction, so that
+// the fit in a basis of these is the fit of the players, and takes as many columns as there are subsets.
+static enum vw_status choose_columns(struct regression *regression) {
+    uint32_t players = regression->params->subsets->photo_count, count = regression->outcomes.count,
+             all = regression->columns;
+    if (players <= count) return VW_OK;
+    double *basis = vw_allocate(count, players * sizeof *basis);
+    if (!basis) return VW_ERROR_MEMORY;
+    regression->columns = regression->first_player + find_basis(regression, basis);
+    regression->basis = basis;
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(regression->scratch, regression->rows + (size_t)i * all, all * sizeof *regression->scratch);
+        take_row(regression, regression->rows + (size_t)i * regression->columns);
+    }
+    return VW_OK;
+}
+
+static enum vw_status make_contrasts(struct regression *regression) {
+    uint32_t players = regression->params->subsets->photo_count, all = regression->first_player + players;
+    bool *in = vw_allocate(players, sizeof *in);
+    double *whole = vw_allocate(all, sizeof *whole);
+    enum vw_status status = in && whole ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < players; i++) in[i] = true;
+    if (!status) make_row(regression, in, whole);
+    for (uint32_t i = 0; !status && i < players && players > 1; i++) {
+        in[i] = false;
+        make_row(regression, in, regression->scratch);
+        in[i] = true;
+        for (uint32_t j = 0; j < all; j++) regression->scratch[j] = whole[j] - regression->scratch[j];
+        regression->unseen[i] = take_row(regression, regression->contrasts + (size_t)i * regression->columns);
+    }
+    free(in);
+    free(whole);
+    return status;
 }
 
 // ---- Least squares ----
@@ -169,12 +240,6 @@ static void solve(const struct regression *regression, uint32_t columns, double 
     }
 }
 
-static double product(const double *a, const double *b, uint32_t count) {
-    double sum = 0;
-    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 // x' (X'X + penalties)^-1 x
 static double leverage(const struct regression *regression, const double *x) {
     solve_forward(regression, x, regression->columns, regression->scratch);
@@ -200,8 +265,10 @@ static void find_variances(struct regression *regression, uint32_t fit, const do
     for (uint32_t i = 0; i < regression->columns; i++)
         rest += penalty_of(regression, fit, i) * pow(expected_of(regression, i), 2);
     double noise = fmax(rest, 0) / fmax(regression->used - 2.0, 1); // the penalty counts as a prior's part
+    double penalty = penalty_of(regression, fit, regression->first_player);
     for (uint32_t i = 0; i < regression->params->subsets->photo_count; i++)
-        variances[i] = noise * leverage(regression, regression->contrasts + (size_t)i * regression->columns);
+        variances[i] = noise * (leverage(regression, regression->contrasts + (size_t)i * regression->columns) +
+                                regression->unseen[i] / penalty); // of which no subset tells anything
 }
 
 static void weigh_fits(struct regression *regression) {
@@ -321,19 +388,26 @@ static enum vw_status resample(struct regression *regression, struct vw_worths *
 
 // ---- All of it ----
 
-static enum vw_status allocate_regression(struct regression *regression) {
+static enum vw_status allocate_rows(struct regression *regression) {
     size_t columns = regression->columns, players = regression->params->subsets->photo_count;
     regression->folds = vw_allocate(regression->outcomes.count, sizeof *regression->folds);
     regression->rows = vw_allocate(regression->outcomes.count, columns * sizeof *regression->rows);
+    regression->scratch = vw_allocate(columns, sizeof *regression->scratch);
+    regression->unseen = vw_allocate(players, sizeof *regression->unseen);
+    bool enough = regression->folds && regression->rows && regression->scratch && regression->unseen;
+    return enough ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static enum vw_status allocate_fits(struct regression *regression) {
+    size_t columns = regression->columns, players = regression->params->subsets->photo_count;
     regression->contrasts = vw_allocate(players, columns * sizeof *regression->contrasts);
     regression->gram = vw_allocate(columns, (columns + 1) * sizeof *regression->gram);
     regression->factor = vw_allocate(columns, columns * sizeof *regression->factor);
-    regression->scratch = vw_allocate(columns, sizeof *regression->scratch);
     regression->pulled = vw_allocate(columns, sizeof *regression->pulled);
     regression->solutions = vw_allocate(FITS, columns * sizeof *regression->solutions);
     regression->variances = vw_allocate(FITS, players * sizeof *regression->variances);
-    if (!regression->folds || !regression->rows || !regression->contrasts || !regression->gram || !regression->factor ||
-        !regression->scratch || !regression->pulled || !regression->solutions || !regression->variances)
+    if (!regression->contrasts || !regression->gram || !regression->factor || !regression->pulled ||
+        !regression->solutions || !regression->variances)
         return VW_ERROR_MEMORY;
     regression->moments = regression->gram + columns * columns;
     return VW_OK;
@@ -355,8 +429,11 @@ static enum vw_status open_regression(const struct vw_worth_params *params, stru
                                       .columns = FIRST_FEATURE + params->feature_count + subsets->photo_count};
     enum vw_status status = vw_outcomes_of_subsets(subsets, (struct vw_subset_range){0, subsets->count},
                                                    params->quality, &regression->outcomes);
-    if (!status) status = allocate_regression(regression);
+    if (!status) status = allocate_rows(regression);
     if (!status) status = make_rows(regression);
+    if (!status) status = choose_columns(regression);
+    if (!status) status = allocate_fits(regression);
+    if (!status) status = make_contrasts(regression);
     if (!status) centre_and_divide(regression);
     return status;
 }
@@ -365,7 +442,9 @@ static void close_regression(struct regression *regression) {
     vw_outcomes_free(&regression->outcomes);
     free(regression->folds);
     free(regression->rows);
+    free(regression->basis);
     free(regression->contrasts);
+    free(regression->unseen);
     free(regression->gram);
     free(regression->factor);
     free(regression->scratch);
