@@ -351,6 +351,7 @@ struct vw_push_slopes {      // normalise_slopes, slope_views
     vw_uint count;           // rays; views
     vw_uint scalar_row;      // slope_views: of the measurement
     vw_uint measure;         // slope_views: 0 PSNR, 1 minus L1
+    vw_uint only_view;       // slope_views: index of the view that counts alone; VW_ALL_VIEWS: all of them count
     float unscale;           // normalise_slopes: what the slopes are to be multiplied by beside
 };
 
@@ -367,6 +368,7 @@ VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands
 VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the box
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
+VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
 VW_ENUM(VW_SWEEP_GROUPS, 128)    // workgroups of direct_adjoint, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers

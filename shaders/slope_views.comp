@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What validation's score gains by the colour of each of its rays: the mean over views of PSNR, or minus the mean absolute error. Behind
-// reduce_views. Constant factors are left to whoever takes the gradient. One workgroup per view, in an order that is fixed.
+// What validation's score gains by the colour of each of its rays: the mean over views of PSNR, or minus the mean absolute error; of all
+// views, or of one by itself. Behind reduce_views. Constant factors are left to whoever takes the gradient. One workgroup per view, in an order that is fixed.
 //
 // Where gain and bias are fitted to a view (fit_views), its score also depends on the rays of its left half. With a = 1 + gain, b the bias,
 // r what is rendered and t the photo, the fit solves M (a, b) = v with
@@ -66,6 +66,7 @@ void slope_fitted(uint view, vec3 gain, vec3 bias, vec3 by_gain, vec3 by_bias) {
 void main() {
     uint view = min(workgroup_index(), push.count - 1u);
     bool fits_view = EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u;
+    bool counts = push.only_view == VW_ALL_VIEWS || push.only_view == view;
     vw_ray_range range = views[view];
     vec4 sums = scalars[push.scalar_row + 1u + view];
     float squared = sums.x + sums.y;
@@ -79,7 +80,7 @@ void main() {
         vec4 target_weight = rays[i].target_weight;
         vec3 rendered = colours[i].rgb, error = gain * rendered + bias - target_weight.rgb;
         vec3 slope = push.measure == 0u ? by_error * error : -sign(error);
-        if (target_weight.w == 0.0) slope = vec3(0.0);
+        if (target_weight.w == 0.0 || !counts) slope = vec3(0.0);
         slopes[i].target_weight.rgb = gain * slope;
         by_gain += slope * rendered;
         by_bias += slope;

@@ -56,18 +56,25 @@ static uint64_t kept_bytes(const struct vw_lasting *lasting, uint64_t segment_st
 
 static uint64_t default_memory_bytes(const struct vw_gpu *gpu) { return vw_gpu_get_info(gpu)->memory_bytes / 4; }
 
+static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
+    const struct field *field = lasting->context->field;
+    uint64_t blocks = vw_gpu_get_limits(field->gpu)->buffer_bytes / field->model->param_bytes;
+    return blocks > 2 ? blocks - 1 : 1;
+}
+
+// Where a segment's steps and the states at the beginnings of all segments take the least memory.
+static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
+    double steps = (double)lasting->total_steps, state = (double)state_bytes(lasting);
+    uint64_t thriftiest = (uint64_t)ceil(sqrt(steps * state / (double)kept_step_bytes(lasting->context->step))),
+             most = segment_steps_most(lasting);
+    return thriftiest < most ? thriftiest : most;
+}
+
 // All steps in one segment where memory allows, or else the length that takes the least memory.
 static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memory_bytes) {
-    struct vw_gpu *gpu = lasting->context->field->gpu;
-    uint64_t step_bytes = kept_step_bytes(lasting->context->step), buffer_bytes = vw_gpu_get_limits(gpu)->buffer_bytes;
-    uint64_t block_steps = buffer_bytes / lasting->context->field->model->param_bytes;
-    uint64_t most = block_steps > 2 ? block_steps - 1 : 1;
-    if (!memory_bytes) memory_bytes = default_memory_bytes(gpu);
     uint64_t steps = lasting->total_steps;
-    if (steps > most || kept_bytes(lasting, steps) > memory_bytes) {
-        steps = (uint64_t)ceil(sqrt((double)steps * (double)state_bytes(lasting) / (double)step_bytes));
-        if (steps > most) steps = most;
-    }
+    if (steps > segment_steps_most(lasting) || kept_bytes(lasting, steps) > memory_bytes)
+        steps = thriftiest_steps(lasting);
     if (kept_bytes(lasting, steps) > memory_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit keeps at least %" PRIu64
@@ -79,6 +86,12 @@ static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memor
     return VW_OK;
 }
 
+// What the states of steps leave, at the least that these need.
+static uint64_t views_memory_bytes(const struct vw_lasting *lasting, uint64_t memory_bytes) {
+    uint64_t least_bytes = kept_bytes(lasting, thriftiest_steps(lasting));
+    return memory_bytes > least_bytes ? memory_bytes - least_bytes : 0;
+}
+
 static void begin(struct vw_lasting *lasting, uint64_t next_step) {
     lasting->next_step = next_step;
     lasting->segment = (uint32_t)((next_step - 1) / lasting->segment_steps);
@@ -86,22 +99,34 @@ static void begin(struct vw_lasting *lasting, uint64_t next_step) {
     lasting->replaying = true;
 }
 
+static uint32_t count_measures(const struct vw_lasting *lasting, bool by_view) {
+    return SWEEP_OF_VIEWS + (by_view ? lasting->context->validation->view_count : 0);
+}
+
 static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
     enum vw_status status = vw_trainer_create(params->training, &lasting->trainer);
     if (status != VW_OK) return status;
     lasting->context = vw_trainer_context(lasting->trainer);
     lasting->total_steps = vw_trainer_total_steps(lasting->trainer);
-    uint32_t room = lasting->context->schedule->batch_steps_max;
+    uint32_t room = lasting->context->schedule->batch_steps_max, measures = count_measures(lasting, params->by_view);
+    uint64_t memory_bytes =
+        params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->context->field->gpu);
     lasting->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
-    status = sweep_passes_create(lasting->context, params->rays, lasting->batch_steps, &lasting->sweep);
-    if (status == VW_OK) status = choose_segments(lasting, params->memory_bytes);
+    lasting->sweep_steps = (lasting->batch_steps * SWEEP_OF_VIEWS + measures - 1) / measures;
+    const struct sweep_params sweep = {.rays = params->rays,
+                                       .batch_steps = lasting->sweep_steps,
+                                       .by_view = params->by_view,
+                                       .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
+    status = sweep_passes_create(lasting->context, &sweep, &lasting->sweep);
+    if (status == VW_OK) status = choose_segments(lasting, memory_bytes - sweep_views_bytes(&lasting->sweep));
     if (status == VW_OK)
         status = kept_steps_create(lasting->context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
     if (status == VW_OK) status = vw_batch_create(lasting->context->field->gpu, &lasting->batch);
     if (status != VW_OK) return status;
     lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
-    lasting->credits = vw_allocate(lasting->batch_steps, sizeof *lasting->credits);
-    return lasting->starts && lasting->credits ? VW_OK : VW_ERROR_MEMORY;
+    lasting->credits = vw_allocate(lasting->sweep_steps, sizeof *lasting->credits);
+    lasting->view_psnr = vw_allocate(lasting->sweep_steps, measures * sizeof *lasting->view_psnr);
+    return lasting->starts && lasting->credits && lasting->view_psnr ? VW_OK : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {
@@ -126,6 +151,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
     vw_trainer_destroy(&lasting->trainer);
     free(lasting->starts);
     free(lasting->credits);
+    free(lasting->view_psnr);
     free(lasting);
     *pointer = NULL;
 }
@@ -225,18 +251,29 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
 
 // ---- Sweep ----------------------------------------------------------------------------------------------------------
 
+static double read_views(const struct vw_lasting *lasting, const vw_float4 *rows, double *view_psnr) {
+    double sum = 0.0;
+    for (uint32_t i = SWEEP_OF_VIEWS; i < lasting->sweep.measure_count; i++)
+        sum += *view_psnr++ = (double)rows[i].x + rows[i].y;
+    return sum;
+}
+
 static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
+    uint32_t measures = lasting->sweep.measure_count, views = measures - SWEEP_OF_VIEWS;
     const vw_float4 *rows = vw_buffer_map(lasting->sweep.rows);
-    for (uint32_t i = 0; i < count; i++, rows += SWEEP_MEASURES) {
+    for (uint32_t i = 0; i < count; i++, rows += measures) {
+        double *view_psnr = &lasting->view_psnr[(size_t)i * views];
         const vw_float4 *psnr = &rows[SWEEP_PSNR], *loss = &rows[SWEEP_LOSS];
         struct vw_lasting_credit *credit = &lasting->credits[i];
         *credit = (struct vw_lasting_credit){.step = lasting->next_step - i,
                                              .psnr = (double)psnr->x + psnr->y,
                                              .loss = (double)loss->x + loss->y,
+                                             .view_psnr = views ? view_psnr : NULL,
                                              .size_psnr = psnr->z,
                                              .size_loss = loss->z};
         credit->view = schedule_view_of_step(lasting->context->schedule, credit->step);
-        if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss))
+        double of_views = read_views(lasting, rows, view_psnr);
+        if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
                            "lasting credit: the backward sweep grew beyond all numbers at step %" PRIu64
                            "; value the scene with a lower --lr",
@@ -247,7 +284,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
 
 static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
     uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
-    uint32_t count = left < lasting->batch_steps ? (uint32_t)left : lasting->batch_steps,
+    uint32_t count = left < lasting->sweep_steps ? (uint32_t)left : lasting->sweep_steps,
              states = lasting_state_count(lasting);
     const struct step_blocks *blocks = &lasting->sweep.blocks;
     vw_batch_begin(lasting->batch);
@@ -257,7 +294,7 @@ static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_o
         kept_steps_record_load(&lasting->kept, lasting->batch, place_of(lasting, step), blocks);
         if (lasting_is_state(lasting, step))
             sweep_record_state(&lasting->sweep, lasting->batch, lasting_row(lasting, i), states);
-        sweep_record_step(&lasting->sweep, lasting->batch, step, pixel, i * SWEEP_MEASURES);
+        sweep_record_step(&lasting->sweep, lasting->batch, step, pixel, i * lasting->sweep.measure_count);
     }
     enum vw_status status = lasting_run_batch(lasting);
     if (status == VW_OK) status = read_credits(lasting, count);
@@ -287,7 +324,8 @@ void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_st
     *state = (struct vw_lasting_state){.work_done = lasting->work_done,
                                        .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step,
                                        .next_step = lasting->next_step,
-                                       .memory_bytes = kept_bytes(lasting, lasting->segment_steps)};
+                                       .memory_bytes = kept_bytes(lasting, lasting->segment_steps) +
+                                                       sweep_views_bytes(&lasting->sweep)};
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
@@ -295,12 +333,16 @@ void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_st
 static const char magic[] = "viewworth sweep 1\n";
 static const char remedy[] = "remove the file: the sweep starts anew";
 
-static uint32_t list_adjoints(const struct vw_lasting *lasting, struct vw_buffer *buffers[2 * SWEEP_MEASURES]) {
-    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) {
-        buffers[2 * i] = lasting->sweep.adjoints[i].lambda;
-        buffers[2 * i + 1] = lasting->sweep.adjoints[i].moment; // NULL entries are skipped
+static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct buffer_list *list) {
+    uint32_t measures = lasting->sweep.measure_count;
+    struct vw_buffer **buffers = vw_allocate(measures, 2 * sizeof *buffers);
+    if (!buffers) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < measures; i++) {
+        buffers[2 * i] = lasting->sweep.kept[i].lambda;
+        buffers[2 * i + 1] = lasting->sweep.kept[i].moment; // NULL entries are skipped
     }
-    return 2 * SWEEP_MEASURES;
+    *list = (struct buffer_list){buffers, 2 * measures};
+    return VW_OK;
 }
 
 // What the file says of itself but for the step: the run and the settings.
@@ -310,19 +352,21 @@ static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_s
     enum vw_status status = vw_trainer_run_id(lasting->trainer, run_id);
     if (status != VW_OK) return status;
     vw_hash_to_hex(run_id, hex);
-    *text =
-        vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64 ",\"rays\":%u,\"states\":%u,\"next_step\":%" PRIu64 "}",
-                       hex, lasting->total_steps, lasting->sweep.rays, lasting_state_count(lasting), next_step);
+    *text = vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64
+                           ",\"rays\":%u,\"states\":%u,\"views\":%u,\"next_step\":%" PRIu64 "}",
+                           hex, lasting->total_steps, lasting->sweep.rays, lasting_state_count(lasting),
+                           lasting->sweep.measure_count - SWEEP_OF_VIEWS, next_step);
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path) {
-    struct vw_buffer *buffers[2 * SWEEP_MEASURES];
-    const struct buffer_list list = {buffers, list_adjoints(lasting, buffers)};
+    struct buffer_list list = {0};
     char *description = NULL;
-    enum vw_status status = describe(lasting, lasting->next_step, &description);
+    enum vw_status status = list_adjoints(lasting, &list);
+    if (status == VW_OK) status = describe(lasting, lasting->next_step, &description);
     if (status == VW_OK) status = hashed_file_save(path, magic, description, &list);
     free(description);
+    free((void *)list.buffers);
     return status;
 }
 
@@ -344,12 +388,11 @@ static enum vw_status check_description(const struct vw_lasting *lasting, const 
 }
 
 enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step) {
-    struct vw_buffer *buffers[2 * SWEEP_MEASURES];
-    const struct buffer_list list = {buffers, list_adjoints(lasting, buffers)};
-    struct hashed_file file;
-    enum vw_status status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
-    if (status != VW_OK) return status;
-    status = check_description(lasting, path, file.description, next_step);
+    struct buffer_list list = {0};
+    struct hashed_file file = {0};
+    enum vw_status status = list_adjoints(lasting, &list);
+    if (status == VW_OK) status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
+    if (status == VW_OK) status = check_description(lasting, path, file.description, next_step);
     if (status == VW_OK && known_from > *next_step + 1)
         status = vw_fail(VW_ERROR_INPUT,
                          "%s: goes on at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
@@ -359,6 +402,7 @@ enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uin
                          file.payload_bytes, buffer_list_bytes(&list), remedy);
     if (status == VW_OK) status = hashed_file_load(&file, &list);
     hashed_file_close(&file);
+    free((void *)list.buffers);
     if (status == VW_OK) begin(lasting, *next_step);
     return status;
 }

@@ -13,7 +13,8 @@ enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many st
 struct vw_lasting_params {
     const struct vw_trainer_params *training; // of the run; `validate` set; borrowed until vw_lasting_create returns
     uint32_t rays;                            // of each step that the product takes; 0: all (--lasting-rays)
-    uint64_t memory_bytes; // for states of steps that are kept; 0: chosen by the device. Changes no bit
+    bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each view costs half a sweep
+    uint64_t memory_bytes; // for what is kept on the device; 0: chosen by it. Changes no bit
     // Called with every step's record as it is replayed (train_loss, nonfinite; not validated), first to last: the
     // caller compares it with what is recorded. What it returns, unless VW_OK, ends the sweep. NULL: not called.
     enum vw_status (*replayed)(void *context, const struct vw_step_record *record);
@@ -22,11 +23,14 @@ struct vw_lasting_params {
 
 struct vw_lasting_credit {
     uint64_t step;
-    uint32_t view;     // trained on, scene index
-    double psnr, loss; // dB of U gained; mean absolute error removed. 0 for a step that was skipped (not finite)
+    uint32_t view;           // trained on, scene index
+    double psnr, loss;       // dB of U gained; mean absolute error removed. 0 for a step that was skipped (not finite)
+    const double *view_psnr; // with by_view: dB that each validation view gains, in image order; lent. Else NULL
     double size_psnr, size_loss; // |lambda| at the step: how much it grows towards the first step tells trust
 };
 
+// `psnr` is the mean of view_psnr but for rounding, and for the differences of colours: the steps at which they are
+// taken depend on what is carried back.
 struct vw_lasting;
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **lasting);
 void vw_lasting_destroy(struct vw_lasting **lasting);
@@ -38,7 +42,7 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
 struct vw_lasting_state {
     uint64_t work_done, work_total; // in steps, replayed and swept: for progress
     uint64_t next_step;             // the next credit handed out is of this step; 0: done
-    uint64_t memory_bytes;          // of states and steps that are kept on the device
+    uint64_t memory_bytes;          // of what is kept on the device
 };
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 

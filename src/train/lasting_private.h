@@ -17,7 +17,8 @@ struct vw_lasting {
     enum vw_status (*replayed)(void *context, const struct vw_step_record *record);
     void *replayed_context;
     uint64_t total_steps;
-    uint32_t batch_steps; // at most
+    uint32_t batch_steps; // at most, replayed
+    uint32_t sweep_steps; // at most, swept; fewer where more is carried back
     struct sweep_passes sweep;
     struct kept_steps kept;
     struct snapshot *starts; // owned; by segment, up to the last that is swept
@@ -25,6 +26,7 @@ struct vw_lasting {
     uint32_t segment_count;
     struct vw_batch *batch;
     struct vw_lasting_credit *credits; // of the batch handed out last
+    double *view_psnr;                 // theirs
 
     bool replaying;      // else sweeping
     uint64_t state_step; // replaying: the step that the state on the device is behind

@@ -23,6 +23,10 @@ static enum vw_status check(const struct probe_context *context) {
     return VW_OK;
 }
 
+static uint64_t adjoint_bytes(const struct model *model) {
+    return model->param_bytes * (model->specialization.momentum ? 2 : 1);
+}
+
 static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_steps) {
     const struct probe_context *context = sweep->context;
     uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
@@ -41,16 +45,32 @@ static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_
         {&sweep->val_rays,
          {.name = "slopes_of_views", .size_bytes = vw_buffer_size_bytes(context->validation->evaluator.rays)}},
         {&sweep->rows,
-         {.name = "sweep_rows", .size_bytes = 16ull * SWEEP_MEASURES * batch_steps, .memory = VW_BUFFER_READBACK}},
-        {&sweep->adjoints[SWEEP_PSNR].lambda, {.name = "adjoint_psnr", .size_bytes = block}},
-        {&sweep->adjoints[SWEEP_LOSS].lambda, {.name = "adjoint_loss", .size_bytes = block}},
-        {&sweep->adjoints[SWEEP_PSNR].moment, {.name = "adjoint_psnr_moment", .size_bytes = momentum}},
-        {&sweep->adjoints[SWEEP_LOSS].moment, {.name = "adjoint_loss_moment", .size_bytes = momentum}},
+         {.name = "sweep_rows",
+          .size_bytes = 16ull * sweep->measure_count * batch_steps,
+          .memory = VW_BUFFER_READBACK}},
+        {&sweep->adjoint.blocks.lambda, {.name = "adjoint", .size_bytes = block}},
+        {&sweep->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(context->field->gpu, &buffers[i].params, buffers[i].buffer);
+    return status;
+}
+
+static enum vw_status create_kept(struct sweep_passes *sweep) {
+    struct vw_gpu *gpu = sweep->context->field->gpu;
+    const struct model *model = model_of(sweep);
+    enum vw_status status = VW_OK;
+    sweep->kept = vw_allocate(sweep->measure_count, sizeof *sweep->kept);
+    if (!sweep->kept) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < sweep->measure_count && status == VW_OK; i++) {
+        struct vw_buffer_params params = {.name = "kept_adjoint", .size_bytes = model->param_bytes};
+        if (i >= SWEEP_OF_VIEWS && sweep->kept_by_host) params.memory = VW_BUFFER_READBACK;
+        status = vw_buffer_create(gpu, &params, &sweep->kept[i].lambda);
+        if (status == VW_OK && sweep->adjoint.blocks.moment)
+            status = vw_buffer_create(gpu, &params, &sweep->kept[i].moment);
+    }
     return status;
 }
 
@@ -134,18 +154,18 @@ static enum vw_status create_gathered(const struct sweep_passes *sweep, struct v
 }
 
 static enum vw_status create_adjoint(const struct sweep_passes *sweep, struct adjoint *adjoint) {
-    bool momentum = adjoint->moment != NULL;
+    bool momentum = adjoint->blocks.moment != NULL;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
         {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
         {.slot = VW_SLOT_STEP_GRADIENT, .buffer = sweep->blocks.gradient},
         {.slot = VW_SLOT_STEP_MOMENT, .buffer = sweep->blocks.moment, .unused = !momentum},
-        {.slot = VW_SLOT_ADJOINT, .buffer = adjoint->lambda},
-        {.slot = VW_SLOT_ADJOINT_MOMENT, .buffer = adjoint->moment, .unused = !momentum},
+        {.slot = VW_SLOT_ADJOINT, .buffer = adjoint->blocks.lambda},
+        {.slot = VW_SLOT_ADJOINT_MOMENT, .buffer = adjoint->blocks.moment, .unused = !momentum},
         {.slot = VW_SLOT_DIRECTION, .buffer = sweep->direction},
         {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
     };
-    enum vw_status status = create_gathered(sweep, adjoint->lambda, &adjoint->sum);
+    enum vw_status status = create_gathered(sweep, adjoint->blocks.lambda, &adjoint->sum);
     return status == VW_OK ? create_pass(sweep, &vw_shader_direct_adjoint, &model_of(sweep)->specialization, bindings,
                                          VW_ARRAY_COUNT(bindings), &adjoint->direct)
                            : status;
@@ -224,18 +244,22 @@ static enum vw_status create_view_passes(struct sweep_passes *sweep) {
                            : status;
 }
 
-enum vw_status sweep_passes_create(const struct probe_context *context, uint32_t rays, uint32_t batch_steps,
+enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
                                    struct sweep_passes *sweep) {
+    uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
     *sweep = (struct sweep_passes){.context = context,
-                                   .rays = rays && rays < context->step->rays ? rays : context->step->rays};
+                                   .rays = params->rays && params->rays < of_step ? params->rays : of_step,
+                                   .measure_count = SWEEP_OF_VIEWS + views};
+    sweep->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     sweep->padded_rays = model_pad_rays(context->field->model, sweep->rays);
     enum vw_status status = check(context);
-    if (status == VW_OK) status = create_buffers(sweep, batch_steps);
+    if (status == VW_OK) status = create_buffers(sweep, params->batch_steps);
+    if (status == VW_OK) status = create_kept(sweep);
     if (status == VW_OK) status = create_val_rays(sweep);
     if (status == VW_OK) status = create_step_passes(sweep);
     if (status == VW_OK) status = create_view_passes(sweep);
     if (status == VW_OK) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
-    for (int i = 0; i < SWEEP_MEASURES && status == VW_OK; i++) status = create_adjoint(sweep, &sweep->adjoints[i]);
+    if (status == VW_OK) status = create_adjoint(sweep, &sweep->adjoint);
     if (status != VW_OK) sweep_passes_destroy(sweep);
     return status;
 }
@@ -247,13 +271,18 @@ static void destroy_gathered(struct gathered *gathered) {
     vw_pass_destroy(&gathered->code);
 }
 
+static void destroy_blocks(struct adjoint_blocks *blocks) {
+    vw_buffer_destroy(&blocks->lambda);
+    vw_buffer_destroy(&blocks->moment);
+}
+
 void sweep_passes_destroy(struct sweep_passes *sweep) {
-    for (int i = 0; i < SWEEP_MEASURES; i++) {
-        destroy_gathered(&sweep->adjoints[i].sum);
-        vw_pass_destroy(&sweep->adjoints[i].direct);
-        vw_buffer_destroy(&sweep->adjoints[i].lambda);
-        vw_buffer_destroy(&sweep->adjoints[i].moment);
-    }
+    destroy_gathered(&sweep->adjoint.sum);
+    vw_pass_destroy(&sweep->adjoint.direct);
+    destroy_blocks(&sweep->adjoint.blocks);
+    for (uint32_t i = 0; sweep->kept && i < sweep->measure_count; i++) destroy_blocks(&sweep->kept[i]);
+    free(sweep->kept);
+    sweep->kept = NULL;
     destroy_gathered(&sweep->step_gradient);
     gradient_destroy(&sweep->product);
     gradient_destroy(&sweep->validation);
@@ -264,6 +293,10 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
         &sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient, &sweep->blocks.moment, &sweep->direction,
         &sweep->sums,          &sweep->state,        &sweep->seen_ahead,      &sweep->val_rays,      &sweep->rows};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+}
+
+uint64_t sweep_views_bytes(const struct sweep_passes *sweep) {
+    return sweep->kept_by_host ? 0 : (sweep->measure_count - SWEEP_OF_VIEWS) * adjoint_bytes(model_of(sweep));
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
@@ -296,12 +329,19 @@ void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_
     kept_steps_record_after(kept, batch, place);
 }
 
+static void record_copy(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint_blocks *from,
+                        const struct adjoint_blocks *to) {
+    uint64_t bytes = model_of(sweep)->param_bytes;
+    vw_batch_copy(batch, from->lambda, 0, to->lambda, 0, bytes);
+    if (from->moment) vw_batch_copy(batch, from->moment, 0, to->moment, 0, bytes);
+}
+
 static void record_restore(const struct sweep_passes *sweep, struct vw_batch *batch, struct vw_buffer *block) {
     vw_batch_copy(batch, block, 0, sweep->context->field->params, 0, model_of(sweep)->param_bytes);
 }
 
 // Back from the slopes of validation's rays, as many at a time as a step has.
-static void record_views_back(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint *adjoint) {
+static void record_views_back(const struct sweep_passes *sweep, struct vw_batch *batch) {
     const struct step_passes *step = sweep->context->step;
     uint32_t rays = sweep->context->validation->evaluator.ray_count;
     for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
@@ -313,7 +353,7 @@ static void record_views_back(const struct sweep_passes *sweep, struct vw_batch 
             gradient_record_chunk(step, &sweep->validation, batch, &chunk);
         }
         gradient_record_sky(&sweep->validation, batch, count);
-        record_gather(sweep, &adjoint->sum, batch, true, false, 0);
+        record_gather(sweep, &sweep->adjoint.sum, batch, true, false, 0);
     }
 }
 
@@ -324,16 +364,22 @@ void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch
     for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
     // The passes back take a third of a ray's slope and divide by the rays of a step.
     double undo = 3.0 * sweep->context->step->rays / states,
-           factors[SWEEP_MEASURES] = {undo / validation->view_count, undo / values};
+           factors[SWEEP_OF_VIEWS] = {undo / validation->view_count, undo / values};
     record_restore(sweep, batch, sweep->blocks.after);
     validation_record(validation, batch, scalar_row);
-    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) {
-        struct vw_push_slopes push = {
-            .count = validation->view_count, .scalar_row = scalar_row, .measure = i, .unscale = (float)factors[i]};
+    for (uint32_t i = 0; i < sweep->measure_count; i++) {
+        bool of_view = i >= SWEEP_OF_VIEWS;
+        struct vw_push_slopes push = {.count = validation->view_count,
+                                      .scalar_row = scalar_row,
+                                      .measure = of_view ? SWEEP_PSNR : i,
+                                      .only_view = of_view ? i - SWEEP_OF_VIEWS : VW_ALL_VIEWS,
+                                      .unscale = (float)(of_view ? undo : factors[i])};
         vw_batch_dispatch(batch, sweep->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
         vw_batch_dispatch(batch, sweep->normalise_views, &push, sizeof push, 1);
-        record_views_back(sweep, batch, &sweep->adjoints[i]);
+        record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
+        record_views_back(sweep, batch);
+        record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
     }
 }
 
@@ -358,8 +404,9 @@ static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *bat
     vw_batch_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
 }
 
-static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint *adjoint,
-                           const struct vw_push_rays *rays, uint32_t row) {
+static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays,
+                           uint32_t row) {
+    const struct adjoint *adjoint = &sweep->adjoint;
     const struct step_passes *step = sweep->context->step;
     const struct vw_push_block block = {.count = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4))};
     const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
@@ -381,5 +428,9 @@ void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch,
                        uint32_t row) {
     const struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = sweep->rays, .key = model_key_of_step(model_of(sweep), number)};
-    for (uint32_t i = 0; i < SWEEP_MEASURES; i++) record_adjoint(sweep, batch, &sweep->adjoints[i], &rays, row + i);
+    for (uint32_t i = 0; i < sweep->measure_count; i++) {
+        record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
+        record_adjoint(sweep, batch, &rays, row + i);
+        record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
+    }
 }

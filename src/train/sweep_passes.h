@@ -5,13 +5,16 @@
 //   -> colours ahead and behind along it -> difference x curvature = slopes -> back -> added to the adjoint
 // The adjoint begins as the gradient of U, which is added at every state that U averages over:
 //   validation -> slope_views -> back -> added to the adjoint
+// The passes have one adjoint to work on. Every measure of U keeps its own in `kept`, and it is copied there and back.
 #ifndef VIEWWORTH_TRAIN_SWEEP_PASSES_H
 #define VIEWWORTH_TRAIN_SWEEP_PASSES_H
 
 #include "train/kept_steps.h"
 #include "train/probes/probe_context.h"
 
-enum sweep_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_MEASURES }; // of U; each has an adjoint of its own
+// Measures of U, each with an adjoint of its own: of all validation views, and behind these, where asked for, the PSNR
+// of one view after another.
+enum sweep_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
 
 // The gradients that a step leaves in their several forms, brought into one block.
 struct gathered {
@@ -19,9 +22,13 @@ struct gathered {
     struct vw_pass *grid[VW_LEVELS_MAX], *weights, *photo, *code; // grid: per window; photo, code: NULL without them
 };
 
+struct adjoint_blocks {
+    struct vw_buffer *lambda, *moment; // moment: NULL without momentum
+};
+
 struct adjoint {
-    struct vw_buffer *lambda, *moment; // blocks; moment: NULL without momentum
-    struct gathered sum;               // adds to lambda
+    struct adjoint_blocks blocks;
+    struct gathered sum; // adds to lambda
     struct vw_pass *direct;
 };
 
@@ -37,13 +44,24 @@ struct sweep_passes {
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
     struct gathered step_gradient; // writes blocks.gradient
-    struct adjoint adjoints[SWEEP_MEASURES];
+    struct adjoint adjoint;
+    struct adjoint_blocks *kept; // owned; by measure
+    uint32_t measure_count;
+    bool kept_by_host; // those of single views
 };
 
-// `rays`: of each step that the product takes, at most the step's; 0: all. `batch_steps`: rows for so many.
+struct sweep_params {
+    uint32_t rays;        // of each step that the product takes, at most the step's; 0: all
+    uint32_t batch_steps; // rows for so many
+    bool by_view;         // also the PSNR of each validation view by itself
+    // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
+    uint64_t views_memory_bytes;
+};
 // VW_ERROR_USAGE, naming what stands against it, for half tables and for params beyond one binding.
-enum vw_status sweep_passes_create(const struct probe_context *context, uint32_t rays, uint32_t batch_steps,
+enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
                                    struct sweep_passes *sweep);
+// What the adjoints of single views take of the device.
+uint64_t sweep_views_bytes(const struct sweep_passes *sweep);
 void sweep_passes_destroy(struct sweep_passes *sweep);
 
 // Replays step `number`, with its pixels at `first_pixel`: as step_record() does, which gives the same bits, and keeps
@@ -54,7 +72,7 @@ void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_
 // For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
 void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row, uint32_t states);
 
-// Carries the adjoints back over step `number`, which is loaded, and writes its rows from `row` on.
+// Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
 void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
                        uint32_t row);
 

@@ -118,7 +118,8 @@ static void *read_all(struct vw_buffer *buffer) {
 static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct model *model = lasting->context->field->model;
     const struct step_passes *step = lasting->context->step;
-    struct adjoint *adjoint = &lasting->sweep.adjoints[SWEEP_MEASURES - 1]; // whose direction is left
+    const struct adjoint_blocks *adjoint =
+        &lasting->sweep.kept[lasting->sweep.measure_count - 1]; // whose direction is left
     uint64_t count = model->param_bytes / 4;
     float *lambda = vw_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
@@ -132,7 +133,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     float *before = read_all(lasting->sweep.blocks.before), *after = read_all(lasting->sweep.blocks.after),
           *gradient = read_all(lasting->sweep.blocks.gradient), *direction = read_all(lasting->sweep.direction),
           *moved = read_all(adjoint->lambda);
-    const vw_float4 row = ((const vw_float4 *)vw_buffer_map(lasting->sweep.rows))[SWEEP_MEASURES - 1];
+    const vw_float4 row = ((const vw_float4 *)vw_buffer_map(lasting->sweep.rows))[lasting->sweep.measure_count - 1];
     double credit = 0, credit_size = 0;
     for (uint64_t i = 0; i < count; i++) {
         double rate = gradient[i] != 0.0f ? ((double)before[i] - after[i]) / gradient[i] : 0.0;
@@ -225,13 +226,13 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
     uint64_t count = model->param_bytes / 4;
     float *zero = vw_allocate(count, sizeof *zero);
-    for (uint32_t i = 0; i < SWEEP_MEASURES; i++)
-        ASSERT_OK(vw_buffer_write(lasting->sweep.adjoints[i].lambda, 0, zero, model->param_bytes));
+    for (uint32_t i = 0; i < lasting->sweep.measure_count; i++)
+        ASSERT_OK(vw_buffer_write(lasting->sweep.kept[i].lambda, 0, zero, model->param_bytes));
     vw_batch_begin(lasting->batch);
     kept_steps_record_load(&lasting->kept, lasting->batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
     sweep_record_state(&lasting->sweep, lasting->batch, 0, states);
     ASSERT_OK(lasting_run_batch(lasting));
-    float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.adjoints[measure].lambda);
+    float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.kept[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);
     struct vw_ray_range *scored = read_all(validation->ranges),
                         *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
@@ -249,6 +250,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     (*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
     memcpy(colours, step->colours, ray_count * sizeof *colours);
     for (uint32_t view = 0; view < validation->view_count; view++) {
+        if (measure >= SWEEP_OF_VIEWS && view != measure - SWEEP_OF_VIEWS) continue;
         slope_range(&score, colours, view, &scored[view], slopes);
         if (fitted) slope_range(&score, colours, view, &fitted[view], slopes);
     }
@@ -259,6 +261,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     double *expected = as_block(model, step), difference = 0, size = 0;
     for (uint64_t i = 0; i < count; i++) {
         double wanted = expected[i] / model->specialization.inverse_rays / states;
+        if (measure >= SWEEP_OF_VIEWS) wanted *= validation->view_count; // not of a mean over views
         if (i >= model->appearance.offset_bytes / 4 && model->appearance.size_bytes) wanted = 0;
         difference += (lambda[i] - wanted) * (lambda[i] - wanted);
         size += wanted * wanted;
@@ -298,7 +301,7 @@ static void meets_the_reference(void **state) {
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
         training.effects = vw_trainer_effects(trainer, &training.effect_count);
-        const struct vw_lasting_params params = {.training = &training, .rays = cases[i].rays};
+        const struct vw_lasting_params params = {.training = &training, .rays = cases[i].rays, .by_view = i % 2 == 0};
         struct vw_lasting *lasting = NULL;
         ASSERT_OK(vw_lasting_create(&params, &lasting));
         vw_trainer_destroy(&trainer);
@@ -306,7 +309,7 @@ static void meets_the_reference(void **state) {
         uint32_t count;
         for (bool done = false; !done;) ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
         check_step(lasting, cases[i].effects);
-        for (uint32_t measure = 0; measure < SWEEP_MEASURES; measure++)
+        for (uint32_t measure = 0; measure < lasting->sweep.measure_count; measure++)
             check_score_gradient(lasting, cases[i].effects, measure);
         vw_lasting_destroy(&lasting);
     }
