@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // What validation's score gains by the colour of each of its rays: the mean over views of PSNR, or minus the mean absolute error; of all
-// views, or of one by itself. Behind reduce_views. Constant factors are left to whoever takes the gradient. One workgroup per view, in an order that is fixed.
+// views, or of one by itself. Behind reduce_views. Constant factors are left to whoever takes the gradient. One workgroup per view, in an
+// order that is fixed.
 //
 // Where gain and bias are fitted to a view (fit_views), its score also depends on the rays of its left half. With a = 1 + gain, b the bias,
 // r what is rendered and t the photo, the fit solves M (a, b) = v with

@@ -63,7 +63,8 @@ static const struct vw_command commands[] = {
      "scores.csv and the report. Only differences between photos mean something: their zero does not.\n"
      "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
      "with the predicted one. The command prints a warning if they disagree. The same command resumes a sweep that "
-     "was stopped, and only prints one that is finished. Uses the run's device unless --device is "
+     "was stopped, and only prints one that is finished. With --lasting-matrix, matrix.csv also has lasting credit by "
+     "validation photo. Uses the run's device unless --device is "
      "given. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",

@@ -11,7 +11,11 @@
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
 //   vw_gate_check, the gate;
-// - lasting_photo(run_id, image_id, coverage): vw_photo_coverage.
+// - lasting_photo(run_id, image_id, coverage): vw_photo_coverage;
+// and with one by validation photo (others lack this table):
+// - lasting_view(run_id, step, image_id, psnr): dB that the PSNR of validation photo image_id at the end gains by the
+//   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for rounding
+//   (src/train/lasting.h).
 //
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
 // (src/ledger/README.md says what that protects, and what it does not):
@@ -23,7 +27,7 @@
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
 //   there is one;
 // - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step, of
-//   lasting_check and of lasting_photo.
+//   lasting_check and of lasting_photo; then, if there are any, all rows of lasting_view.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
 // keeps it. (run_id covers the part of config_json that belongs to the run's identity.)
 //
@@ -115,6 +119,10 @@ struct vw_lasting_sweep {
     uint32_t check_count;
     const struct vw_photo_coverage *photos; // the train images, by image_id
     uint32_t photo_count;
+    const uint32_t *views; // image_ids of all validation photos, ascending; none without credit by validation photo
+    const double
+        *view_psnr; // dB that each gains by each step: that of step s and view v is at (s - 1) * view_count + v
+    uint32_t view_count;
 };
 
 // A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.
@@ -187,7 +195,7 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
 // The arrays are owned by the caller (free), their strings by the ledger.
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
-// The sweep of lasting credit; step_count 0: there is none. VW_ERROR_INPUT when its rows are not such a sweep. Both
+// The sweep of lasting credit; step_count 0: there is none. VW_ERROR_INPUT when its rows are not such a sweep. The
 // arrays are owned by the caller (vw_lasting_sweep_free).
 enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep);
 void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep);

@@ -34,7 +34,7 @@ struct vw_options {
     uint32_t seeds;    // number of runs
     uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
-    bool lasting, no_gate;
+    bool lasting, lasting_matrix, no_gate;
     uint32_t lasting_rays; // 0: all
     const char *payout;
     double until_stable;         // 0: take all epochs

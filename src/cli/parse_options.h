@@ -13,7 +13,7 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
 // Whether the command line contains the option of that name (without dashes).
 bool vw_options_have(const struct vw_options *options, const char *name);
 
-// --lasting-rays and --no-gate are of the sweep that --lasting asks for.
+// --lasting-rays, --lasting-matrix and --no-gate are of the sweep that --lasting asks for.
 enum vw_status vw_options_check_lasting(const struct vw_options *options);
 
 #endif

@@ -69,6 +69,7 @@ static enum vw_status open_run(struct group *group, const struct vw_planned_run 
                                              .lasting = params->lasting.wanted,
                                              .lasting_rays = params->lasting.rays,
                                              .no_gate = params->lasting.no_gate,
+                                             .lasting_matrix = params->lasting.matrix,
                                              .progress = report_progress,
                                              .context = opened};
     enum vw_status status = check_ledger(params->out, planned->folder);

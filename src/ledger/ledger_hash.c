@@ -39,7 +39,8 @@ static enum vw_status find_running(struct vw_database *database, bool *running) 
 enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
                                     char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
-    bool running = false, lasting = false;
+    bool running = false;
+    enum vw_lasting_tables lasting = VW_LASTING_NO_TABLES;
     enum vw_status status = find_running(database, &running);
     if (!status) status = vw_ledger_find_lasting_tables(database, &lasting);
     if (status) return status;

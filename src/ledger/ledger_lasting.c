@@ -4,21 +4,25 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "base/memory.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 
 // ---- Its tables ----------------------------------------------------------------------------------------------------
 
-enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, bool *found) {
+enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, enum vw_lasting_tables *found) {
     int64_t version = 0;
     enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
-    *found = version == VW_SCHEMA_VERSION_LASTING;
+    *found = version >= VW_SCHEMA_VERSION_LASTING_VIEWS ? VW_LASTING_STEPS_AND_VIEWS
+             : version >= VW_SCHEMA_VERSION_LASTING     ? VW_LASTING_STEPS
+                                                        : VW_LASTING_NO_TABLES;
     return status;
 }
 
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
-    bool found = false;
+    enum vw_lasting_tables found = VW_LASTING_NO_TABLES;
     enum vw_status status = vw_ledger_find_lasting_tables(database, &found);
+    if (!status && found == VW_LASTING_STEPS_AND_VIEWS) status = vw_database_run(database, "DELETE FROM lasting_view;");
     if (status || !found) return status;
     return vw_database_run(database, "DELETE FROM lasting_photo; DELETE FROM lasting_check; DELETE FROM lasting_step;"
                                      "DELETE FROM lasting;");
@@ -26,7 +30,8 @@ enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
 
 // ---- Its hash ------------------------------------------------------------------------------------------------------
 
-static enum vw_status hash_sweep(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
+static enum vw_status hash_sweep(struct vw_database *database, enum vw_lasting_tables tables, const char *head,
+                                 char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
@@ -45,6 +50,9 @@ static enum vw_status hash_sweep(struct vw_database *database, const char *head,
     if (!status)
         status = vw_ledger_hash_rows(
             database, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY run_id, image_id", &hasher);
+    if (!status && tables == VW_LASTING_STEPS_AND_VIEWS)
+        status = vw_ledger_hash_rows(
+            database, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }
@@ -55,16 +63,21 @@ static const char of_no_sweep[] =
     "FROM lasting)) + (SELECT count(*) FROM lasting_photo WHERE run_id NOT IN (SELECT "
     "run_id FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
     "FROM run))";
+static const char views_of_no_sweep[] =
+    "SELECT count(*) FROM lasting_view WHERE run_id NOT IN (SELECT run_id FROM lasting)";
 
 enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
     char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES] = "";
     sqlite3_stmt *statement = NULL;
-    bool tables = false, found = false;
-    int64_t stray_count = 0;
+    enum vw_lasting_tables tables = VW_LASTING_NO_TABLES;
+    bool found = false;
+    int64_t stray_count = 0, stray_views = 0;
     enum vw_status status = vw_ledger_find_lasting_tables(database, &tables);
     if (status || !tables) return status;
     status = vw_database_read_number(database, of_no_sweep, &stray_count);
-    if (!status && stray_count)
+    if (!status && tables == VW_LASTING_STEPS_AND_VIEWS)
+        status = vw_database_read_number(database, views_of_no_sweep, &stray_views);
+    if (!status && stray_count + stray_views)
         return vw_fail(VW_ERROR_MISMATCH,
                        "%s: lasting credit has rows that belong to no sweep of the run: a row was edited or removed",
                        database->path);
@@ -72,13 +85,13 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found) vw_row_copy_hash(statement, 0, stored);
     sqlite3_finalize(statement);
-    if (!status && found) status = hash_sweep(database, head, hash);
+    if (!status && found) status = hash_sweep(database, tables, head, hash);
     if (status || !found || strcmp(stored, hash) == 0) return status;
-    return vw_fail(
-        VW_ERROR_MISMATCH,
-        "%s: a row of the sweep of lasting credit (lasting, lasting_step, lasting_check or lasting_photo) was edited, "
-        "removed or added: its row_hash does not match",
-        database->path);
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: a row of the sweep of lasting credit (lasting, lasting_step, lasting_check, lasting_photo or"
+                   " lasting_view) was edited, "
+                   "removed or added: its row_hash does not match",
+                   database->path);
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
@@ -155,10 +168,28 @@ static enum vw_status write_photos(struct vw_ledger *ledger, const struct vw_las
     return status;
 }
 
-static enum vw_status write_hash(struct vw_ledger *ledger) {
+static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+    struct vw_row row = {0};
+    const double *psnr = sweep->view_psnr;
+    enum vw_status status = vw_database_prepare(
+        &ledger->database, "INSERT INTO lasting_view (run_id, step, image_id, psnr) VALUES (?, ?, ?, ?)",
+        &row.statement);
+    for (uint64_t i = 0; !status && i < sweep->step_count; i++)
+        for (uint32_t v = 0; !status && v < sweep->view_count; v++) {
+            vw_row_add_text(&row, ledger->run.run_id);
+            vw_row_add_integer(&row, (int64_t)sweep->steps[i].step);
+            vw_row_add_integer(&row, sweep->views[v]);
+            vw_row_add_real(&row, *psnr++);
+            status = vw_row_write(&row, &ledger->database, "record the lasting credit of a validation photo");
+        }
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+static enum vw_status write_hash(struct vw_ledger *ledger, enum vw_lasting_tables tables) {
     char hash[VW_HASH_HEX_BYTES];
     struct vw_row row = {0};
-    enum vw_status status = hash_sweep(&ledger->database, ledger->head, hash);
+    enum vw_status status = hash_sweep(&ledger->database, tables, ledger->head, hash);
     if (!status) status = vw_database_prepare(&ledger->database, "UPDATE lasting SET row_hash = ?", &row.statement);
     if (status) return status;
     vw_row_add_text(&row, hash);
@@ -168,16 +199,29 @@ static enum vw_status write_hash(struct vw_ledger *ledger) {
 }
 
 static enum vw_status write_sweep(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
-    bool found = false;
-    enum vw_status status = vw_ledger_find_lasting_tables(&ledger->database, &found);
-    if (!status)
-        status = found ? vw_ledger_remove_lasting(&ledger->database)
-                       : vw_database_run(&ledger->database, vw_ledger_format.more_sql);
+    int64_t version = 0, wanted = sweep->view_count ? VW_SCHEMA_VERSION_LASTING_VIEWS : VW_SCHEMA_VERSION_LASTING;
+    enum vw_lasting_tables tables = VW_LASTING_NO_TABLES;
+    enum vw_status status = vw_ledger_remove_lasting(&ledger->database);
+    if (!status) status = vw_database_read_number(&ledger->database, "PRAGMA user_version", &version);
+    if (!status) status = vw_database_make_more(&ledger->database, &vw_ledger_format, version, wanted);
+    if (!status) status = vw_ledger_find_lasting_tables(&ledger->database, &tables);
     if (!status) status = write_settings(ledger, sweep);
     if (!status) status = write_steps(ledger, sweep);
     if (!status) status = write_checks(ledger, sweep);
     if (!status) status = write_photos(ledger, sweep);
-    return status ? status : write_hash(ledger);
+    if (!status && sweep->view_count) status = write_views(ledger, sweep);
+    return status ? status : write_hash(ledger, tables);
+}
+
+// Whether they are all validation photos, by image_id. The images are loaded.
+static bool are_views(const struct vw_ledger *ledger, const uint32_t *views, uint32_t view_count) {
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < ledger->image_count; i++) {
+        if (strcmp(ledger->images[i].split, "val") != 0) continue;
+        if (next == view_count || views[next] != ledger->images[i].image_id) return false;
+        next++;
+    }
+    return next == view_count;
 }
 
 static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
@@ -194,11 +238,14 @@ static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_swe
     }
     for (uint32_t i = 0; whole && i < sweep->photo_count; i++)
         whole = isfinite(sweep->photos[i].coverage) && sweep->photos[i].coverage >= 0;
-    return whole;
+    for (uint64_t i = 0; whole && i < sweep->step_count * sweep->view_count; i++) whole = isfinite(sweep->view_psnr[i]);
+    return whole && (!sweep->view_count || are_views(ledger, sweep->views, sweep->view_count));
 }
 
 enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
                                      const struct vw_ledger_score *scores, uint32_t score_count) {
+    enum vw_status status = vw_ledger_load_images(ledger);
+    if (status) return status;
     if (!vw_ledger_has_ended(ledger) || !is_whole(ledger, sweep))
         return vw_fail(VW_ERROR_USAGE,
                        "%s: a sweep has a finite row for each step of a run that has ended, and this one has not; "
@@ -209,7 +256,7 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
                                     .field_sha256 = ledger->run.field_sha256,
                                     .scores = scores,
                                     .score_count = score_count};
-    enum vw_status status = vw_database_begin(&ledger->database);
+    status = vw_database_begin(&ledger->database);
     if (status) return status;
     status = vw_ledger_check_current(ledger);
     if (!status) status = write_sweep(ledger, sweep);
@@ -285,6 +332,57 @@ static enum vw_status read_photo(struct vw_ledger *ledger, sqlite3_stmt *stateme
     return status;
 }
 
+struct view_row {
+    uint64_t step;
+    uint32_t image_id;
+    double psnr;
+};
+
+static enum vw_status read_view(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
+    (void)index;
+    enum vw_status status = VW_OK;
+    *(struct view_row *)item = (struct view_row){.step = vw_ledger_read_count(ledger, statement, 0, INT64_MAX, &status),
+                                                 .image_id = vw_ledger_read_image_id(ledger, statement, 1, &status),
+                                                 .psnr = read_real(ledger, statement, 2, &status)};
+    return status;
+}
+
+// Every validation photo after every step, or none.
+static enum vw_status take_views(struct vw_ledger *ledger, const struct view_row *rows, uint64_t row_count,
+                                 struct vw_lasting_sweep *sweep) {
+    enum vw_status status = VW_OK;
+    uint64_t count = 0;
+    if (!row_count) return VW_OK;
+    while (count < row_count && rows[count].step == 1) count++;
+    uint32_t *views = vw_allocate(count, sizeof *views);
+    double *psnr = vw_allocate(row_count, sizeof *psnr);
+    sweep->views = views;
+    sweep->view_psnr = psnr;
+    if (!views || !psnr) return VW_ERROR_MEMORY;
+    for (uint64_t i = 0; i < count; i++) views[i] = rows[i].image_id;
+    if (!count || row_count != count * sweep->step_count || !are_views(ledger, views, (uint32_t)count))
+        refuse(ledger, "lacks a validation photo, or has too many", &status);
+    for (uint64_t i = 0; !status && i < row_count; i++) {
+        psnr[i] = rows[i].psnr;
+        if (rows[i].step != i / count + 1 || rows[i].image_id != views[i % count])
+            refuse(ledger, "lacks a step of a validation photo", &status);
+    }
+    sweep->view_count = (uint32_t)count;
+    return status;
+}
+
+static enum vw_status read_views(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
+    static const struct vw_row_reader reader = {
+        "SELECT step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", sizeof(struct view_row),
+        read_view};
+    struct view_row *rows = NULL;
+    uint64_t row_count = 0;
+    enum vw_status status = vw_ledger_read_rows(ledger, &reader, (void **)&rows, &row_count);
+    if (!status) status = take_views(ledger, rows, row_count, sweep);
+    free(rows);
+    return status;
+}
+
 static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
     static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *sweep,
                                                   read_settings},
@@ -317,10 +415,11 @@ static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_swe
 
 enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
     struct vw_lasting_sweep read = {0};
-    bool found = false;
+    enum vw_lasting_tables found = VW_LASTING_NO_TABLES;
     enum vw_status status = vw_ledger_find_lasting_tables(&ledger->database, &found);
     if (!status && found) status = vw_ledger_load_images(ledger);
     if (!status && found) status = read_sweep(ledger, &read);
+    if (!status && found == VW_LASTING_STEPS_AND_VIEWS) status = read_views(ledger, &read);
     if (status) vw_lasting_sweep_free(&read);
     else *sweep = read;
     return status;
@@ -330,5 +429,7 @@ void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep) {
     free((void *)sweep->steps);
     free((void *)sweep->checks);
     free((void *)sweep->photos);
+    free((void *)sweep->views);
+    free((void *)sweep->view_psnr);
     *sweep = (struct vw_lasting_sweep){0};
 }

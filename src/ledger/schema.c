@@ -69,5 +69,17 @@ static const char lasting_sql[] =
 
 _Static_assert(VW_SCHEMA_VERSION_LASTING == 8, "raise user_version above too");
 
-const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger", lasting_sql,
-                                                    VW_SCHEMA_VERSION_LASTING};
+// A ledger gets this one with its first sweep by validation photo.
+static const char lasting_views_sql[] =
+    "CREATE TABLE lasting_view ("
+    " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, psnr REAL NOT NULL,"
+    " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
+    "PRAGMA user_version = 9;";
+
+_Static_assert(VW_SCHEMA_VERSION_LASTING_VIEWS == 9, "raise user_version above too");
+
+const struct vw_database_format vw_ledger_format = {
+    schema_sql,
+    VW_SCHEMA_VERSION,
+    "a viewworth ledger",
+    {{lasting_sql, VW_SCHEMA_VERSION_LASTING}, {lasting_views_sql, VW_SCHEMA_VERSION_LASTING_VIEWS}}};

@@ -151,6 +151,9 @@ static void print_matrix(FILE *stream, const void *context) {
                          mean_of(&matrix->psnr[first], matrix->view_count), table->standard_errors[p]);
         print_matrix_row(stream, photo, "dv_loss", "mean absolute error", &matrix->l1[first], matrix->view_count, NAN,
                          NAN);
+        if (matrix->lasting)
+            print_matrix_row(stream, photo, "lasting_psnr", "dB", &matrix->lasting[first], matrix->view_count,
+                             mean_of(&matrix->lasting[first], matrix->view_count), NAN);
     }
 }
 

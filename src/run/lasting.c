@@ -26,10 +26,11 @@ struct sweep {
     struct vw_run *run;
     struct vw_lasting *lasting;
     struct vw_lasting_file file;
-    char *path;                      // owned; of the sweep's own file
-    struct vw_lasting_step *credits; // owned; of step 1, 2, ...
-    uint64_t steps, from;            // of the run; credits from this step on are known; steps + 1: none
-    struct vw_gate_check *checks;    // owned
+    char *path;                     // owned; of the sweep's own file
+    struct vw_lasting_rows credits; // owned; of step 1, 2, ...
+    uint32_t *views;                // owned; validation photos with credits of their own; file.views
+    uint64_t steps, from;           // of the run; credits from this step on are known; steps + 1: none
+    struct vw_gate_check *checks;   // owned
     uint32_t check_count;
     struct vw_photo_coverage *photos; // owned
     uint32_t photo_count;
@@ -59,7 +60,8 @@ static enum vw_status compare(void *context, const struct vw_step_record *replay
 // The credits first: they may be ahead of the sweep's own file, never behind it.
 static void save(struct sweep *sweep) {
     if (sweep->from > sweep->steps || sweep->from == 1) return; // nothing to go on from, or the end
-    if (vw_lasting_file_save(&sweep->file, sweep->credits, sweep->from) || vw_lasting_save(sweep->lasting, sweep->path))
+    if (vw_lasting_file_save(&sweep->file, &sweep->credits, sweep->from) ||
+        vw_lasting_save(sweep->lasting, sweep->path))
         vw_log_warning("%s", vw_error_message());
     sweep->saved_s = vw_now_s();
 }
@@ -68,7 +70,7 @@ static void save(struct sweep *sweep) {
 static enum vw_status load(struct sweep *sweep) {
     uint64_t next_step = 0, first_step = 0;
     if (!vw_file_exists(sweep->path)) return VW_OK;
-    enum vw_status status = vw_lasting_file_load(&sweep->file, sweep->credits, &first_step);
+    enum vw_status status = vw_lasting_file_load(&sweep->file, &sweep->credits, &first_step);
     if (!status) status = vw_lasting_load(sweep->lasting, sweep->path, first_step, &next_step);
     if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) {
         vw_log_warning("%s", vw_error_message());
@@ -114,8 +116,10 @@ static enum vw_status take_credits(struct sweep *sweep, const struct vw_lasting_
             return vw_fail(VW_ERROR_MISMATCH, "%s: the sweep gave step %" PRIu64 " out of its order; report this",
                            sweep->run->ledger_path, credit->step);
         sweep->from--;
-        sweep->credits[credit->step - 1] =
+        sweep->credits.steps[credit->step - 1] =
             (struct vw_lasting_step){credit->step, credit->psnr, credit->loss, credit->size_psnr, credit->size_loss};
+        for (uint32_t v = 0; v < sweep->file.views; v++)
+            sweep->credits.view_psnr[(credit->step - 1) * sweep->file.views + v] = credit->view_psnr[v];
     }
     return VW_OK;
 }
@@ -143,8 +147,8 @@ static void predict(const struct sweep *sweep, uint64_t from_step, struct vw_gat
     for (uint64_t step = from_step + 1; step <= sweep->steps; step++)
         for (uint32_t i = 0; i < photo_count; i++) {
             if (photos[i].image_id != records[step].view) continue;
-            photos[i].predicted_psnr += sweep->credits[step - 1].psnr;
-            photos[i].predicted_loss += sweep->credits[step - 1].loss;
+            photos[i].predicted_psnr += sweep->credits.steps[step - 1].psnr;
+            photos[i].predicted_loss += sweep->credits.steps[step - 1].loss;
         }
 }
 
@@ -235,24 +239,30 @@ static enum vw_status record(struct sweep *sweep) {
     struct vw_scoring *scoring = &run->scoring;
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
+    bool changes_matrix = sweep->file.views || scoring->input.lasting.view_count;
     vw_lasting_sweep_free(&scoring->input.lasting);
     scoring->input.lasting = (struct vw_lasting_sweep){
         .rays = run->lasting.rays,
         .epochs = epochs,
         .states = span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES,
-        .steps = sweep->credits,
+        .steps = sweep->credits.steps,
         .step_count = sweep->steps,
         .checks = sweep->checks,
         .check_count = sweep->check_count,
         .photos = sweep->photos,
         .photo_count = sweep->photo_count,
+        .views = sweep->views,
+        .view_psnr = sweep->credits.view_psnr,
+        .view_count = sweep->file.views,
     };
-    sweep->credits = NULL; // the scoring has them now
+    sweep->credits = (struct vw_lasting_rows){0}; // the scoring has them now
+    sweep->views = NULL;
     sweep->checks = NULL;
     sweep->photos = NULL;
     enum vw_status status = vw_scoring_repeat(scoring);
     if (!status) status = vw_run_rank(run);
     if (!status) status = vw_run_remove_outdated_scores(run->out);
+    if (!status && changes_matrix) status = remove_file(run->out, "matrix.csv");
     if (!status)
         status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
                                      scoring->input.image_count);
@@ -264,12 +274,21 @@ static enum vw_status record(struct sweep *sweep) {
 
 // ---- All of it ------------------------------------------------------------------------------------------------------
 
+static enum vw_status allocate(struct sweep *sweep) {
+    const struct vw_run *run = sweep->run;
+    enum vw_status status = VW_OK;
+    if (run->lasting.matrix) status = vw_scene_list_views(run->scene, VW_SPLIT_VAL, &sweep->views, &sweep->file.views);
+    sweep->credits.steps = vw_allocate(sweep->steps, sizeof *sweep->credits.steps);
+    sweep->credits.view_psnr = vw_allocate(sweep->steps * sweep->file.views, sizeof *sweep->credits.view_psnr);
+    return status || (sweep->path && sweep->credits.steps && sweep->credits.view_psnr) ? status : VW_ERROR_MEMORY;
+}
+
 static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
     struct vw_config config = vw_config_without_probes(&run->config);
     sweep->steps = run->scoring.input.record_count - 1;
     sweep->from = sweep->steps + 1;
-    sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps};
+    sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps, 0};
     if (sweep->steps == 0 || sweep->steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
@@ -277,17 +296,20 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
                        run->ledger_path, sweep->steps);
     config.epochs = run->config.epochs = (uint32_t)(sweep->steps / photos); // fewer than were asked for, in stable runs
     sweep->path = vw_path_join(run->out, VW_LASTING_SWEEP_FILE);
-    sweep->credits = vw_allocate(sweep->steps, sizeof *sweep->credits);
-    if (!sweep->path || !sweep->credits) return VW_ERROR_MEMORY;
+    enum vw_status status = allocate(sweep);
+    if (status) return status;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,
                                                .config = &config,
                                                .effects = run->effects,
                                                .effect_count = run->effect_count,
                                                .validate = true};
-    const struct vw_lasting_params params = {
-        .training = &training, .rays = run->lasting.rays, .replayed = compare, .context = sweep};
-    enum vw_status status = vw_lasting_create(&params, &sweep->lasting);
+    const struct vw_lasting_params params = {.training = &training,
+                                             .rays = run->lasting.rays,
+                                             .by_view = run->lasting.matrix,
+                                             .replayed = compare,
+                                             .context = sweep};
+    status = vw_lasting_create(&params, &sweep->lasting);
     return status ? status : load(sweep);
 }
 
@@ -307,7 +329,9 @@ enum vw_status vw_run_sweep(struct vw_run *run) {
     if (!status) status = cover(&sweep);
     if (!status) status = record(&sweep);
     free(sweep.path);
-    free(sweep.credits);
+    free(sweep.credits.steps);
+    free(sweep.credits.view_psnr);
+    free(sweep.views);
     free(sweep.checks);
     free(sweep.photos);
     return status;

@@ -1,5 +1,5 @@
 // The credits of a sweep that was stopped, as a file in OUT: a line that names format, run and settings, the credits of
-// the last steps of the run, in order, and a SHA-256 of everything before it.
+// the last steps of the run, in order, those of validation photos likewise, and a SHA-256 of everything before it.
 #ifndef VIEWWORTH_RUN_LASTING_FILE_H
 #define VIEWWORTH_RUN_LASTING_FILE_H
 
@@ -16,15 +16,21 @@ struct vw_lasting_file {
     const char *run_id; // 64 hex digits
     uint32_t rays;      // of the sweep
     uint64_t steps;     // of the run
+    uint32_t views;     // validation photos with credits of their own
 };
 
-// Writes the credits of the steps from `first_step` on, beside the place of the file, and moves them there. `credits`
-// has one of each step of the run.
-enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_step *credits,
+// Of each step of the run, in order.
+struct vw_lasting_rows {
+    struct vw_lasting_step *steps;
+    double *view_psnr; // as of vw_lasting_sweep
+};
+
+// Writes the credits of the steps from `first_step` on, beside the place of the file, and moves them there.
+enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t first_step);
 // Reads them into their places, and the first of their steps. VW_ERROR_INPUT when the file is missing, damaged, or of
 // another sweep: `credits` is then untouched.
-enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, struct vw_lasting_step *credits,
+enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t *first_step);
 
 #endif

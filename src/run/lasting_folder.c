@@ -61,6 +61,7 @@ static enum vw_status sweep(const struct vw_lasting_folder_params *params, const
                                    .lasting = true,
                                    .lasting_rays = params->wanted.rays,
                                    .no_gate = params->wanted.no_gate,
+                                   .lasting_matrix = params->wanted.matrix,
                                    .no_thumbnails = params->no_thumbnails,
                                    .progress = params->progress,
                                    .context = params->context};

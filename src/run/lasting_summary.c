@@ -17,7 +17,8 @@ bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta
 bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
                          const struct vw_lasting_sweep *sweep) {
     bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || sweep->check_count > 0;
-    return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays);
+    return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays) &&
+           (!wanted->matrix || sweep->view_count);
 }
 
 static enum vw_status fill(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {

@@ -13,6 +13,7 @@ struct vw_lasting_wanted {
     bool wanted;
     uint32_t rays; // 0: all, or those of a sweep that is there
     bool no_gate;
+    bool matrix; // also credit by validation photo
 };
 
 // VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.

@@ -48,7 +48,8 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->validate = !params->train_only;
     run->no_thumbnails = params->no_thumbnails;
     run->wants_profile = params->profile;
-    run->lasting = (struct vw_lasting_wanted){params->lasting, params->lasting_rays, params->no_gate};
+    run->lasting =
+        (struct vw_lasting_wanted){params->lasting, params->lasting_rays, params->no_gate, params->lasting_matrix};
     run->until_stable = params->until_stable;
     run->progress = params->progress;
     run->context = params->context;

@@ -78,7 +78,7 @@ static enum vw_status make_scores(const struct vw_table_sources *sources, const 
 static double largest_of(const struct vw_matrix *matrix) {
     double largest = 0;
     for (size_t i = 0; i < (size_t)matrix->photo_count * matrix->view_count; i++)
-        largest = fmax(largest, fabs(matrix->psnr[i]));
+        largest = fmax(largest, fmax(fabs(matrix->psnr[i]), matrix->lasting ? fabs(matrix->lasting[i]) : 0));
     return largest;
 }
 

@@ -282,6 +282,11 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
     return VW_OK;
 }
 
+// Of a step, where replaying one is 1: the more is carried back, the longer it takes.
+static uint64_t work_of_sweep(const struct vw_lasting *lasting) {
+    return (lasting->sweep.measure_count + 1) / SWEEP_OF_VIEWS;
+}
+
 static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
     uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
     uint32_t count = left < lasting->sweep_steps ? (uint32_t)left : lasting->sweep_steps,
@@ -301,7 +306,7 @@ static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_o
     if (status != VW_OK) return status;
     *handed_out = count;
     lasting->next_step -= count;
-    lasting->work_done += count;
+    lasting->work_done += count * work_of_sweep(lasting);
     return lasting->next_step == before && before > 0 ? begin_segment(lasting, lasting->segment - 1) : VW_OK;
 }
 
@@ -321,11 +326,11 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state) {
     uint64_t first_kept = lasting->segment * lasting->segment_steps, replay_left = 0;
     if (lasting->replaying) replay_left = lasting->until_step - lasting->state_step;
-    *state = (struct vw_lasting_state){.work_done = lasting->work_done,
-                                       .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step,
-                                       .next_step = lasting->next_step,
-                                       .memory_bytes = kept_bytes(lasting, lasting->segment_steps) +
-                                                       sweep_views_bytes(&lasting->sweep)};
+    *state = (struct vw_lasting_state){
+        .work_done = lasting->work_done,
+        .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step * work_of_sweep(lasting),
+        .next_step = lasting->next_step,
+        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + sweep_views_bytes(&lasting->sweep)};
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------

@@ -40,7 +40,7 @@ void vw_lasting_destroy(struct vw_lasting **lasting);
 enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_lasting_credit **credits, uint32_t *count,
                                   bool *done);
 struct vw_lasting_state {
-    uint64_t work_done, work_total; // in steps, replayed and swept: for progress
+    uint64_t work_done, work_total; // in steps, replayed and swept (more for each, by_view): for progress
     uint64_t next_step;             // the next credit handed out is of this step; 0: done
     uint64_t memory_bytes;          // of what is kept on the device
 };

@@ -98,6 +98,25 @@ static bool has_values(const struct vw_matrix *matrix, uint64_t row_count) {
     return some;
 }
 
+static enum vw_status sum_lasting(const struct summing *summing) {
+    const struct vw_value_input *input = summing->input;
+    const struct vw_lasting_sweep *sweep = &input->lasting;
+    struct vw_matrix *matrix = summing->matrix;
+    if (!sweep->view_count || sweep->step_count + 1 != input->record_count) return VW_OK;
+    matrix->lasting = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->lasting);
+    if (!matrix->lasting) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < sweep->view_count; v++) {
+        uint32_t column = place_of(summing, sweep->views[v], "val");
+        for (uint64_t i = 0; i < sweep->step_count && column != NOT_IN_MATRIX; i++) {
+            uint32_t row = place_of(summing, input->records[i + 1].view, "train");
+            if (row != NOT_IN_MATRIX)
+                matrix->lasting[(size_t)row * matrix->view_count + column] +=
+                    sweep->view_psnr[i * sweep->view_count + v];
+        }
+    }
+    return VW_OK;
+}
+
 enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_input *input, struct vw_matrix *matrix) {
     *matrix = (struct vw_matrix){0};
     struct summing summing = {.input = input, .matrix = matrix};
@@ -107,6 +126,7 @@ enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_i
         matrix->view_count = 0;
         matrix->visit_count = 0;
     }
+    if (!status && matrix->view_count) status = sum_lasting(&summing);
     free(summing.places);
     free(summing.last_l1);
     return status;
@@ -117,6 +137,7 @@ void vw_matrix_clear(struct vw_matrix *matrix) {
     free(matrix->views);
     free(matrix->psnr);
     free(matrix->l1);
+    free(matrix->lasting);
     free(matrix->end_psnr);
     *matrix = (struct vw_matrix){0};
 }

@@ -20,13 +20,16 @@ struct vw_matrix {
                   // photo's dv_psnr
     double *l1;   // mean absolute error removed from the view; the mean of a row, weighted by the views' pixels, is the
                   // photo's dv_loss
+    double *lasting; // dB: what the photo's steps leave of the view's PSNR at the end; the mean of a row is the photo's
+                     // lasting_psnr, but for rounding. NULL: the run has no such sweep
     double *end_psnr;     // dB: PSNR of each view after the last validated step
     uint32_t visit_count; // steps that count, over all photos
 };
 
 // Computes the matrix from the table view, as scores are computed: deltas from the last step with values, summed over
 // the steps after burn-in. A run without view rows (imported, or not validated) has 0 views; a run without a step after
-// burn-in has zeros and visit_count 0. Clear the matrix also after a failure.
+// burn-in has zeros and visit_count 0. Lasting credit counts the steps of burn-in as well. Clear the matrix also after
+// a failure.
 enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_input *input, struct vw_matrix *matrix);
 void vw_matrix_clear(struct vw_matrix *matrix);
 

@@ -32,6 +32,17 @@ check "with the same rows" test "$(query both 'SELECT * FROM lasting_step; SELEC
 check "fewer rays are another sweep, which replaces it" eval 'run lasting both --lasting-rays 8 --no-gate &&
     [[ $(query both "SELECT rays, (SELECT count(*) FROM lasting_step) FROM lasting") == "8|42" ]]'
 check "that verifies" run "$program" verify "$folder/both"
+check "by validation photo it is one more" run lasting both --lasting-matrix --no-gate
+check "of all rays, with a row per step and photo" test \
+    "$(query both 'SELECT rays, (SELECT count(*) FROM lasting_view) FROM lasting')" = '0|84'
+check "matrix.csv has it" test "$(grep -c ',lasting_psnr,dB,' "$folder/both/matrix.csv")" = 6
+check "whose means are the scores" test "$(awk -F, 'NR == FNR {if ($3 == "lasting_psnr") score[$1] = $4; next}
+    $3 == "lasting_psnr" && ($5 - score[$1])^2 < 1e-6 && ($7 + $8 - 2 * $5)^2 < 1e-12 && ($7 - $8)^2 > 1e-6 {n++} END {print n}' \
+    "$folder/both/scores.csv" "$folder/both/matrix.csv")" = 6
+check "verify makes it again" prints '^matrix.csv +intact' "$program" verify "$folder/both"
+sed -i 's/\(,lasting_psnr,dB,[^,]*,,\)/\13/' "$folder/both/matrix.csv"
+check "and finds an edit" eval '! "$program" verify "$folder/both" 2>&1 | grep -q "^matrix.csv  *intact"'
+check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix is of the sweep of --lasting' value none --lasting-matrix
 check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays is of the sweep of --lasting' value none --lasting-rays 8
 check "--kfold takes no sweep" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
 

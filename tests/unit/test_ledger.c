@@ -286,10 +286,10 @@ static void only_ledgers_open(void **state) {
     free(path);
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 9");
+    sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 10");
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "newer viewworth"));
-    sql_change(path, "UPDATE run SET seed = 3; PRAGMA user_version = 8"); // without the tables of a sweep
+    sql_change(path, "UPDATE run SET seed = 3; PRAGMA user_version = 9"); // without the tables of a sweep
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "or lacks one"));
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");

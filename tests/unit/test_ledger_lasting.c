@@ -3,6 +3,7 @@
 #include "unit/ledger_chain.h"
 
 #include "value/lasting_scores.h"
+#include "value/matrix.h"
 #include "viewworth/value.h"
 
 enum { STEPS = 20 }; // of test_four_epochs
@@ -28,11 +29,24 @@ static struct vw_lasting_sweep sweep_of(const struct vw_lasting_step *steps) {
                                      .photo_count = 2};
 }
 
-static void set_sweep(const char *path) {
+// Of a sweep by validation photo.
+static double view_psnr[STEPS][TEST_VALIDATION_COUNT];
+
+static void set_views(struct vw_lasting_sweep *sweep) {
+    for (uint32_t i = 0; i < STEPS; i++)
+        for (uint32_t v = 0; v < TEST_VALIDATION_COUNT; v++)
+            view_psnr[i][v] = 0.25 * i - 1 + (v ? 0.5 : -0.5) * (i % 3);
+    sweep->views = test_validation_views;
+    sweep->view_psnr = *view_psnr;
+    sweep->view_count = TEST_VALIDATION_COUNT;
+}
+
+static void set_sweep(const char *path, bool by_view) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
     fill(steps);
-    const struct vw_lasting_sweep sweep = sweep_of(steps);
+    struct vw_lasting_sweep sweep = sweep_of(steps);
+    if (by_view) set_views(&sweep);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_set_lasting(ledger, &sweep, test_scores, TEST_SCORE_COUNT));
     ASSERT_OK(vw_ledger_verify(ledger)); // also in the object that wrote it
@@ -40,9 +54,9 @@ static void set_sweep(const char *path) {
 }
 
 // A finished run with a sweep; its path is to be freed.
-static char *record(const char *folder) {
+static char *record(const char *folder, bool by_view) {
     char *path = test_ledger_record(folder, "ledger.db", &test_four_epochs, 7);
-    set_sweep(path);
+    set_sweep(path, by_view);
     return path;
 }
 
@@ -63,8 +77,8 @@ static void a_sweep_is_written_and_read(void **state) {
     assert_answer(path, "PRAGMA user_version", "7"); // as ledgers without a sweep always were
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, 0);
-    set_sweep(path);
-    set_sweep(path); // replaces it
+    set_sweep(path, false);
+    set_sweep(path, false); // replaces it
     fill(steps);
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, STEPS);
@@ -85,8 +99,31 @@ static void a_sweep_is_written_and_read(void **state) {
     free(path);
 }
 
+static void validation_photos_have_rows_of_their_own(void **state) {
+    struct vw_lasting_sweep sweep = {0};
+    char *path = record(*state, false);
+    assert_answer(path, "PRAGMA user_version", "8");
+    set_sweep(path, true);
+    assert_answer(path, "PRAGMA user_version", "9");
+    ASSERT_OK(get(path, true, NULL));
+    assert_true(chain_holds(path));
+    ASSERT_OK(get(path, false, &sweep));
+    assert_int_equal(sweep.view_count, TEST_VALIDATION_COUNT);
+    assert_memory_equal(sweep.views, test_validation_views, sizeof test_validation_views);
+    assert_memory_equal(sweep.view_psnr, view_psnr, sizeof view_psnr);
+    vw_lasting_sweep_free(&sweep);
+    set_sweep(path, false); // replaces it by one without
+    ASSERT_OK(get(path, false, &sweep));
+    assert_int_equal(sweep.step_count, STEPS);
+    assert_int_equal(sweep.view_count, 0);
+    vw_lasting_sweep_free(&sweep);
+    ASSERT_OK(get(path, true, NULL));
+    assert_true(chain_holds(path));
+    free(path);
+}
+
 static void new_steps_remove_the_sweep(void **state) {
-    char *path = record(*state);
+    char *path = record(*state, true);
     struct vw_lasting_sweep sweep = {0};
     struct test_trainer longer = test_four_epochs;
     struct vw_ledger *ledger = NULL;
@@ -100,7 +137,7 @@ static void new_steps_remove_the_sweep(void **state) {
     assert_int_equal(sweep.step_count, 0);
     assert_answer(path,
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)"
-                  " + (SELECT count(*) FROM lasting_photo)",
+                  " + (SELECT count(*) FROM lasting_photo) + (SELECT count(*) FROM lasting_view)",
                   "0");
     free(recording);
     free(path);
@@ -111,12 +148,16 @@ static void what_is_no_sweep_is_not_written(void **state) {
     struct vw_ledger *ledger = NULL;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
-    for (int i = 0; i < 3; i++) {
+    static const uint32_t others[] = {0, 1};
+    for (int i = 0; i < 5; i++) {
         fill(steps);
         struct vw_lasting_sweep sweep = sweep_of(steps);
+        set_views(&sweep);
         if (i == 0) sweep.step_count--;
         if (i == 1) steps[3].loss = INFINITY;
         if (i == 2) steps[3].step = 5;
+        if (i == 3) sweep.views = others; // one is to train on
+        if (i == 4) view_psnr[7][1] = NAN;
         assert_int_equal(vw_ledger_set_lasting(ledger, &sweep, NULL, 0), VW_ERROR_USAGE);
     }
     vw_ledger_close(&ledger);
@@ -148,9 +189,18 @@ static void edited_rows_are_found(void **state) {
         {"UPDATE lasting_check SET image_id = 99 WHERE image_id = 3", true},
         {"UPDATE lasting_check SET from_step = 4000 WHERE image_id = 3", true},
         {"UPDATE lasting SET states = -1", true},
+        {"UPDATE lasting_view SET psnr = psnr + 1e-9 WHERE step = 3 AND image_id = 4", false},
+        {"DELETE FROM lasting_view", false},
+        {"DELETE FROM lasting_view WHERE image_id = 4", true},
+        {"DELETE FROM lasting_view WHERE step = 20", true},
+        {"DELETE FROM lasting_view WHERE step = 3 AND image_id = 0", true},
+        {"UPDATE lasting_view SET image_id = 1 WHERE image_id = 4", true}, // a photo to train on
+        {"UPDATE lasting_view SET image_id = 1 WHERE image_id = 4 AND step = 9", true},
+        {"UPDATE lasting_view SET psnr = 9e999 WHERE step = 3", true},
+        {"UPDATE lasting_view SET run_id = 'another' WHERE step > 10", false},
         {"INSERT INTO lasting VALUES ('another', 1, 1, 1, '')", true},
     };
-    char *path = record(*state);
+    char *path = record(*state, true);
     void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
@@ -173,7 +223,7 @@ static void edited_rows_are_found(void **state) {
 // ---- What follows from it -------------------------------------------------------------------------------------------
 
 static void scores_are_sums_over_all_steps(void **state) {
-    char *path = record(*state);
+    char *path = record(*state, true);
     struct vw_ledger *ledger = NULL;
     struct vw_step_record *records = NULL;
     struct vw_value_input input = {.burn_in_epochs = 1};
@@ -198,6 +248,17 @@ static void scores_are_sums_over_all_steps(void **state) {
         assert_int_equal(score->rank_ci_low, 0);
         assert_true(test_find_score(scores, count, "lasting_loss", test_train_views[i])->value == loss);
     }
+    struct vw_matrix matrix;
+    ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
+    assert_true(matrix.lasting && matrix.view_count == TEST_VALIDATION_COUNT);
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++)
+        for (uint32_t v = 0; v < TEST_VALIDATION_COUNT; v++) {
+            double sum = 0;
+            for (uint32_t step = 1; step <= STEPS; step++)
+                if (records[step].view == test_train_views[i]) sum += view_psnr[step - 1][v];
+            assert_true(matrix.lasting[i * TEST_VALIDATION_COUNT + v] == sum);
+        }
+    vw_matrix_clear(&matrix);
     for (uint32_t i = 0; i < 2; i++) {
         const struct vw_ledger_score *score = test_find_score(scores, count, "coverage", photos[i].image_id);
         assert_true(score->value == photos[i].coverage && isnan(score->ci_low));
@@ -248,6 +309,7 @@ static void the_gate_correlates_what_is_known(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_sweep_is_written_and_read, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(validation_photos_have_rows_of_their_own, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(new_steps_remove_the_sweep, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(what_is_no_sweep_is_not_written, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(edited_rows_are_found, test_set_up, test_tear_down),
