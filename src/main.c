@@ -69,7 +69,8 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
-     "select it, and keeps all photos unless a list is better beyond noise. Writes retrainings.db to OUT. Uses the "
+     "select it, and keeps all photos unless a list is better beyond noise. Lists by lasting credit are among them "
+     "after viewworth lasting OUT --lasting-matrix. Writes retrainings.db to OUT. Uses the "
      "run's device unless --device is given.\n"
      "Without --verify and without a rule, drops only photos whose score is a robust outlier (--without-outliers). "
      "--positive, --significant, --not-harmful, --top and --drop are other rules. A rule needs neither a GPU nor the "

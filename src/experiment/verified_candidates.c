@@ -24,6 +24,16 @@ static const struct {
     {"top:90%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},
     {"top:75%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 75, .percent = true}},
     {"top:50%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 50, .percent = true}},
+    {"without-outliers:lasting_psnr", "lasting_psnr", {.method = "lasting_psnr", .rule = VW_SELECT_OUTLIERS}},
+    {"top:90%:lasting_psnr",
+     "lasting_psnr",
+     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},
+    {"top:75%:lasting_psnr",
+     "lasting_psnr",
+     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true}},
+    {"top:50%:lasting_psnr",
+     "lasting_psnr",
+     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 50, .percent = true}},
 };
 _Static_assert(VW_ARRAY_COUNT(rules) < VW_CANDIDATES_MAX, "one more is all photos");
 

@@ -9,7 +9,7 @@
 #include "viewworth/selection.h"
 #include "viewworth/status.h"
 
-enum { VW_CANDIDATES_MAX = 16, VW_HALF_BOTH = VW_HALVES, VW_SCORINGS };
+enum { VW_CANDIDATES_MAX = 20, VW_HALF_BOTH = VW_HALVES, VW_SCORINGS };
 
 // The scores by half A, by half B, and by all validation photos (VW_HALF_BOTH).
 struct vw_scorings {
@@ -31,9 +31,9 @@ struct vw_candidates {
     uint32_t count;
 };
 
-// Makes the candidates. Rules whose lists are all equal become one; a rule that keeps fewer than two photos by any of
-// the scorings is left out, with a line of the log. Free them also after a failure. VW_ERROR_INPUT where there are no
-// scores, VW_ERROR_MEMORY.
+// Makes the candidates. Rules by a score that one of the scorings lacks are left out. Rules whose lists are all equal
+// become one; a rule that keeps fewer than two photos by any of the scorings is left out, with a line of the log. Free
+// them also after a failure. VW_ERROR_INPUT where there are no scores, VW_ERROR_MEMORY.
 enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_candidates *candidates);
 void vw_candidates_free(struct vw_candidates *candidates);
 

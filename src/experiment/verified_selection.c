@@ -60,6 +60,10 @@ static enum vw_status prepare(struct work *work) {
                        result->half_sizes[VW_HALF_A], result->half_sizes[VW_HALF_A] == 1 ? "" : "s");
     work->config = vw_config_of_retrainings(&run->recorded, &work->input);
     status = score(work);
+    if (!status && !work->input.lasting.view_count)
+        vw_log_info("list     none by lasting credit, which needs it by validation photo: viewworth lasting %s "
+                    "--lasting-matrix",
+                    run->recorded.out);
     return status ? status : vw_candidates_make(&work->scorings, &result->candidates);
 }
 

@@ -85,6 +85,28 @@ static void measure_half(struct vw_step_record *record, const struct sums *sums,
     record->val_l1 = known ? sums->l1 / view_count : NAN;
 }
 
+// The sweep's steps with means over the half's photos. None without a sweep by validation photo.
+static enum vw_status measure_lasting(const struct reading *reading, uint32_t half_count,
+                                      struct vw_lasting_sweep *of_half) {
+    const struct vw_value_input *input = reading->input;
+    const struct vw_lasting_sweep *sweep = &input->lasting;
+    *of_half = (struct vw_lasting_sweep){0};
+    if (!sweep->view_count || !half_count) return VW_OK;
+    struct vw_lasting_step *steps = vw_allocate(sweep->step_count, sizeof *steps);
+    if (!steps) return VW_ERROR_MEMORY;
+    for (uint64_t i = 0; i < sweep->step_count; i++)
+        steps[i] = (struct vw_lasting_step){.step = sweep->steps[i].step, .loss = NAN};
+    for (uint32_t v = 0; v < sweep->view_count; v++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, sweep->views[v]);
+        if (!image || reading->halves[image - input->images] != reading->half) continue;
+        for (uint64_t i = 0; i < sweep->step_count; i++)
+            steps[i].psnr += sweep->view_psnr[i * sweep->view_count + v] / half_count;
+    }
+    of_half->steps = steps;
+    of_half->step_count = sweep->step_count;
+    return VW_OK;
+}
+
 enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_input *input, const uint8_t *halves,
                                uint8_t half, struct vw_ledger_score **scores, uint32_t *score_count) {
     struct vw_step_record *records = vw_allocate(input->record_count, sizeof *records);
@@ -104,8 +126,10 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
     struct vw_value_input of_half = *input;
     of_half.records = records;
     of_half.probe_count = 0;
-    of_half.lasting = (struct vw_lasting_sweep){0}; // it is of all validation photos
+    if (!status) status = measure_lasting(&reading, view_count, &of_half.lasting);
+    else of_half.lasting = (struct vw_lasting_sweep){0};
     if (!status) status = vw_value_score(&of_half, scores, score_count);
+    vw_lasting_sweep_free(&of_half.lasting);
     free(records);
     free(reading.of_steps);
     return status;

@@ -65,7 +65,7 @@ enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, stru
         sum->visits++;
     }
     append(input, "lasting_psnr", sums, false, scores, score_count);
-    append(input, "lasting_loss", sums, true, scores, score_count);
+    if (!isnan(input->lasting.steps[0].loss)) append(input, "lasting_loss", sums, true, scores, score_count);
     append_coverage(input, sums, scores, score_count);
     free(sums);
     return VW_OK;

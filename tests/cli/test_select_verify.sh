@@ -36,6 +36,7 @@ check "other candidates have intervals" grep -qE '^[a-z]+[^ ]* +[0-9]+ +[-+][0-9
 check "a sentence says what was chosen and why" grep -qE '^chosen   (all photos: no list is better|[a-z].*: of the lists whose)' stdout
 check "the list is a list for --train" quietly "$program" train tiny.json --train list.txt --out trained "${tiny[@]}" --epochs 1 --quiet
 cp stdout first
+check "that lasting credit has none is said" grep -q 'viewworth lasting valued --lasting-matrix' stderr
 made=$(retrainings valued)
 check "every list was trained on twice" test "$((made > 3 && made % 2 == 0))" = 1
 check "with seeds other than the run's" test "$(sqlite3 valued/retrainings.db "SELECT group_concat(seed) FROM
@@ -82,6 +83,8 @@ for few in two one; do
 done
 check "two photos are halves of one each" verify two list_of_two.txt
 check "which is said to prove little" grep -q 'only 2 validation photos judge: little can be proven' stdout
+check "a sweep by validation photo" quietly "$program" lasting two --lasting-matrix --no-gate --quiet
+check "gives lists by lasting credit" eval 'verify two list_of_lasting.txt && grep -qE "^top:[579][05]%:lasting_psnr +[0-9]" stdout'
 check "a single photo is refused, with a remedy" refuses 'has 1 validation photo, but --verify needs at least 2: .*more photos in --val' \
     select one --verify --to single.txt
 check "without a training" test "$(retrainings one)" = 0

@@ -128,6 +128,49 @@ static void halves_are_drawn_by_name_and_seed(void **state) {
     assert_true(differ > 0);
 }
 
+// The mean over the half's photos of what each gains, by photo; no lasting_loss, which no single photo has.
+static void a_sweep_by_validation_photo_has_halves(void **state) {
+    static struct vw_lasting_step steps[STEPS - 1];
+    static double view_psnr[STEPS - 1][VIEWS];
+    const uint32_t views[VIEWS] = {1, 3, 5, 7, 9};
+    const struct vw_photo_coverage coverage = {0, 1};
+    struct vw_value_input input;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t score_count = 0, sizes[VW_HALVES], found = 0;
+    uint8_t halves[IMAGES];
+    bool all[IMAGES];
+    make_images();
+    ASSERT_OK(vw_halves_split(images, IMAGES, 5, halves, sizes));
+    for (uint32_t i = 0; i < IMAGES; i++) all[i] = halves[i] != VW_HALF_NONE;
+    struct vw_ledger *ledger = record(*state, all, &input);
+    for (uint32_t t = 1; t < STEPS; t++) {
+        steps[t - 1] = (struct vw_lasting_step){t, 9, 9, 1, 1};
+        for (uint32_t v = 0; v < VIEWS; v++) view_psnr[t - 1][v] = error_of(t, views[v]).l1;
+    }
+    input.lasting = (struct vw_lasting_sweep){
+        .steps = steps, .step_count = STEPS - 1, .photos = &coverage, .photo_count = 1, .view_psnr = *view_psnr};
+    ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
+    for (uint32_t i = 0; i < score_count; i++) assert_null(strstr(scores[i].method, "lasting")); // of all photos alone
+    free(scores);
+    input.lasting.views = views;
+    input.lasting.view_count = VIEWS;
+    ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
+    for (uint32_t i = 0; i < score_count; i++) {
+        assert_string_not_equal(scores[i].method, "lasting_loss");
+        assert_string_not_equal(scores[i].method, "coverage");
+        if (strcmp(scores[i].method, "lasting_psnr") != 0) continue;
+        double sum = 0;
+        for (uint32_t t = 1; t < STEPS; t++)
+            for (uint32_t v = 0; v < VIEWS && input.records[t].view == scores[i].image_id; v++)
+                if (halves[views[v]] == VW_HALF_B) sum += view_psnr[t - 1][v] / sizes[VW_HALF_B];
+        assert_near(scores[i].value, sum, 1e-12);
+        found++;
+    }
+    assert_int_equal(found, PHOTOS);
+    free(scores);
+    vw_ledger_close(&ledger);
+}
+
 // A ledger that lacks rows of view has no values for that half.
 static void a_step_without_all_photos_has_no_value(void **state) {
     uint8_t halves[IMAGES];
@@ -150,6 +193,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(scores_of_a_half_are_of_its_photos_alone, test_set_up, test_tear_down),
         cmocka_unit_test(halves_are_drawn_by_name_and_seed),
+        cmocka_unit_test_setup_teardown(a_sweep_by_validation_photo_has_halves, test_set_up, test_tear_down),
         cmocka_unit_test_setup_teardown(a_step_without_all_photos_has_no_value, test_set_up, test_tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

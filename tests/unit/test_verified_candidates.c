@@ -75,6 +75,24 @@ static void a_method_without_scores_has_no_candidates(void **state) {
     vw_candidates_free(&candidates);
 }
 
+static void lasting_credit_selects_where_every_scoring_has_it(void **state) {
+    (void)state;
+    struct vw_candidates candidates;
+    struct vw_scorings scorings = make_scorings(2);
+    for (int s = 0; s < VW_SCORINGS; s++)
+        for (uint32_t i = PHOTOS; i < 2 * PHOTOS; i++) rows[s][i].method = "lasting_psnr";
+    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    check_names(&candidates,
+                "all 10 = not-harmful, without-outliers:lasting_psnr; without-outliers 9 = without-outliers:dv_psnr, "
+                "positive, top:90%:dv_psnr; top:75%:dv_psnr 8; top:50%:dv_psnr 5; top:90%:lasting_psnr 9; "
+                "top:75%:lasting_psnr 8; top:50%:lasting_psnr 5");
+    vw_candidates_free(&candidates);
+    scorings.score_counts[VW_HALF_B] = PHOTOS; // a sweep of all validation photos together
+    ASSERT_OK(vw_candidates_make(&scorings, &candidates));
+    for (uint32_t c = 0; c < candidates.count; c++) assert_string_not_equal(candidates.list[c].method, "lasting_psnr");
+    vw_candidates_free(&candidates);
+}
+
 // Lists that agree by both halves but not by all photos are two.
 static void lists_that_differ_by_one_scoring_are_two(void **state) {
     (void)state;
@@ -113,6 +131,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rules_apply_to_the_scores_of_each_half),
         cmocka_unit_test(a_method_without_scores_has_no_candidates),
+        cmocka_unit_test(lasting_credit_selects_where_every_scoring_has_it),
         cmocka_unit_test(lists_that_differ_by_one_scoring_are_two),
         cmocka_unit_test(a_rule_that_keeps_too_few_by_a_half_is_left_out),
     };
