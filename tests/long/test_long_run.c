@@ -15,6 +15,7 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "run/run_private.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "train/trainer_private.h"
 #include "viewworth/viewworth.h"
@@ -96,22 +97,17 @@ static void look_at(struct vw_trainer *trainer, struct look *look) {
 // ---- The run --------------------------------------------------------------------------------------------------------
 
 static struct vw_config smallest_config(void) {
-    struct vw_config config = vw_config_default;
-    config.epochs = EPOCHS;
+    struct vw_config config = small_config(0, EPOCHS);
     config.rays = 16;
-    config.samples = 8;
-    config.val_rays = 64;
     config.levels = 2;
     config.log2_table = 6;
-    config.width = 16;
-    strcpy(config.effects, "none");
     return config;
 }
 
 static void take_steps(const char *out, struct look found[LOOKS]) {
     const struct vw_config config = smallest_config();
     const struct vw_run_params params = {
-        .scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"}, .config = &config, .out = out};
+        .scene = {.path = SMALL_SCENE}, .config = &config, .out = out};
     struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
     double started_s = vw_now_s();

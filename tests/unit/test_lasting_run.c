@@ -4,6 +4,7 @@
 #include "base/inside.h"
 #include "run/lasting_folder.h"
 #include "run/verify.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
@@ -23,23 +24,10 @@ static bool observe(void *context, const struct vw_run_state *state) {
     return !observer->stop_at || state->step < observer->stop_at;
 }
 
-static struct vw_config small_config(void) {
-    struct vw_config config = vw_config_default;
-    config.epochs = EPOCHS;
-    config.rays = 32;
-    config.samples = 8;
-    config.val_rays = 64;
-    config.levels = 4;
-    config.log2_table = 8;
-    config.width = 16;
-    strcpy(config.effects, "none");
-    return config;
-}
-
 static enum vw_status make_run(const char *out, const struct vw_config *config, struct vw_run_params params,
                                struct observer *observer) {
     struct vw_run *run = NULL;
-    params.scene = (struct vw_scene_params){.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"};
+    params.scene = (struct vw_scene_params){.path = SMALL_SCENE};
     params.config = config;
     params.out = out;
     params.progress = observe;
@@ -111,7 +99,7 @@ static void assert_refused(enum vw_status status, enum vw_status expected, const
 
 // "whole": valued and swept by one command; "plain": valued only.
 static int set_up(void **state) {
-    struct vw_config config = small_config();
+    struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char *folder = test_folder_create();
     ASSERT_OK(make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting = true}, &observer));
@@ -286,7 +274,7 @@ static void an_edited_sweep_is_found(void **state) {
 }
 
 static void what_cannot_be_swept_is_refused(void **state) {
-    struct vw_config config = small_config(), halves = small_config();
+    struct vw_config config = small_config(0, EPOCHS), halves = small_config(0, EPOCHS);
     struct observer observer = {0}, stopping = {.stops_training = true};
     char out[300];
     halves.table_precision = VW_TABLE_FLOAT16;
@@ -307,7 +295,7 @@ static void what_cannot_be_swept_is_refused(void **state) {
 
 // With momentum, and as part of what a run extends.
 static void an_extended_run_is_swept_again(void **state) {
-    struct vw_config config = small_config();
+    struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char out[300];
     snprintf(out, sizeof out, "%s/extended", (const char *)*state);

@@ -9,6 +9,7 @@
 
 #include "run/checkpoints.h"
 #include "run/ledger_writer.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "viewworth/viewworth.h"
 
@@ -70,22 +71,8 @@ static bool observe(void *context, const struct vw_run_state *state) {
     return !observer->stop_at || state->step < observer->stop_at;
 }
 
-static struct vw_config small_config(uint64_t seed) {
-    struct vw_config config = vw_config_default;
-    config.seed = seed;
-    config.epochs = EPOCHS;
-    config.rays = 32;
-    config.samples = 8;
-    config.val_rays = 64;
-    config.levels = 4;
-    config.log2_table = 8;
-    config.width = 16;
-    strcpy(config.effects, "none");
-    return config;
-}
-
 static struct vw_run_params small_params(const struct vw_config *config, const char *out, struct observer *observer) {
-    return (struct vw_run_params){.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"},
+    return (struct vw_run_params){.scene = {.path = SMALL_SCENE},
                                   .config = config,
                                   .out = out,
                                   .progress = observer ? observe : NULL,
@@ -115,7 +102,7 @@ static void assert_chain_head(const char *out, char head[VW_HASH_HEX_BYTES], con
 
 // The sums of the step deltas, which do not depend on how the steps were taken.
 static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
-    const struct vw_config config = small_config(seed);
+    const struct vw_config config = small_config(seed, EPOCHS);
     const struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
     struct vw_run *run = NULL;
@@ -134,7 +121,7 @@ static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
     const char *whole = temporary_path(*state, "whole"), *pieces = temporary_path(*state, "pieces");
     double expected[PHOTOS];
     struct observer observer = {0};
-    const struct vw_config config = small_config(1);
+    const struct vw_config config = small_config(1, EPOCHS);
     struct vw_run_params params = small_params(&config, pieces, &observer);
     struct vw_run *run = NULL;
     run_whole(whole, 1, expected);
@@ -184,7 +171,7 @@ static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
 static void a_stopped_run_may_go_on_at_once(void **state) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {.stop_at = 8};
-    const struct vw_config config = small_config(2);
+    const struct vw_config config = small_config(2, EPOCHS);
     const struct vw_run_params params = small_params(&config, out, &observer);
     struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
@@ -200,7 +187,7 @@ static void a_stopped_run_may_go_on_at_once(void **state) {
 static void a_run_that_is_only_closed_can_be_resumed(void **state) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {0};
-    const struct vw_config config = small_config(3);
+    const struct vw_config config = small_config(3, EPOCHS);
     struct vw_run_params params = small_params(&config, out, &observer);
     struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
@@ -221,7 +208,7 @@ static void a_run_that_is_only_closed_can_be_resumed(void **state) {
 // Finishing early values the steps so far; a later run takes the others.
 static void a_run_may_be_finished_before_its_end(void **state) {
     const char *out = temporary_path(*state, "out");
-    const struct vw_config config = small_config(8);
+    const struct vw_config config = small_config(8, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
     struct vw_run *run = NULL;
@@ -255,7 +242,7 @@ static void assert_same_field(const char *left, const char *right) {
 // The field is that of the last recorded step, also where the checkpoint that was loaded is older, or none is there.
 static void finishing_a_resumed_run_keeps_its_field(void **state) {
     const char *whole = temporary_path(*state, "whole"), *resumed = temporary_path(*state, "resumed");
-    const struct vw_config config = small_config(9);
+    const struct vw_config config = small_config(9, EPOCHS);
     struct vw_run *run = NULL;
     for (int i = 0; i < 2; i++) {
         const struct vw_run_params params = small_params(&config, i ? resumed : whole, NULL);
@@ -283,7 +270,7 @@ static bool keep_last(void *context, const struct vw_run_state *state) {
 }
 
 static void the_last_report_is_of_the_last_step(void **state) {
-    struct vw_config config = small_config(10);
+    struct vw_config config = small_config(10, EPOCHS);
     struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     struct vw_run_state last = {0};
     struct vw_run *run = NULL;
@@ -306,7 +293,7 @@ static void several_runs_live_in_one_process(void **state) {
     struct vw_run *runs[2] = {NULL, NULL};
     char heads[2][VW_HASH_HEX_BYTES];
     for (int i = 0; i < 2; i++) {
-        const struct vw_config config = small_config(4);
+        const struct vw_config config = small_config(4, EPOCHS);
         const struct vw_run_params params = small_params(&config, outs[i], NULL);
         ASSERT_OK(vw_run_open(&params, &runs[i]));
         ASSERT_OK(vw_run_advance(runs[i], 3));
@@ -328,7 +315,7 @@ static void several_runs_live_in_one_process(void **state) {
 
 static void a_run_may_train_only(void **state) {
     const char *out = temporary_path(*state, "out");
-    const struct vw_config config = small_config(5);
+    const struct vw_config config = small_config(5, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
     struct vw_run *run = NULL;
@@ -353,7 +340,7 @@ static void assert_refused(const struct vw_run_params *params, const char *text)
 
 static void wrong_params_are_refused_by_name(void **state) {
     const char *out = temporary_path(*state, "out");
-    struct vw_config config = small_config(6);
+    struct vw_config config = small_config(6, EPOCHS);
     const struct vw_run_params good = small_params(&config, out, NULL);
     struct vw_run_params params = {0};
     assert_refused(NULL, "vw_run_params");
@@ -384,7 +371,7 @@ static void wrong_params_are_refused_by_name(void **state) {
 }
 
 static void calls_out_of_order_are_refused(void **state) {
-    const struct vw_config config = small_config(7);
+    const struct vw_config config = small_config(7, EPOCHS);
     const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     const struct vw_ledger_score *scores = NULL;
     struct vw_run *run = NULL;

@@ -10,6 +10,7 @@
 #include "base/signing.h"
 #include "run/sign.h"
 #include "run/verify.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "viewworth/viewworth.h"
 
@@ -22,19 +23,10 @@ struct fixture {
 
 static void make_run(const char *folder, const char *name, uint64_t seed, bool resume, uint32_t epochs,
                      const char *key) {
-    struct vw_config config = vw_config_default;
+    const struct vw_config config = small_config(seed, epochs);
     char out[300];
     snprintf(out, sizeof out, "%s/%s", folder, name);
-    config.seed = seed;
-    config.epochs = epochs;
-    config.rays = 32;
-    config.samples = 8;
-    config.val_rays = 64;
-    config.levels = 4;
-    config.log2_table = 8;
-    config.width = 16;
-    strcpy(config.effects, "none");
-    const struct vw_run_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json",
+    const struct vw_run_params params = {.scene = {.path = SMALL_SCENE,
                                                    .providers = temporary_path(folder, "providers.csv")},
                                          .config = &config,
                                          .out = out,

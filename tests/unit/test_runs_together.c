@@ -9,6 +9,7 @@
 
 #include "base/memory.h"
 #include "run/run.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 
 enum { RUNS = 3, PHOTOS = 6 };
@@ -43,17 +44,8 @@ static const char *path_of(const struct fixture *f, const char *set, uint32_t in
 }
 
 static void open_run(struct fixture *f, const char *set, uint32_t index) {
-    struct vw_config config = vw_config_default;
-    config.seed = index + 1;
-    config.epochs = epochs_of[index];
-    config.rays = 32;
-    config.samples = 8;
-    config.val_rays = 64;
-    config.levels = 4;
-    config.log2_table = 8;
-    config.width = 16;
-    strcpy(config.effects, "none");
-    const struct vw_run_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"},
+    const struct vw_config config = small_config(index + 1, epochs_of[index]);
+    const struct vw_run_params params = {.scene = {.path = SMALL_SCENE},
                                          .config = &config,
                                          .out = path_of(f, set, index, ""),
                                          .resume = true,
