@@ -50,12 +50,17 @@ static uint32_t find_player(struct game *game, const char *provider) {
     return game->player_count++;
 }
 
+// So many providers are no players: no retraining is of them.
+static bool has_too_many(const struct game *game, bool of_providers) {
+    return of_providers && game->player_count > VW_WORTH_PROVIDERS_MAX;
+}
+
 static enum vw_status open_game(const struct vw_worth_input *input, bool of_providers, struct game *game) {
     *game = (struct game){.players = vw_allocate(input->image_count, sizeof *game->players),
                           .player_photos = vw_allocate(input->image_count, sizeof *game->player_photos),
                           .names = vw_allocate(input->image_count, sizeof *game->names)};
     if (!game->players || !game->player_photos || !game->names) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < input->image_count; i++) {
+    for (uint32_t i = 0; i < input->image_count && !has_too_many(game, of_providers); i++) {
         const struct vw_ledger_image *image = &input->images[i];
         const char *provider = image->provider ? image->provider : "";
         game->players[i] = !is_trained(image) ? (uint32_t)NO_PLAYER
@@ -198,7 +203,7 @@ static enum vw_status fit(const struct vw_worth_input *input, bool of_providers,
                           struct vw_worths *worths) {
     *worths = (struct vw_worths){0};
     enum vw_status status = open_game(input, of_providers, game);
-    if (status || game->player_count < 2) return status;
+    if (status || game->player_count < 2 || has_too_many(game, of_providers)) return status;
     status = list_subsets(input, of_providers, game);
     if (!status) status = list_features(input, of_providers, game);
     const struct vw_worth_params params = params_of(game, predict);
@@ -271,7 +276,7 @@ enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_
     while (first < group_count && strcmp(groups[first].method, vw_worth_method) != 0) first++;
     for (end = first; end < group_count && strcmp(groups[end].method, vw_worth_method) == 0;) end++;
     enum vw_status status = first < end ? fit(input, true, false, &game, &worths) : VW_OK;
-    *replaced = !status && worths.count && game.player_count <= VW_WORTH_PROVIDERS_MAX;
+    *replaced = !status && worths.count;
     for (uint32_t i = first; *replaced && i < end; i++) replace(&game, &worths, &groups[i]);
     if (*replaced) qsort(&groups[first], end - first, sizeof *groups, compare_groups);
     vw_worths_free(&worths);
