@@ -154,7 +154,7 @@ for reading in 'verify RUN' "select RUN --top 2 --to $folder/list.txt" "report R
 done
 check "verify finds an edit, and changes nothing" leaves_alone edited 1 verify "$folder/edited"
 
-for threads in 0 1 2 4; do
+for threads in 0 1 4; do
     check "value with $threads driver threads gives a run" value_by_threads "$threads"
     check "the rows do not depend on threads ($threads)" same_rows first "threads$threads"
 done

@@ -114,8 +114,10 @@ resumes() {
 
 resumes value value "$scene" --resume --epochs 150 "${small[@]}" --effects occupancy
 signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
-resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
-resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
+if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then # test_checkpoint and test_until_stable.sh say most of it
+    resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
+    resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
+fi
 together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
 signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
 together=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \

@@ -7,11 +7,12 @@ ulimit -c 0
 scene=$root/tests/support/tiny.json
 grep -q __asan_init <(nm "$program" 2>/dev/null) && { echo "SKIPPED: the address sanitizer takes terabytes of address space"; exit 77; }
 
-# survives WHAT FROM STEP TO COMMAND...: with FROM, FROM + STEP, ... up to TO KiB of address space. What fails before main, in the
-# loader, is not of the program (127).
+# survives WHAT FROM STEP TO COMMAND...: with FROM, FROM + STEP, ... up to TO KiB of address space, by twice the step unless with --full.
+# What fails before main, in the loader, is not of the program (127).
 survives() {
     local what=$1 from=$2 step=$3 to=$4 kib code failed=0 done=0
     shift 4
+    [[ -n ${VIEWWORTH_FULL:-} ]] || step=$((2 * step))
     for ((kib = from; kib <= to; kib += step)); do
         code=0
         rm -rf "$folder/new"

@@ -106,8 +106,7 @@ static struct vw_config smallest_config(void) {
 
 static void take_steps(const char *out, struct look found[LOOKS]) {
     const struct vw_config config = smallest_config();
-    const struct vw_run_params params = {
-        .scene = {.path = SMALL_SCENE}, .config = &config, .out = out};
+    const struct vw_run_params params = {.scene = {.path = SMALL_SCENE}, .config = &config, .out = out};
     struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
     double started_s = vw_now_s();

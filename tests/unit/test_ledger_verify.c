@@ -3,6 +3,7 @@
 #include "unit/ledger_sql.h"
 
 #include "ledger/ledger_private.h"
+#include "support/full.h"
 
 enum { STEP_COUNT = 1 + 2 * TEST_TRAIN_COUNT };
 
@@ -193,9 +194,13 @@ static uint32_t edit_column(const struct original *original, const struct column
     return done;
 }
 
+// The quick tests leave out the interrupted one, whose rows are those of the others.
+static bool is_edited(size_t state) { return test_is_full() || strcmp(states[state], "interrupted") != 0; }
+
 static void every_edit_is_found(void **state) {
     struct column columns[100];
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
+        if (!is_edited(i)) continue;
         struct original original = record_original(*state, states[i]);
         bool has_scores = strcmp(states[i], "finished") == 0;
         uint32_t column_count = list_columns(original.path, columns, VW_ARRAY_COUNT(columns)), edit_count = 0;
@@ -216,6 +221,7 @@ static void every_edit_is_found(void **state) {
 
 static void every_removed_row_is_found(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
+        if (!is_edited(i)) continue;
         struct original original = record_original(*state, states[i]);
         for (size_t t = 0; t < TABLE_COUNT; t++) {
             copy_original(&original);

@@ -26,13 +26,13 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
     const struct vw_config config = small_config(seed, epochs);
     char out[300];
     snprintf(out, sizeof out, "%s/%s", folder, name);
-    const struct vw_run_params params = {.scene = {.path = SMALL_SCENE,
-                                                   .providers = temporary_path(folder, "providers.csv")},
-                                         .config = &config,
-                                         .out = out,
-                                         .payout = "100",
-                                         .sign_key_path = key,
-                                         .resume = resume};
+    const struct vw_run_params params = {
+        .scene = {.path = SMALL_SCENE, .providers = temporary_path(folder, "providers.csv")},
+        .config = &config,
+        .out = out,
+        .payout = "100",
+        .sign_key_path = key,
+        .resume = resume};
     struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
