@@ -48,6 +48,9 @@ enum vw_table_precision {
 // At least so many validation rays are taken per view, whatever vw_config.val_rays says.
 enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
 
+enum { VW_PILOT_STEPS_MOST = 100000 };
+#define VW_PILOT_STEPS_AUTO UINT32_MAX
+
 // Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
 struct vw_config {
     uint64_t seed;           // 0 to 2^63-1; decides what `vary` names
@@ -73,6 +76,9 @@ struct vw_config {
     enum vw_background_form background;
     enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
+    // Of each pilot that decides on effects; 0: no pilots; VW_PILOT_STEPS_AUTO: by the length of the run. Not part of
+    // the run's identity, which names the effects that are on.
+    uint32_t pilot_steps;
     // Probes, which need validation (see vw_step_record.probes).
     bool noise_floor;    // probe some of every photo's steps for measurement noise
     uint32_t same_state; // states, at ends of epochs spread evenly behind burn-in, from which a step on every photo is
@@ -105,15 +111,19 @@ const char *vw_table_precision_name(enum vw_table_precision precision); // "floa
 
 // ---- Effects (decision 7) ----
 
-enum { VW_EFFECT_COUNT_MAX = 16 };
+enum { VW_EFFECT_COUNT_MAX = 16, VW_MEASURED_ON_BYTES = 240 };
 
 struct vw_effect_verdict {
-    const char *name;    // "distortion", "background"
-    bool called_for;     // evidence >= threshold
-    double evidence;     // what was measured of the scene; NaN: unknown, which calls for nothing
-    double threshold;    // NaN: nothing was measured
-    const char *meaning; // what the evidence is, with its unit
-    bool on;             // after --effects
+    const char *name;       // "distortion", "background"
+    bool called_for;        // evidence_low >= threshold, and beside the effects that were chosen before
+    double evidence;        // what was measured of the scene; NaN: unknown, which calls for nothing
+    double evidence_stderr; // of a gain; NaN of a fact
+    double evidence_low;    // of a gain, the lower end of its one-sided 95 % interval; of a fact, the evidence
+    double threshold;       // of a gain, the price that it must reach; NaN: nothing was measured
+    double ms_per_step, device_bytes; // what the effect costs, in pilots; NaN: unknown. They decide nothing
+    const char *meaning;              // what the evidence is, with its unit
+    char measured_on[VW_MEASURED_ON_BYTES];
+    bool on; // after --effects
 };
 
 // Every known effect, in registry order, with nothing measured and nothing on.

@@ -223,6 +223,11 @@ const struct vw_option vw_option_table[] = {
      "Optional parts of image formation: those that the scene calls for (auto), none, exactly a list, or auto with "
      "some added and removed",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(EFFECTS, config.effects), COMMON, .words = "auto none"},
+    {"pilot-steps", "N",
+     "Steps of each short training that measures what an effect gains; without any (0), no effect is called for that "
+     "the scene's files do not tell",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
+     DEFAULT("by the length of the run")},
     {"background", NULL, "Colour behind transparent train pixels: the scene's own, or a random one per ray and step",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
 
@@ -350,7 +355,10 @@ static void describe_default(const struct vw_option *option, char *text, size_t 
     case VW_OPTION_TEXT:
         if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
         break;
-    case VW_OPTION_COUNT: snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field); break;
+    case VW_OPTION_COUNT:
+        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
+        else snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field);
+        break;
     case VW_OPTION_SEED: snprintf(text, text_bytes, "%" PRIu64, *(const uint64_t *)field); break;
     case VW_OPTION_REAL: snprintf(text, text_bytes, "%g", *(const double *)field); break;
     case VW_OPTION_CHOICE: snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field)); break;

@@ -1,100 +1,229 @@
 #include "detect/decide.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "detect/evidence.h"
-#include "detect/pilot_run.h"
+#include "detect/facts.h"
+#include "detect/pilots.h"
 #include "train/effects/registry.h"
 
-// How an effect is detected: it is called for when its evidence reaches the threshold. Basic ones are decided first,
-// since the rest of the evidence and the pilot run take them into account.
+static const double PRICE_DB = 0.1;     // what an effect must gain at least
+static const double EMPTY_SHARE = 0.25; // of the box; occupancy saves no time where less is empty
+
+// How a fact is found: it calls for its effect when it reaches the threshold.
 static const struct detector {
     const char *effect;
     double threshold;
-    bool basic;
-    enum vw_status (*evidence)(const struct survey *survey, double *evidence);
-} detectors[] = {
-    {"distortion", 0.01, true, evidence_distortion},
-    {"background", 0.01, true, evidence_background},
-    {"masks", 1e-9, true, evidence_masks},
-    {"sky", 0.05, false, evidence_sky},
-    {"unbounded", 4.0, false, evidence_unbounded},
-    {"appearance", 0.05, false, evidence_appearance},
-    {"appearance_code", 0.075, false, evidence_appearance_code},
-    {"occupancy", 0.25, false, evidence_occupancy},
+    double (*find)(const struct vw_scene *scene);
+} facts[] = {
+    {"distortion", 0.01, fact_distortion},
+    {"background", 0.01, fact_background},
+    {"masks", 1e-9, fact_masks},
 };
 
-static const struct detector *find_detector(const char *effect) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(detectors); i++)
-        if (strcmp(detectors[i].effect, effect) == 0) return &detectors[i];
+static const struct detector *find_fact(const char *effect) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(facts); i++)
+        if (strcmp(facts[i].effect, effect) == 0) return &facts[i];
     return NULL;
 }
 
-static const struct vw_effect_verdict *find_verdict(const struct vw_effect_verdict *verdicts, uint32_t count,
-                                                    const char *name) {
-    for (uint32_t i = 0; name && i < count; i++)
-        if (strcmp(verdicts[i].name, name) == 0) return &verdicts[i];
-    return NULL;
-}
-
-// 0 where another effect's verdict rules this one out, NaN where that verdict is unknown; else what the detector finds.
-static enum vw_status measure_effect(const struct survey *survey, const struct effect *effect,
-                                     const struct detector *detector, const struct vw_effect_verdict *verdicts,
-                                     uint32_t count, double *evidence) {
-    const struct vw_effect_verdict *required = find_verdict(verdicts, count, effect->requires),
-                                   *conflict = find_verdict(verdicts, count, effect->conflicts);
-    if (required && !required->called_for) *evidence = isnan(required->evidence) ? NAN : 0.0;
-    else if (conflict && conflict->called_for) *evidence = 0.0;
-    else return detector->evidence(survey, evidence);
-    return VW_OK;
-}
-
-// The evidence of the basic effects, or of the others.
-static enum vw_status measure(const struct survey *survey, bool basic, struct vw_effect_verdict *verdicts) {
-    uint32_t count;
-    const struct effect *effects = effects_get(&count);
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) {
-        const struct detector *detector = find_detector(effects[i].name);
-        if (!detector || detector->basic != basic) continue;
-        status = measure_effect(survey, &effects[i], detector, verdicts, count, &verdicts[i].evidence);
-        verdicts[i].threshold = detector->threshold;
-        verdicts[i].called_for = verdicts[i].evidence >= detector->threshold;
-    }
-    return status;
-}
-
-// With the basic effects as they are decided, and no others.
-static enum vw_status run_pilot(struct vw_gpu *gpu, const struct vw_scene *scene,
-                                const struct vw_effect_verdict *decided, uint32_t count,
-                                struct pilot_findings *findings) {
-    struct vw_effect_verdict simulated[VW_EFFECT_COUNT_MAX];
-    memcpy(simulated, decided, count * sizeof *decided);
-    for (uint32_t i = 0; i < count; i++) {
-        const struct detector *detector = find_detector(simulated[i].name);
-        simulated[i].on &= detector && detector->basic;
-    }
-    return pilot_run(gpu, scene, simulated, count, findings);
-}
-
-enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const char *choice,
-                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *choice,
+                                     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
     struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
     uint32_t decided_count;
-    struct survey survey = {.scene = scene, .masks = true, .pilot = {.gain_spread = NAN, .empty_share = NAN}};
     vw_effects_list(decided, &decided_count);
-    enum vw_status status = measure(&survey, true, decided);
-    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
-    if (status != VW_OK) return status;
-    survey.masks = vw_effects_is_on(decided, decided_count, "masks");
-    if (gpu && effects_leave_to_evidence(choice) && scene->split_count[VW_SPLIT_TRAIN] > 0)
-        status = run_pilot(gpu, scene, decided, decided_count, &survey.pilot);
-    if (status == VW_OK) status = measure(&survey, false, decided);
-    if (status == VW_OK) status = vw_effects_choose(choice, decided, decided_count);
+    for (uint32_t i = 0; i < decided_count; i++) {
+        const struct detector *fact = find_fact(decided[i].name);
+        if (!fact) continue;
+        decided[i].evidence = decided[i].evidence_low = fact->find(scene);
+        decided[i].threshold = fact->threshold;
+        decided[i].called_for = decided[i].evidence >= fact->threshold;
+        snprintf(decided[i].measured_on, sizeof decided[i].measured_on, "the scene's files");
+    }
+    enum vw_status status = vw_effects_choose(choice, decided, decided_count);
     if (status != VW_OK) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;
+}
+
+// ---- The search -----------------------------------------------------------------------------------------------------
+
+struct search {
+    struct pilots pilots;
+    struct vw_effect_verdict *verdicts;
+    const struct effect *effects;
+    uint32_t count;
+    uint32_t set;        // a bit for each effect that was chosen so far, by its place in the registry
+    uint32_t candidates; // that may be added
+};
+
+static uint32_t bit_of(const struct search *search, const char *name) {
+    for (uint32_t i = 0; name && i < search->count; i++)
+        if (strcmp(search->effects[i].name, name) == 0) return 1u << i;
+    return 0;
+}
+
+static bool is_possible(const struct search *search, uint32_t effect) {
+    const struct effect *it = &search->effects[effect];
+    if (!(search->candidates >> effect & 1) || search->set >> effect & 1) return false;
+    if (it->requires && !(search->set & bit_of(search, it->requires))) return false;
+    if (search->set & bit_of(search, it->conflicts)) return false;
+    for (uint32_t i = 0; i < search->count; i++) // the other way round
+        if (search->set >> i & 1 && bit_of(search, search->effects[i].conflicts) == 1u << effect) return false;
+    return true;
+}
+
+static void tell(struct vw_effect_verdict *verdict, const struct search *search, const struct pilot_gain *gain) {
+    const struct pilots *pilots = &search->pilots;
+    size_t room = sizeof verdict->measured_on;
+    int used = snprintf(verdict->measured_on, room,
+                        "%d x %u steps of %u rays on %u train photos, scored on %u of them held out; beside",
+                        PILOT_FOLDS, pilots->steps, pilots->config.rays, pilots->photo_count, gain->photo_count);
+    bool any = false;
+    for (uint32_t i = 0; i < search->count && used >= 0 && (size_t)used < room; i++) {
+        if (!(search->set >> i & 1)) continue;
+        used += snprintf(verdict->measured_on + used, room - (size_t)used, "%s%s", any ? ", " : " ",
+                         search->effects[i].name);
+        any = true;
+    }
+    if (!any && used >= 0 && (size_t)used < room)
+        snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
+}
+
+// What an effect gains beside those chosen so far.
+static struct pilot_gain judge(struct search *search, uint32_t effect) {
+    const struct pilot *without = pilots_find(&search->pilots, search->set),
+                       *with = pilots_find(&search->pilots, search->set | 1u << effect);
+    struct pilot_gain gain = pilot_gain(&search->pilots, with, without);
+    struct vw_effect_verdict *verdict = &search->verdicts[effect];
+    verdict->evidence = gain.mean_db;
+    verdict->evidence_stderr = gain.stderr_db;
+    verdict->evidence_low = gain.low_db;
+    verdict->threshold = PRICE_DB;
+    verdict->called_for = gain.low_db >= PRICE_DB;
+    verdict->ms_per_step = with->ms_per_step - without->ms_per_step;
+    verdict->device_bytes = (double)with->device_bytes - (double)without->device_bytes;
+    tell(verdict, search, &gain);
+    return gain;
+}
+
+static enum vw_status make_pilots(struct search *search, const uint32_t *tried, uint32_t count) {
+    uint32_t sets[VW_EFFECT_COUNT_MAX + 1];
+    sets[0] = search->set;
+    for (uint32_t i = 0; i < count; i++) sets[1 + i] = search->set | 1u << tried[i];
+    return pilots_make(&search->pilots, sets, 1 + count);
+}
+
+// Adds the effect that gains most, if any is worth its price; *added tells.
+static enum vw_status take_round(struct search *search, uint32_t last, bool *added) {
+    uint32_t tried[VW_EFFECT_COUNT_MAX], count = 0, best = 0;
+    double best_db = -INFINITY;
+    *added = false;
+    for (uint32_t i = 0; i < search->count; i++)
+        if (!(last >> i & 1) && is_possible(search, i)) tried[count++] = i;
+    enum vw_status status = count ? make_pilots(search, tried, count) : VW_OK;
+    for (uint32_t i = 0; i < count && status == VW_OK; i++) {
+        struct pilot_gain gain = judge(search, tried[i]);
+        if (2.0 * gain.mean_db - gain.low_db < 0.0) search->candidates &= ~(1u << tried[i]); // harms: not tried again
+        if (!(gain.low_db > best_db)) continue;
+        best_db = gain.low_db;
+        best = tried[i];
+    }
+    *added = status == VW_OK && best_db >= PRICE_DB;
+    if (*added) search->set |= 1u << best;
+    for (uint32_t i = 0; i < count && status == VW_OK; i++) // until a later round has measured it beside the chosen one
+        if (tried[i] != best || !*added) search->verdicts[tried[i]].called_for = false;
+    return status;
+}
+
+// Occupancy skips samples in empty space. No clock may decide, so that the share of the box that is empty stands for
+// the time; the pilot with it must not lose the price.
+static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy) {
+    struct vw_effect_verdict *verdict = &search->verdicts[occupancy];
+    if (!is_possible(search, occupancy)) return VW_OK;
+    enum vw_status status = make_pilots(search, &occupancy, 0);
+    if (status != VW_OK) return status;
+    double empty = pilots_find(&search->pilots, search->set)->empty_share;
+    struct pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
+    if (empty >= EMPTY_SHARE) status = make_pilots(search, &occupancy, 1);
+    if (status != VW_OK) return status;
+    if (empty >= EMPTY_SHARE) gain = judge(search, occupancy);
+    else tell(verdict, search, &gain);
+    verdict->called_for = empty >= EMPTY_SHARE && gain.low_db > -PRICE_DB;
+    verdict->evidence = verdict->evidence_low = empty;
+    verdict->evidence_stderr = NAN;
+    verdict->threshold = EMPTY_SHARE;
+    if (verdict->called_for) search->set |= 1u << occupancy;
+    return VW_OK;
+}
+
+static enum vw_status run_search(struct search *search) {
+    uint32_t occupancy = bit_of(search, "occupancy");
+    bool added = true;
+    enum vw_status status = VW_OK;
+    while (added && status == VW_OK) status = take_round(search, occupancy, &added);
+    for (uint32_t i = 0; i < search->count && status == VW_OK; i++)
+        if (occupancy >> i & 1) status = judge_occupancy(search, i);
+    return status;
+}
+
+// What may be added: what is no fact and not named by --effects, and is not impossible.
+static uint32_t list_candidates(const struct search *search, const struct vw_scene *scene, const char *choice) {
+    uint32_t candidates = 0;
+    for (uint32_t i = 0; i < search->count; i++)
+        if (!find_fact(search->effects[i].name) && !effects_names(choice, search->effects[i].name))
+            candidates |= 1u << i;
+    // Where all photos have transparent pixels, these tell what lies behind the scene.
+    if (fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
+    return candidates;
+}
+
+static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
+                              struct vw_effect_verdict *verdicts, uint32_t count) {
+    struct search search = {.verdicts = verdicts};
+    search.effects = effects_get(&search.count);
+    search.candidates = list_candidates(&search, scene, planned->effects);
+    for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)verdicts[i].on << i;
+    uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
+    const struct pilots_params params = {.gpu = gpu,
+                                         .scene = scene,
+                                         .planned = planned,
+                                         .steps = vw_pilot_steps(scene, planned),
+                                         .masks = effects_obey_masks(scene, verdicts, count),
+                                         .fits = (search.candidates | search.set) & fitted};
+    if (!search.candidates) return VW_OK;
+    enum vw_status status = pilots_open(&params, &search.pilots);
+    if (status == VW_OK && search.pilots.photo_count) status = run_search(&search);
+    return status;
+}
+
+enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
+                                 struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
+    uint32_t decided_count;
+    enum vw_status status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
+    bool measured = gpu && planned->pilot_steps && effects_leave_to_evidence(planned->effects);
+    if (status == VW_OK && measured) status = measure(gpu, scene, planned, decided, decided_count);
+    if (status == VW_OK) status = vw_effects_choose(planned->effects, decided, decided_count);
+    if (status != VW_OK) return status;
+    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    *count = decided_count;
+    return VW_OK;
+}
+
+// ---- Cost -----------------------------------------------------------------------------------------------------------
+
+// Together, pilots look at no more than a tenth of the rays that the run trains on, where that leaves enough for a
+// verdict. Most searches make so many: a pilot without, one with each effect, and a second round.
+enum { STEPS_LEAST = 256, STEPS_MOST = 1024, PILOTS_EXPECTED = 6 };
+static const double SHARE = 0.1;
+
+uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned) {
+    double rays = (double)planned->epochs * scene->split_count[VW_SPLIT_TRAIN] * planned->rays;
+    double steps = SHARE * rays / PILOTS_EXPECTED / fmin(planned->rays, PILOT_RAYS);
+    if (planned->pilot_steps != VW_PILOT_STEPS_AUTO) return planned->pilot_steps;
+    return (uint32_t)fmin(fmax(steps, STEPS_LEAST), STEPS_MOST);
 }

@@ -1,4 +1,9 @@
-// Which effects a scene calls for, by what is measured of it.
+// Which effects a scene calls for.
+//
+// Facts come first: lenses, transparent pixels and mask files are read from the scene. Everything else is measured. The
+// search begins with the facts and with what `effects` adds to them. It makes paired pilots (pilots.h) with each
+// further effect that is possible beside these, adds the one whose gain has the highest lower bound if that bound lies
+// above the price of PRICE_DB, and begins again. Occupancy comes last, since it gains time and no quality.
 #ifndef VIEWWORTH_DETECT_DECIDE_H
 #define VIEWWORTH_DETECT_DECIDE_H
 
@@ -7,10 +12,17 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-// Measures the scene and chooses. Some evidence takes a pilot run on `gpu`, of about a second; without a device (NULL),
-// without photos to train on, or where `effects` leaves nothing to the evidence, there is none, and what it would tell
-// is NaN. The same scene on the same device gets the same verdicts.
-enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const char *effects,
+// Decides for a run of the scene with the config `planned`, whose `effects` leave the choice or make it. Without a
+// device (NULL), with planned->pilot_steps = 0, on fewer than 8 train photos, or where `effects` leaves nothing open,
+// there are no pilots: what only they could tell is NaN, and off. The same scene, config and device give the same
+// verdicts, whatever the seed of the run.
+enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                                  struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+// The facts alone, with `effects` applied to them.
+enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
+                                     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
+
+// How many steps a pilot takes for a run of the scene with the config `planned`.
+uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned);
 
 #endif

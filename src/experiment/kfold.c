@@ -184,8 +184,7 @@ static bool all_begun(const struct work *work) {
 // All folds share the device, and the effects that the scene as a whole calls for; a run that is there has its own.
 static enum vw_status share_session(struct work *work) {
     struct vw_session *base = &work->kfold->session;
-    enum vw_status status =
-        all_begun(work) ? VW_OK : vw_session_decide_effects(work->params->common.config->effects, base);
+    enum vw_status status = all_begun(work) ? VW_OK : vw_session_decide_effects(work->params->common.config, base);
     for (uint32_t k = 0; !status && k < work->params->folds; k++) {
         struct vw_session *session = &work->folds[k].session;
         session->gpu = base->gpu;

@@ -83,7 +83,7 @@ static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
 
 enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struct vw_retrainer *retrainer) {
     retrainer->params = *params;
-    enum vw_status status = vw_session_decide_effects(params->config->effects, params->session);
+    enum vw_status status = vw_session_decide_effects(params->config, params->session);
     if (!status)
         status = vw_scene_list_views(params->session->scene, VW_SPLIT_TRAIN, &retrainer->train_views,
                                      &retrainer->train_count);

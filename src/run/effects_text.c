@@ -6,13 +6,20 @@
 
 #include "base/json.h"
 
-const char vw_effects_heading[] = "effect          on   called for  evidence   threshold  which is";
+const char vw_effects_heading[] =
+    "effect          on   called for  evidence          threshold  ms per step  bytes      which is";
 
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]) {
-    char evidence[32] = "unknown";
+    char evidence[32] = "unknown", threshold[16] = "", cost_ms[16] = "", cost_bytes[16] = "";
     if (isfinite(verdict->evidence)) snprintf(evidence, sizeof evidence, "%.4g", verdict->evidence);
-    snprintf(line, VW_EFFECT_LINE_BYTES, "%-15s %-4s %-11s %-10s %-10.4g %s", verdict->name, verdict->on ? "yes" : "no",
-             verdict->called_for ? "yes" : "no", evidence, verdict->threshold, verdict->meaning);
+    if (isfinite(verdict->evidence_stderr))
+        snprintf(evidence, sizeof evidence, "%+.2f +- %.2f", verdict->evidence, verdict->evidence_stderr);
+    if (isfinite(verdict->threshold)) snprintf(threshold, sizeof threshold, "%.4g", verdict->threshold);
+    if (isfinite(verdict->ms_per_step)) snprintf(cost_ms, sizeof cost_ms, "%+.2g", verdict->ms_per_step);
+    if (isfinite(verdict->device_bytes)) snprintf(cost_bytes, sizeof cost_bytes, "%+.0f", verdict->device_bytes);
+    snprintf(line, VW_EFFECT_LINE_BYTES, "%-15s %-4s %-11s %-17s %-10s %-12s %-10s %s%s%s", verdict->name,
+             verdict->on ? "yes" : "no", verdict->called_for ? "yes" : "no", evidence, threshold, cost_ms, cost_bytes,
+             verdict->meaning, verdict->measured_on[0] ? "; " : "", verdict->measured_on);
 }
 
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count) {
@@ -20,9 +27,13 @@ json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t co
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_effect_verdict *verdict = &verdicts[i];
         vw_json_append(&array,
-                       json_pack("{s:s, s:b, s:o, s:o, s:s, s:b}", "name", verdict->name, "called_for",
-                                 verdict->called_for, "evidence", vw_json_real(verdict->evidence), "threshold",
-                                 vw_json_real(verdict->threshold), "meaning", verdict->meaning, "on", verdict->on));
+                       json_pack("{s:s, s:b, s:o, s:o, s:o, s:o, s:s, s:b, s:o, s:o, s:s}", "name", verdict->name,
+                                 "called_for", verdict->called_for, "evidence", vw_json_real(verdict->evidence),
+                                 "evidence_stderr", vw_json_real(verdict->evidence_stderr), "evidence_low",
+                                 vw_json_real(verdict->evidence_low), "threshold", vw_json_real(verdict->threshold),
+                                 "meaning", verdict->meaning, "on", verdict->on, "ms_per_step",
+                                 vw_json_real(verdict->ms_per_step), "device_bytes",
+                                 vw_json_real(verdict->device_bytes), "measured_on", verdict->measured_on));
     }
     return array;
 }
@@ -33,9 +44,15 @@ static struct vw_effect_verdict *find(struct vw_effect_verdict *verdicts, uint32
     return NULL;
 }
 
+// NaN for null, and for what older ledgers lack.
+static double number_of(const json_t *entry, const char *key) {
+    const json_t *value = json_object_get(entry, key);
+    return json_is_number(value) ? json_number_value(value) : NAN;
+}
+
 static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict *verdicts, uint32_t count) {
     const char *name = json_string_value(json_object_get(entry, "name"));
-    const json_t *evidence = json_object_get(entry, "evidence"), *threshold = json_object_get(entry, "threshold");
+    const char *measured_on = json_string_value(json_object_get(entry, "measured_on"));
     struct vw_effect_verdict *verdict = name ? find(verdicts, count, name) : NULL;
     if (!name) return vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger: an entry has no name");
     if (!verdict)
@@ -43,8 +60,13 @@ static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict
                        "run.effects_json of the ledger: \"%s\" is no effect of this version; use a newer one", name);
     verdict->called_for = json_is_true(json_object_get(entry, "called_for"));
     verdict->on = json_is_true(json_object_get(entry, "on"));
-    verdict->evidence = json_is_number(evidence) ? json_number_value(evidence) : NAN;
-    if (json_is_number(threshold)) verdict->threshold = json_number_value(threshold);
+    verdict->evidence = number_of(entry, "evidence");
+    verdict->evidence_stderr = number_of(entry, "evidence_stderr");
+    verdict->evidence_low = number_of(entry, "evidence_low");
+    verdict->threshold = number_of(entry, "threshold");
+    verdict->ms_per_step = number_of(entry, "ms_per_step");
+    verdict->device_bytes = number_of(entry, "device_bytes");
+    snprintf(verdict->measured_on, sizeof verdict->measured_on, "%s", measured_on ? measured_on : "");
     return VW_OK;
 }
 

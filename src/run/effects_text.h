@@ -7,12 +7,13 @@
 
 #include "viewworth/train.h"
 
-enum { VW_EFFECT_LINE_BYTES = 256 };
+enum { VW_EFFECT_LINE_BYTES = 640 };
 
 extern const char vw_effects_heading[];
 // One line of the table, without its end.
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]);
-// [{name, called_for, evidence, threshold, meaning, on}]; NULL when memory is short.
+// [{name, called_for, evidence, evidence_stderr, evidence_low, threshold, meaning, on, ms_per_step, device_bytes,
+// measured_on}]; null for what is unknown. NULL when memory is short.
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count);
 // The verdicts that a ledger holds (run.effects_json), in the order of the effects known today; what it does not name
 // is off.

@@ -103,7 +103,7 @@ static enum vw_status take_recorded_effects(struct vw_run *run) {
 
 static enum vw_status decide_effects(struct vw_run *run) {
     if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
-    enum vw_status status = vw_session_decide_effects(run->config.effects, run->session);
+    enum vw_status status = vw_session_decide_effects(&run->config, run->session);
     if (status) return status;
     run->effect_count = run->session->effect_count;
     memcpy(run->effects, run->session->effects, sizeof run->effects);

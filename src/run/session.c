@@ -26,9 +26,9 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
     return status;
 }
 
-enum vw_status vw_session_decide_effects(const char *effects, struct vw_session *session) {
+enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session) {
     if (session->effect_count) return VW_OK;
-    return vw_effects_decide(session->gpu, session->scene, effects, session->effects, &session->effect_count);
+    return vw_effects_decide(session->gpu, session->scene, planned, session->effects, &session->effect_count);
 }
 
 void vw_session_close(struct vw_session *session) {

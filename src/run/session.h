@@ -28,8 +28,8 @@ struct vw_session {
 // Opens device and scene, and logs what was found. Does nothing when they are open. Close the session also after a
 // failure.
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session);
-// Decides the effects by what the scene shows; `effects` as vw_config.effects. Does nothing when they are decided.
-enum vw_status vw_session_decide_effects(const char *effects, struct vw_session *session);
+// Decides the effects for runs with the config `planned` (detect/decide.h). Does nothing when they are decided.
+enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session);
 void vw_session_close(struct vw_session *session);
 
 #endif

@@ -29,6 +29,7 @@ const struct vw_config vw_config_default = {
     .growth = 1.45,
     .width = 32,
     .effects = "auto",
+    .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
 
 static const char *const loss_names[] = {"l1", "l2", "huber"};
@@ -135,6 +136,9 @@ static enum vw_status check_together(const struct vw_config *config) {
                        finest);
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
+    if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
+        return vw_fail(VW_ERROR_USAGE, "--pilot-steps takes 0 to %d, not %" PRIu32, VW_PILOT_STEPS_MOST,
+                       config->pilot_steps);
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
         return vw_fail(
@@ -201,6 +205,8 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     // Only where they are asked for: a run without them is what it was before there was a choice.
     failed =
         failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
+    failed = failed || (!identity_only && config->pilot_steps != VW_PILOT_STEPS_AUTO &&
+                        json_object_set_new(object, "pilot_steps", json_integer(config->pilot_steps)));
     // The effects that are on are part of the identity by their names, however they were asked for: see
     // vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
@@ -230,7 +236,7 @@ static enum vw_status number_from_json(const json_t *object, const struct number
 }
 
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
-    struct vw_config parsed = {.huber_length = vw_config_default.huber_length};
+    struct vw_config parsed = {.huber_length = vw_config_default.huber_length, .pilot_steps = VW_PILOT_STEPS_AUTO};
     json_error_t error;
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
@@ -270,6 +276,11 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK && (same_state < 0 || same_state > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "config: same_state is no number of states");
     parsed.same_state = (uint32_t)same_state;
+    const json_t *pilots = json_object_get(object, "pilot_steps");
+    json_int_t pilot_steps = json_integer_value(pilots);
+    if (status == VW_OK && (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST))
+        status = vw_fail(VW_ERROR_INPUT, "config: pilot_steps is no number of steps");
+    if (pilots) parsed.pilot_steps = (uint32_t)pilot_steps;
     json_decref(object);
     if (status == VW_OK) status = vw_config_check(&parsed);
     if (status == VW_OK) *config = parsed;

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "train/effects/appearance.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/view_fit.h"
@@ -93,12 +92,12 @@ static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
 }
 
 // Renders and measures the pixels that were chosen, those that weigh nothing left out.
-static enum vw_status see(const struct vw_scene *scene, struct evaluator *evaluator, uint32_t view,
+static enum vw_status see(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
                           struct seen_view *seen, struct vw_view_error *error) {
     enum vw_status status = render(evaluator, seen);
-    if (status == VW_OK && !sum_errors(seen, error))
+    if (status == VW_OK && !sum_errors(seen, error) && !measured->allows_blank)
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
-                         scene->views[view].name);
+                         measured->scene->views[view].name);
     return status;
 }
 
@@ -107,19 +106,19 @@ static enum vw_status see(const struct vw_scene *scene, struct evaluator *evalua
 static enum vw_status measure_view(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
                                    uint32_t pixels_max, struct seen_view *seen, struct vw_view_error *error) {
     const struct vw_scene *scene = measured->scene;
-    bool fits = appearance_fits_views(measured->field->model);
+    bool fits = measured->fits;
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, fit_max, seen->pixels) : 0;
     seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), 0,
                                                     pixels_max, seen->pixels + seen->fit_count);
     if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
-    return see(scene, evaluator, view, seen, error);
+    return see(measured, evaluator, view, seen, error);
 }
 
 enum vw_status measure_views(const struct measured_field *measured, const uint32_t *views, uint32_t view_count,
                              uint32_t pixels_max, struct vw_view_error *errors) {
-    size_t most = (size_t)pixels_max + (appearance_fits_views(measured->field->model) ? VIEW_FIT_RAYS_MAX : 0);
+    size_t most = (size_t)pixels_max + (measured->fits ? VIEW_FIT_RAYS_MAX : 0);
     struct evaluator evaluator = {0};
     struct seen_view seen;
     enum vw_status status = allocate(most, &seen);
@@ -137,7 +136,7 @@ enum vw_status measure_views(const struct measured_field *measured, const uint32
 // All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
 static void choose_all(const struct measured_field *measured, uint32_t view, struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
-    bool fits = appearance_fits_views(measured->field->model);
+    bool fits = measured->fits;
     struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
     const struct vw_image *image = &scene->views[view].image;
     seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
@@ -179,7 +178,7 @@ enum vw_status measure_whole_view(const struct measured_field *measured, uint32_
         status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) {
         choose_all(measured, view, &seen);
-        status = see(measured->scene, &evaluator, view, &seen, &whole->error);
+        status = see(measured, &evaluator, view, &seen, &whole->error);
     }
     if (status == VW_OK) status = keep_pixels(&seen, whole);
     evaluator_destroy(&evaluator);

@@ -9,7 +9,9 @@
 struct measured_field { // all borrowed
     struct field *field;
     const struct vw_scene *scene;
-    bool masks; // mask files are obeyed
+    bool masks;        // mask files are obeyed
+    bool fits;         // a gain and a bias are fitted to a view's left half, and its right half is measured
+    bool allows_blank; // a view without usable pixels has errors of NaN; else it is a failure
 };
 
 // As vw_trainer_measure_views() and vw_trainer_measure_whole().

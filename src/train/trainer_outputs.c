@@ -4,6 +4,7 @@
 
 #include "train/checkpoint.h"
 #include "train/coverage.h"
+#include "train/effects/appearance.h"
 #include "train/field_file.h"
 #include "train/identity.h"
 #include "train/measure_views.h"
@@ -135,7 +136,10 @@ enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view
 }
 
 static struct measured_field measured_field_of(struct vw_trainer *trainer) {
-    return (struct measured_field){.field = &trainer->field, .scene = trainer->scene, .masks = trainer->masks};
+    return (struct measured_field){.field = &trainer->field,
+                                   .scene = trainer->scene,
+                                   .masks = trainer->masks,
+                                   .fits = appearance_fits_views(&trainer->model)};
 }
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,

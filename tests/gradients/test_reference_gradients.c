@@ -68,7 +68,7 @@ static void make_model(const struct reference_case *setup, enum vw_loss loss, co
     config.loss = loss;
     if (loss == VW_LOSS_HUBER) config.background = VW_BACKGROUND_RANDOM; // the other form under the other losses
     assert_int_equal(vw_config_check(&config), VW_OK);
-    assert_int_equal(vw_effects_decide(NULL, &empty_scene, choice, effects, &count), VW_OK);
+    assert_int_equal(vw_effects_find_facts(&empty_scene, choice, effects, &count), VW_OK);
     struct device_choices choices;
     device_choose(&(struct vw_gpu_info){.kind = VW_GPU_CPU}, &choices);
     assert_int_equal(model_create(&config, &empty_scene, NULL, 0, effects, &choices, &limits, model), VW_OK);
@@ -263,7 +263,7 @@ static void the_gradient_is_the_slope_of_the_loss(void **state) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     char all[192] = "";
     uint32_t count;
-    assert_int_equal(vw_effects_decide(NULL, &empty_scene, "none", effects, &count), VW_OK);
+    assert_int_equal(vw_effects_find_facts(&empty_scene, "none", effects, &count), VW_OK);
     for (uint32_t i = 0; i < count; i++)
         snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? "," : "", effects[i].name);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {

@@ -219,7 +219,7 @@ static void the_cheapest_sufficient_variant_is_chosen(void **state) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         struct vw_specialization specialization = {0};
         uint32_t count;
-        assert_int_equal(vw_effects_decide(NULL, &scene, "auto", verdicts, &count), VW_OK);
+        assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
         effects_specialize(verdicts, &scene, &specialization);
         assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
     }

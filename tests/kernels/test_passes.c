@@ -189,8 +189,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, on[VW_EFFECT_COUNT_MAX] = {0};
     for (uint32_t i = 0; i < step_case_count; i++) {
-        assert_int_equal(vw_effects_decide(NULL, benches[i]->scene, benches[i]->config.effects, verdicts, &count),
-                         VW_OK);
+        assert_int_equal(vw_effects_find_facts(benches[i]->scene, benches[i]->config.effects, verdicts, &count), VW_OK);
         for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
     }
     assert_true(count > 0);

@@ -7,7 +7,7 @@
 
 static void verdicts_hold_for_three_seeds(void **state) {
     (void)state;
-    detection_check(1, 3);
+    detection_check(1, 3, true);
 }
 
 int main(void) {

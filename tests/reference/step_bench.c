@@ -135,7 +135,7 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
-    stop_unless(bench, vw_effects_decide(NULL, bench->scene, bench->config.effects, verdicts, &count));
+    stop_unless(bench, vw_effects_find_facts(bench->scene, bench->config.effects, verdicts, &count));
     struct vw_gpu_info device = *vw_gpu_get_info(bench->gpu);
     if (c->as_on_gpus) device.kind = VW_GPU_DISCRETE;
     struct device_choices choices;

@@ -3,15 +3,18 @@
 #ifndef TESTS_SUPPORT_DETECTION_CASES_H
 #define TESTS_SUPPORT_DETECTION_CASES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/scene.h"
 
-// Decides on every case with `seed_count` seeds, prints evidence and a confusion matrix over all effects, and fails the
-// test on a mistake.
-void detection_check(uint64_t first_seed, uint32_t seed_count);
+// Finds the facts of every case with `seed_count` seeds; with `pilots` it also decides by default pilots. Prints a
+// confusion matrix over all effects, and fails the test on a mistake about a fact. What pilots gain is no matter of
+// what a recipe is made of: theirs are printed alone.
+void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots);
 
-// A scene that calls for nothing; owned by the caller.
+// A scene that calls for nothing, and one with a bright sky; owned by the caller.
 struct vw_scene *detection_plain_scene(void);
+struct vw_scene *detection_sky_scene(void);
 
 #endif

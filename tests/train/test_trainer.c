@@ -453,15 +453,15 @@ static void effects_follow_evidence_and_option(void **state) {
                                                                                   .alpha = cases[i].alpha});
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         uint32_t count;
-        ASSERT_OK(vw_effects_decide(NULL, scene, cases[i].choice, verdicts, &count));
+        ASSERT_OK(vw_effects_find_facts(scene, cases[i].choice, verdicts, &count));
         assert_true(count >= 2);
         assert_string_equal(verdicts[0].name, "distortion");
         assert_int_equal(verdicts[0].on, cases[i].distortion);
         assert_int_equal(verdicts[1].on, cases[i].background);
         assert_int_equal(verdicts[0].called_for, cases[i].k1 != 0.0);
         assert_int_equal(verdicts[1].called_for, cases[i].alpha);
-        assert_int_equal(vw_effects_decide(NULL, scene, "fog", verdicts, &count), VW_ERROR_USAGE);
-        assert_int_equal(vw_effects_decide(NULL, scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
+        assert_int_equal(vw_effects_find_facts(scene, "fog", verdicts, &count), VW_ERROR_USAGE);
+        assert_int_equal(vw_effects_find_facts(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
         vw_scene_close(&scene);
     }
     struct vw_scene *scene = test_scene();

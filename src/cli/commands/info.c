@@ -35,7 +35,7 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_scene_info info = {0};
     enum vw_status status = open_scene(options, &gpu, &scene);
     if (!status) status = open_device(options, &gpu, &info.estimate);
-    if (!status) status = vw_effects_decide(gpu, scene, "auto", info.effects, &info.effect_count);
+    if (!status) status = vw_effects_decide(gpu, scene, &options->config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&options->config, scene, gpu, info.effects, info.effect_count, &info.estimate);
     if (!status && options->measure && !gpu)
         status = vw_fail(VW_ERROR_NO_DEVICE, "--measure: %s", info.estimate.missing);

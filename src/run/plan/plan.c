@@ -194,7 +194,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     plan->epochs_most = params->explicit_fields & VW_EXPLICIT_EPOCHS ? config->epochs : EPOCHS_MOST;
     enum vw_status status = vw_check_scored_epochs(plan->epochs_most, config->burn_in_epochs);
     if (!status) status = vw_session_open(&of_session, session);
-    if (!status) status = vw_session_decide_effects(config->effects, session);
+    if (!status) status = vw_session_decide_effects(config, session);
     if (status) return status;
     vw_plan_estimate_finish(session->scene, params->no_thumbnails, plan);
     status = choose_candidate(&choice, plan);

@@ -11,22 +11,21 @@
 
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
+static const char measured_gain[] = "gain in a short training over one without, dB, +- standard error";
+
 static const struct effect effects[] = {
     {"distortion", "largest shift of an image corner by lens distortion, px",
      offsetof(struct vw_specialization, effect_distortion), NULL, NULL},
     {"background", "share of photos with transparent pixels", offsetof(struct vw_specialization, effect_background),
      NULL, NULL},
     {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL},
-    {"sky", "share of upper photo cells into the open: no points, smooth, not black; less that of lower ones",
-     offsetof(struct vw_specialization, effect_sky), NULL, NULL},
-    {"unbounded", "far / near depth of a photo's points (95th / 5th percentile), median",
-     offsetof(struct vw_specialization, effect_unbounded), NULL, NULL},
-    {"appearance", "robust spread over photos of the log gain of the same points",
-     offsetof(struct vw_specialization, effect_appearance), NULL, NULL},
-    {"appearance_code", "robust relative spread of points' colours that gain and bias leave; 0 without appearance",
-     offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL},
+    {"sky", measured_gain, offsetof(struct vw_specialization, effect_sky), NULL, NULL},
+    {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL},
+    {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL},
+    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
-    {"occupancy", "share of the box that is empty after a pilot run; 0 beside unbounded",
+    {"occupancy",
+     "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB",
      offsetof(struct vw_specialization, effect_occupancy), NULL, "unbounded"},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
@@ -63,8 +62,14 @@ const struct effect *effects_get(uint32_t *count) {
 
 void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
-        verdicts[i] = (struct vw_effect_verdict){
-            .name = effects[i].name, .evidence = NAN, .threshold = NAN, .meaning = effects[i].meaning};
+        verdicts[i] = (struct vw_effect_verdict){.name = effects[i].name,
+                                                 .evidence = NAN,
+                                                 .evidence_stderr = NAN,
+                                                 .evidence_low = NAN,
+                                                 .threshold = NAN,
+                                                 .ms_per_step = NAN,
+                                                 .device_bytes = NAN,
+                                                 .meaning = effects[i].meaning};
     *count = VW_ARRAY_COUNT(effects);
 }
 
@@ -87,7 +92,7 @@ bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_ver
     return !scene->masked_view_count || vw_effects_is_on(verdicts, count, "masks");
 }
 
-static bool names_effect(const char *choice, const char *name) {
+bool effects_names(const char *choice, const char *name) {
     struct vw_word word;
     while (vw_word_list_next(&choice, &word))
         if (vw_word_is(unsigned_word(word), name)) return true;
@@ -98,7 +103,7 @@ static bool names_effect(const char *choice, const char *name) {
 // with it.
 static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
-        if (names_effect(choice, effects[i].name)) continue;
+        if (effects_names(choice, effects[i].name)) continue;
         if (effects[i].requires && !vw_effects_is_on(verdicts, count, effects[i].requires)) verdicts[i].on = false;
         if (effects[i].conflicts && vw_effects_is_on(verdicts, count, effects[i].conflicts)) verdicts[i].on = false;
     }

@@ -20,6 +20,8 @@ const struct effect *effects_get(uint32_t *count);
 
 // Whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is on.
 bool effects_leave_to_evidence(const char *choice);
+// Whether --effects names the effect, with whatever sign.
+bool effects_names(const char *choice, const char *name);
 
 // Whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
 bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);

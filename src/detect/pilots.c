@@ -1,0 +1,244 @@
+#include "detect/pilots.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/psnr.h"
+#include "base/statistics.h"
+#include "detect/occupied_share.h"
+#include "gpu/compute.h"
+#include "train/measure_views.h"
+#include "train/submissions.h"
+#include "train/trainer.h"
+
+enum {
+    HELD_OUT_EACH = 4, // one photo in so many
+    PIXELS_PER_PHOTO = 256,
+    CELLS_MAX = 32, // along each side of the box, where what is empty is counted
+    TIMED_STEPS = 8,
+    SCORED_STATES = 8, // the last eight, each SCORED_EACH-th of the steps apart
+    SCORED_EACH = 32,
+};
+
+static const double LEARNING_RATE = 1e-2; // so few steps have to go farther
+
+// ---- What all pilots share ------------------------------------------------------------------------------------------
+
+static struct vw_config pilot_config(const struct vw_config *planned, uint32_t steps) {
+    struct vw_config config = vw_config_without_probes(planned);
+    config.seed = config.base_seed = 0; // runs of all seeds have the same verdicts
+    config.vary = VW_VARY_ALL;
+    config.burn_in_epochs = 0;
+    if (config.rays > PILOT_RAYS) config.rays = PILOT_RAYS;
+    config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
+    config.epochs = steps + TIMED_STEPS; // an epoch has at least one step
+    return config;
+}
+
+// Of evenly spaced photos, every fold holds out one in four, evenly spaced as well; no two folds the same one.
+static void share_out(const uint32_t *views, uint32_t count, struct pilots *pilots) {
+    uint32_t photos = count < PILOT_PHOTOS_MAX ? count : PILOT_PHOTOS_MAX, held_out = photos / HELD_OUT_EACH;
+    if (held_out < PILOT_HELD_OUT_MIN) held_out = PILOT_HELD_OUT_MIN;
+    if (photos < PILOT_FOLDS * held_out) return;
+    for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
+        struct pilot_fold *fold = &pilots->folds[f];
+        for (uint32_t i = 0; i < photos; i++) {
+            uint32_t view = views[(uint64_t)i * count / photos], place = PILOT_FOLDS * fold->held_out_count + f;
+            bool held = fold->held_out_count < held_out && i == (2 * place + 1) * photos / (2 * held_out * PILOT_FOLDS);
+            if (held) fold->held_out[fold->held_out_count++] = view;
+            else fold->train_views[fold->train_count++] = view;
+        }
+    }
+    pilots->photo_count = photos;
+}
+
+enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pilots) {
+    uint32_t *views = NULL, count = 0;
+    *pilots = (struct pilots){.gpu = params->gpu,
+                              .scene = params->scene,
+                              .config = pilot_config(params->planned, params->steps),
+                              .steps = params->steps,
+                              .masks = params->masks,
+                              .fits = params->fits};
+    enum vw_status status = vw_scene_list_views(params->scene, VW_SPLIT_TRAIN, &views, &count);
+    if (status == VW_OK) share_out(views, count, pilots);
+    free(views);
+    return status;
+}
+
+const struct pilot *pilots_find(const struct pilots *pilots, uint32_t set) {
+    for (uint32_t i = 0; i < pilots->made_count; i++)
+        if (pilots->made[i].effects == set) return &pilots->made[i];
+    return NULL;
+}
+
+// ---- One training ---------------------------------------------------------------------------------------------------
+
+struct training {
+    struct pilot *pilot;
+    uint32_t fold; // also its seed
+    struct vw_trainer *trainer;
+};
+
+static enum vw_status create_trainer(const struct pilots *pilots, struct vw_submissions *submissions,
+                                     struct training *training) {
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    struct vw_config config = pilots->config;
+    uint32_t count;
+    vw_effects_list(effects, &count);
+    for (uint32_t i = 0; i < count; i++) effects[i].on = training->pilot->effects >> i & 1;
+    config.seed = training->fold;
+    return vw_trainer_create(&(struct vw_trainer_params){.gpu = pilots->gpu,
+                                                         .scene = pilots->scene,
+                                                         .config = &config,
+                                                         .train_views = pilots->folds[training->fold].train_views,
+                                                         .train_view_count = pilots->folds[training->fold].train_count,
+                                                         .effects = effects,
+                                                         .effect_count = count,
+                                                         .submissions = submissions},
+                             &training->trainer);
+}
+
+static enum vw_status take_steps(struct vw_trainer *trainer) {
+    const struct vw_step_record *records;
+    uint32_t count = 1;
+    enum vw_status status = VW_OK;
+    while (status == VW_OK && count > 0) status = vw_trainer_advance(trainer, &records, &count);
+    return status;
+}
+
+// Adds the PSNR of one of the states that are scored.
+static enum vw_status score(const struct pilots *pilots, const struct training *training) {
+    struct vw_view_error errors[PILOT_HELD_OUT_MAX];
+    const struct measured_field measured = {.field = vw_trainer_field(training->trainer),
+                                            .scene = pilots->scene,
+                                            .masks = pilots->masks,
+                                            .fits = pilots->fits,
+                                            .allows_blank = true};
+    const struct pilot_fold *fold = &pilots->folds[training->fold];
+    enum vw_status status = measure_views(&measured, fold->held_out, fold->held_out_count, PIXELS_PER_PHOTO, errors);
+    for (uint32_t i = 0; i < fold->held_out_count && status == VW_OK; i++)
+        training->pilot->psnr_db[training->fold][i] +=
+            isfinite(errors[i].mse) ? vw_psnr_db(errors[i].mse) / SCORED_STATES : NAN;
+    return status;
+}
+
+static enum vw_status measure_space(const struct pilots *pilots, const struct training *training) {
+    uint32_t cells = pilots->config.samples < CELLS_MAX ? pilots->config.samples : CELLS_MAX;
+    double occupied = NAN;
+    enum vw_status status = VW_OK;
+    if (!vw_trainer_unbounded_box(training->trainer))
+        status = occupied_share(vw_trainer_field(training->trainer), cells, &occupied);
+    training->pilot->empty_share += (1.0 - occupied) / PILOT_FOLDS;
+    return status;
+}
+
+// A few more steps, alone. On a CPU the time of all its cores is counted, which other load on the machine moves less.
+static enum vw_status time_steps(const struct pilots *pilots, const struct training *training) {
+    bool cpu = vw_gpu_get_info(pilots->gpu)->kind == VW_GPU_CPU;
+    double began_s = cpu ? vw_cpu_s() : vw_now_s();
+    vw_trainer_stop_after(training->trainer, pilots->steps + TIMED_STEPS);
+    enum vw_status status = take_steps(training->trainer);
+    double took_s = (cpu ? vw_cpu_s() : vw_now_s()) - began_s;
+    training->pilot->ms_per_step += 1e3 * took_s / TIMED_STEPS / PILOT_FOLDS;
+    return status;
+}
+
+// ---- Several trainings ----------------------------------------------------------------------------------------------
+
+// The last states are scored, not the last one alone, which depends on the photos of its last few steps.
+static enum vw_status run_group(const struct pilots *pilots, struct training *group, uint32_t count) {
+    enum vw_status status = VW_OK;
+    for (uint32_t left = SCORED_STATES; left > 0 && status == VW_OK; left--) {
+        uint64_t stop = pilots->steps - (uint64_t)(left - 1) * (pilots->steps / SCORED_EACH);
+        for (uint32_t i = 0; i < count; i++) vw_trainer_stop_after(group[i].trainer, stop);
+        for (uint32_t i = 0; i < count && status == VW_OK; i++) status = take_steps(group[i].trainer);
+        for (uint32_t i = 0; i < count && status == VW_OK; i++) status = score(pilots, &group[i]);
+    }
+    for (uint32_t i = 0; i < count && status == VW_OK; i++) status = measure_space(pilots, &group[i]);
+    for (uint32_t i = 0; i < count && status == VW_OK; i++) status = time_steps(pilots, &group[i]);
+    return status;
+}
+
+// A trainer's bytes are those that it gives back: the first one on a device also allocates what all of them share.
+static void close_group(struct vw_gpu *gpu, struct training *group, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t before = vw_gpu_buffer_bytes(gpu);
+        vw_trainer_destroy(&group[i].trainer);
+        group[i].pilot->device_bytes = before - vw_gpu_buffer_bytes(gpu);
+    }
+}
+
+// Takes as many trainings as the first one says that the device takes at a time.
+static enum vw_status make_group(const struct pilots *pilots, struct training *trainings, uint32_t count,
+                                 uint32_t *taken) {
+    struct vw_submissions *submissions = NULL;
+    uint32_t created = 0, together = 1;
+    enum vw_status status = vw_submissions_create(pilots->gpu, &submissions);
+    while (created < count && created < together && status == VW_OK) {
+        uint64_t before = vw_gpu_buffer_bytes(pilots->gpu);
+        status = create_trainer(pilots, submissions, &trainings[created]);
+        created += status == VW_OK;
+        if (created == 1)
+            together = vw_trainers_together(vw_gpu_get_info(pilots->gpu), vw_gpu_buffer_bytes(pilots->gpu) - before);
+    }
+    if (status == VW_OK) status = run_group(pilots, trainings, created);
+    close_group(pilots->gpu, trainings, created);
+    vw_submissions_destroy(&submissions);
+    *taken = created;
+    return status;
+}
+
+enum vw_status pilots_make(struct pilots *pilots, const uint32_t *sets, uint32_t count) {
+    struct training trainings[PILOTS_MAX * PILOT_FOLDS];
+    uint32_t wanted = 0, made = pilots->made_count;
+    for (uint32_t i = 0; i < count; i++) {
+        if (pilots_find(pilots, sets[i])) continue;
+        if (made == PILOTS_MAX) return vw_fail(VW_ERROR_USAGE, "more than %d pilots", PILOTS_MAX);
+        pilots->made[made] = (struct pilot){.effects = sets[i]};
+        for (uint32_t fold = 0; fold < PILOT_FOLDS; fold++)
+            trainings[wanted++] = (struct training){.pilot = &pilots->made[made], .fold = fold};
+        made++;
+    }
+    enum vw_status status = VW_OK;
+    for (uint32_t done = 0, taken = 0; done < wanted && status == VW_OK; done += taken)
+        status = make_group(pilots, trainings + done, wanted - done, &taken);
+    if (status == VW_OK) pilots->made_count = made;
+    return status;
+}
+
+// ---- Differences ----------------------------------------------------------------------------------------------------
+
+// The larger of two estimates of the variance of the mean: from all photos, and from the means of the folds, whose
+// trainings differ in their seed for all their photos alike.
+static double stderr_of(const double *gains, uint32_t count, const double *of_folds, double mean) {
+    double photos = 0.0, folds = 0.0;
+    for (uint32_t i = 0; i < count; i++) photos += pow(gains[i] - mean, 2.0);
+    for (uint32_t f = 0; f < PILOT_FOLDS; f++) folds += pow(of_folds[f] - mean, 2.0);
+    return sqrt(fmax(photos / (count - 1.0) / count, folds / (PILOT_FOLDS - 1.0) / PILOT_FOLDS));
+}
+
+struct pilot_gain pilot_gain(const struct pilots *pilots, const struct pilot *with, const struct pilot *without) {
+    struct pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
+    double gains[PILOT_FOLDS * PILOT_HELD_OUT_MAX], of_folds[PILOT_FOLDS], all = 0.0;
+    for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
+        double sum = 0.0;
+        uint32_t first = gain.photo_count;
+        for (uint32_t i = 0; i < pilots->folds[f].held_out_count; i++) {
+            double db = with->psnr_db[f][i] - without->psnr_db[f][i];
+            if (!isfinite(db)) continue;
+            gains[gain.photo_count++] = db;
+            sum += db;
+        }
+        of_folds[f] = sum / (gain.photo_count - first);
+        all += sum;
+    }
+    if (gain.photo_count < 2) return gain;
+    gain.mean_db = all / gain.photo_count;
+    gain.stderr_db = stderr_of(gains, gain.photo_count, of_folds, gain.mean_db);
+    gain.low_db = gain.mean_db - vw_student_quantile_95(gain.photo_count - 1.0) * gain.stderr_db;
+    return gain;
+}

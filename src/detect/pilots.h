@@ -1,0 +1,76 @@
+// Paired pilots: short trainings that differ in the effects that they simulate and in nothing else. They take the same
+// steps on the same photos and pixels from the same seed, and are scored on the same pixels of train photos that all of
+// them leave out; photos of the splits val and test decide nothing. The difference of two pilots is what an effect
+// gains. Seed, photos, pixels and steps are fixed, and no decision reads a clock.
+#ifndef VIEWWORTH_DETECT_PILOTS_H
+#define VIEWWORTH_DETECT_PILOTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/gpu.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+
+enum {
+    PILOT_RAYS = 64,       // of a step, or fewer where the run takes fewer
+    PILOT_FOLDS = 2,       // trainings of each pilot: of another seed each, and without other photos
+    PILOT_PHOTOS_MAX = 64, // evenly spaced, so that each is visited a few times, as appearance needs
+    PILOT_HELD_OUT_MIN = 4,
+    PILOT_HELD_OUT_MAX = PILOT_PHOTOS_MAX / 4,
+    PILOTS_MAX = 64,
+};
+
+// Which photos a training learns from, and which judge it: scene indices, ascending.
+struct pilot_fold {
+    uint32_t train_views[PILOT_PHOTOS_MAX], train_count;
+    uint32_t held_out[PILOT_HELD_OUT_MAX], held_out_count;
+};
+
+struct pilot {
+    uint32_t effects; // a bit for each effect that it simulates, by its place in the registry
+    double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // of the photos held out; NaN where one has no usable pixel
+    double empty_share;                              // of the box's cells; NaN with unbounded
+    double ms_per_step;                              // shown, and decides nothing
+    uint64_t device_bytes;
+};
+
+struct pilots {
+    struct vw_gpu *gpu;           // borrowed
+    const struct vw_scene *scene; // borrowed
+    struct vw_config config;      // of every pilot
+    uint32_t steps;               // of every training
+    bool masks;                   // mask files are obeyed
+    bool fits;                    // a gain and a bias are fitted to a photo's left half, and its right half is scored
+    struct pilot_fold folds[PILOT_FOLDS];
+    uint32_t photo_count; // of all folds; 0: too few for a verdict
+    struct pilot made[PILOTS_MAX];
+    uint32_t made_count;
+};
+
+struct pilots_params {
+    struct vw_gpu *gpu;
+    const struct vw_scene *scene;
+    const struct vw_config *planned; // the run whose effects are decided: pilots have its field, samples and loss
+    uint32_t steps;
+    bool masks, fits;
+};
+
+// Chooses the photos.
+enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pilots);
+
+// Makes the pilots with these sets of effects that were not made yet, as many together as the device takes at a time.
+enum vw_status pilots_make(struct pilots *pilots, const uint32_t *sets, uint32_t count);
+// A pilot that was made; NULL when it was not.
+const struct pilot *pilots_find(const struct pilots *pilots, uint32_t set);
+
+// What the effects of one pilot gain over those of another.
+struct pilot_gain {
+    double mean_db, stderr_db; // over the photos held out; NaN where fewer than two tell
+    double low_db;             // the lower end of a one-sided 95 % interval (Student's t)
+    uint32_t photo_count;      // that tell
+};
+struct pilot_gain pilot_gain(const struct pilots *pilots, const struct pilot *with, const struct pilot *without);
+
+#endif
