@@ -22,7 +22,8 @@ static const struct vw_command commands[] = {
      "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside "
      "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
-     "effect if the measured evidence reaches its threshold; the command prints both.",
+     "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without; the command "
+     "prints the gain with its standard error, and what a step costs more.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
     {VW_COMMANDS_VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",

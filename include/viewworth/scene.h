@@ -93,6 +93,7 @@ struct vw_scene {
     uint32_t masked_view_count; // views with a mask, excluded ones left out
     char **notes;               // owned; what was skipped or repaired, one line each, for `info`
     uint32_t note_count;
+    const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     uint8_t hash[VW_HASH_BYTES]; // of everything above that training depends on: names, splits, image hashes, masks,
                                  // cameras, poses, near and far, box, background, downscale; not of the path
 };

@@ -144,8 +144,8 @@ const struct vw_option vw_option_table[] = {
     {"curves", "LIST|all|none", "Methods with removal and addition curves, with commas between", VW_OPTIONS_BENCHMARK,
      VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"), .words = "all none"},
     {"measure", NULL,
-     "Also train briefly with and without each effect that the scene calls for; print its time in milliseconds, its "
-     "params, its bytes and its gain in PSNR",
+     "Take four times as many steps in each pilot, the short trainings that measure what effects gain, for narrower "
+     "intervals",
      VW_OPTIONS_INFO, VW_SECTION_MAIN, OPTION(FLAG, measure), COMMON},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
@@ -226,8 +226,8 @@ const struct vw_option vw_option_table[] = {
     {"pilot-steps", "N",
      "Steps of each short training that measures what an effect gains; without any (0), no effect is called for that "
      "the scene's files do not tell",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
-     DEFAULT("by the length of the run")},
+     VW_OPTIONS_TRAINING | VW_OPTIONS_INFO, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps),
+     RANGE(0, VW_PILOT_STEPS_MOST), DEFAULT("by the length of the run")},
     {"background", NULL, "Colour behind transparent train pixels: the scene's own, or a random one per ray and step",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
 

@@ -93,6 +93,13 @@ static void tell(struct vw_effect_verdict *verdict, const struct search *search,
         snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
 }
 
+// Beside an evidence that is no gain.
+static void tell_gain(struct vw_effect_verdict *verdict, const struct pilot_gain *gain) {
+    size_t used = strlen(verdict->measured_on);
+    snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; with it %+.2f +- %.2f dB",
+             gain->mean_db, gain->stderr_db);
+}
+
 // What an effect gains beside those chosen so far.
 static struct pilot_gain judge(struct search *search, uint32_t effect) {
     const struct pilot *without = pilots_find(&search->pilots, search->set),
@@ -152,7 +159,8 @@ static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy)
     if (status != VW_OK) return status;
     if (empty >= EMPTY_SHARE) gain = judge(search, occupancy);
     else tell(verdict, search, &gain);
-    verdict->called_for = empty >= EMPTY_SHARE && gain.low_db > -PRICE_DB;
+    if (empty >= EMPTY_SHARE) tell_gain(verdict, &gain);
+    verdict->called_for = empty >= EMPTY_SHARE && gain.mean_db > -PRICE_DB;
     verdict->evidence = verdict->evidence_low = empty;
     verdict->evidence_stderr = NAN;
     verdict->threshold = EMPTY_SHARE;
@@ -196,8 +204,13 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
                                          .fits = (search.candidates | search.set) & fitted};
     if (!search.candidates) return VW_OK;
     enum vw_status status = pilots_open(&params, &search.pilots);
-    if (status == VW_OK && search.pilots.photo_count) status = run_search(&search);
+    if (status == VW_OK) status = run_search(&search);
     return status;
+}
+
+bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned) {
+    bool enough = scene->split_count[VW_SPLIT_TRAIN] >= PILOT_FOLDS * PILOT_HELD_OUT_MIN;
+    return gpu && planned->pilot_steps && enough && effects_leave_to_evidence(planned->effects);
 }
 
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
@@ -205,8 +218,8 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
     struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
     uint32_t decided_count;
     enum vw_status status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
-    bool measured = gpu && planned->pilot_steps && effects_leave_to_evidence(planned->effects);
-    if (status == VW_OK && measured) status = measure(gpu, scene, planned, decided, decided_count);
+    if (status == VW_OK && vw_effects_need_pilots(gpu, scene, planned))
+        status = measure(gpu, scene, planned, decided, decided_count);
     if (status == VW_OK) status = vw_effects_choose(planned->effects, decided, decided_count);
     if (status != VW_OK) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);

@@ -22,6 +22,9 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
                                      struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
+// Whether that takes pilots.
+bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned);
+
 // How many steps a pilot takes for a run of the scene with the config `planned`.
 uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned);
 

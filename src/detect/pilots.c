@@ -18,7 +18,7 @@ enum {
     HELD_OUT_EACH = 4, // one photo in so many
     PIXELS_PER_PHOTO = 256,
     CELLS_MAX = 32, // along each side of the box, where what is empty is counted
-    TIMED_STEPS = 8,
+    TIMED_STEPS = 16,
     SCORED_STATES = 8, // the last eight, each SCORED_EACH-th of the steps apart
     SCORED_EACH = 32,
 };
@@ -27,11 +27,13 @@ static const double LEARNING_RATE = 1e-2; // so few steps have to go farther
 
 // ---- What all pilots share ------------------------------------------------------------------------------------------
 
-static struct vw_config pilot_config(const struct vw_config *planned, uint32_t steps) {
+struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) {
     struct vw_config config = vw_config_without_probes(planned);
     config.seed = config.base_seed = 0; // runs of all seeds have the same verdicts
     config.vary = VW_VARY_ALL;
     config.burn_in_epochs = 0;
+    config.pilot_steps = VW_PILOT_STEPS_AUTO; // which says nothing of a pilot itself
+    config.val_rays = vw_config_default.val_rays;
     if (config.rays > PILOT_RAYS) config.rays = PILOT_RAYS;
     config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
     config.epochs = steps + TIMED_STEPS; // an epoch has at least one step
@@ -59,7 +61,7 @@ enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pi
     uint32_t *views = NULL, count = 0;
     *pilots = (struct pilots){.gpu = params->gpu,
                               .scene = params->scene,
-                              .config = pilot_config(params->planned, params->steps),
+                              .config = pilots_config(params->planned, params->steps),
                               .steps = params->steps,
                               .masks = params->masks,
                               .fits = params->fits};

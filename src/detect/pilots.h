@@ -57,6 +57,8 @@ struct pilots_params {
     bool masks, fits;
 };
 
+// The config of every pilot, for a run with the config `planned`; a training has its fold's seed.
+struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
 enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pilots);
 

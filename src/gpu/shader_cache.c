@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/cache_folder.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -15,19 +16,12 @@ static const char *vector_width(void) {
     return width ? width : "";
 }
 
-// A path in the user's cache folder, owned by the caller; NULL when there is none.
-static char *cache_path(const char *name) {
-    const char *base = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    if (base && *base == '/') return vw_format_text("%s/viewworth/%s", base, name);
-    return home && *home == '/' ? vw_format_text("%s/.cache/viewworth/%s", home, name) : NULL;
-}
-
 void vw_shader_cache_separate_widths(void) {
     const char *width = vector_width();
     char name[32];
     if (!*width || width[strspn(width, "0123456789")] || strlen(width) > 4 || getenv("MESA_SHADER_CACHE_DIR")) return;
     snprintf(name, sizeof name, "mesa-%s", width);
-    char *path = cache_path(name);
+    char *path = vw_cache_path(name);
     if (path && !vw_folder_create(path)) setenv("MESA_SHADER_CACHE_DIR", path, 1);
     free(path);
 }
@@ -48,7 +42,7 @@ static char *name_file(struct vw_gpu *gpu) {
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, hex);
     snprintf(name, sizeof name, "pipelines-%.16s.bin", hex);
-    return cache_path(name);
+    return vw_cache_path(name);
 }
 
 // A SHA-256, then what it is of: drivers trust what they are given.

@@ -144,10 +144,13 @@ function fillEffects() {
   const effects = Array.isArray(run().effects) ? run().effects : [];
   byId('effects').hidden = !effects.length;
   const word = flag => flag ? 'yes' : 'no';
-  const rows = effects.map(one => [one.name, word(one.on), word(one.called_for), short(one.evidence), short(one.threshold),
-    element('td', {class: 'long'}, one.meaning || '')]);
-  const header = ['effect', 'simulated', 'called for', 'evidence', 'threshold', 'which is'];
-  byId('effects-table').replaceChildren(plainTable(header, rows, [3, 4]));
+  const known = value => typeof value === 'number';
+  const found = one => short(one.evidence) + (known(one.evidence_stderr) ? ' ± ' + short(one.evidence_stderr) : '');
+  const rows = effects.map(one => [one.name, word(one.on), word(one.called_for), found(one), short(one.threshold),
+    short(one.ms_per_step), known(one.device_bytes) ? grouped(one.device_bytes) : '–',
+    element('td', {class: 'long'}, [one.meaning, one.measured_on].filter(Boolean).join('; '))]);
+  const header = ['effect', 'simulated', 'called for', 'evidence', 'threshold', 'ms per step', 'bytes', 'which is'];
+  byId('effects-table').replaceChildren(plainTable(header, rows, [3, 4, 5, 6]));
 }
 
 function textOf(value) { return value !== null && typeof value === 'object' ? JSON.stringify(value) : String(value ?? '–'); }

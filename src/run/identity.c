@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/json.h"
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 #include "run/imported.h"
 #include "train/identity.h"
 #include "train/trainer.h"

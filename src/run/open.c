@@ -1,5 +1,6 @@
 #include "run/open.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/json.h"
@@ -26,16 +27,29 @@ char *vw_scene_options_to_json(const struct vw_scene_params *options) {
     return json;
 }
 
+enum vw_status vw_scene_options_note_missing(const char *missing, char **json) {
+    if (!missing) return VW_OK;
+    json_t *object = vw_json_load(*json, strlen(*json), 0, NULL);
+    vw_json_set(&object, "missing", vw_json_string(missing));
+    char *longer = vw_json_to_text(object, JSON_SORT_KEYS | JSON_COMPACT);
+    json_decref(object);
+    if (!longer) return vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the scene options");
+    free(*json);
+    *json = longer;
+    return VW_OK;
+}
+
 enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, struct vw_scene_params *options) {
     struct vw_scene_params read = {0};
     json_error_t error;
     json_int_t downscale = 1, corrupt = 0;
+    const char *missing = NULL; // for readers of the report
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status = VW_OK;
-    if (!object ||
-        json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I}", "format", &read.format,
-                       "pool", &read.pool, "train", &read.train_list, "val", &read.val_list, "test", &read.test_list,
-                       "providers", &read.providers, "downscale", &downscale, "corrupt", &corrupt))
+    if (!object || json_unpack_ex(object, &error, JSON_STRICT, "{s?s, s?s, s?s, s?s, s?s, s?s, s?I, s?I, s?s}",
+                                  "format", &read.format, "pool", &read.pool, "train", &read.train_list, "val",
+                                  &read.val_list, "test", &read.test_list, "providers", &read.providers, "downscale",
+                                  &downscale, "corrupt", &corrupt, "missing", &missing))
         status = vw_fail(VW_ERROR_INPUT, "run.scene_options_json of the ledger: %s: %s", json, error.text);
     if (!status && (downscale < 1 || downscale > UINT32_MAX || corrupt < 0 || corrupt > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "scene options %s: a count is out of range; make the folder again", json);

@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "base/signing.h"
 #include "run/checks.h"
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 #include "run/open.h"
 #include "run/out_folder.h"
 #include "run/plan/budget.h"
@@ -147,6 +147,8 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     if (status) return status;
     run->gpu = run->session->gpu;
     run->scene = run->session->scene;
+    status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
+    if (status) return status;
     if (run->payout_cents) status = vw_attribution_check_scene(run->scene);
     if (!status) status = decide_effects(run);
     if (status) return status;

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 #include "run/imported.h"
 #include "run/open.h"
 #include "base/hash.h"

@@ -2,14 +2,16 @@
 
 #include "run/open.h"
 #include "train/submissions.h"
-#include "detect/decide.h"
+#include "detect/verdict_cache.h"
 #include "viewworth/log.h"
 
 static void log_scene(const struct vw_scene *scene) {
     vw_log_info("scene    %s (%s): %u photos to train on, %u to validate, %u for tests, %u excluded", scene->path,
                 scene->format, scene->split_count[VW_SPLIT_TRAIN], scene->split_count[VW_SPLIT_VAL],
                 scene->split_count[VW_SPLIT_TEST], scene->split_count[VW_SPLIT_EXCLUDED]);
-    for (uint32_t i = 0; i < scene->note_count; i++) vw_log_info("         %s", scene->notes[i]);
+    for (uint32_t i = 0; i < scene->note_count; i++)
+        if (scene->notes[i] != scene->missing) vw_log_info("         %s", scene->notes[i]);
+    if (scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
 }
 
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session) {
@@ -28,7 +30,7 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session) {
     if (session->effect_count) return VW_OK;
-    return vw_effects_decide(session->gpu, session->scene, planned, session->effects, &session->effect_count);
+    return vw_effects_decide_cached(session->gpu, session->scene, planned, session->effects, &session->effect_count);
 }
 
 void vw_session_close(struct vw_session *session) {

@@ -261,7 +261,7 @@ colmap() { # a fresh scene folder with a model in sparse/0
 in_model() { refused "$1" "sparse/0/$2" "$scene"; }
 
 colmap
-check "the COLMAP scene is good before it is broken" "$program" info "$scene" "${device[@]}" --quiet >"$folder/stdout"
+check "the COLMAP scene is good before it is broken" "$program" info "$scene" --pilot-steps 0 "${device[@]}" --quiet >"$folder/stdout"
 for file in cameras images points3D; do
     colmap
     truncate -s -1 "$model/$file.bin"

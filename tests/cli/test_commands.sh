@@ -3,7 +3,7 @@
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
-tiny=("${small[@]}" --epochs 3 --effects occupancy) # the effect that --effects auto finds in this scene
+tiny=("${small[@]}" --epochs 3 --effects occupancy)
 
 refuses() { fails 2 "$1" "$program" "${@:2}"; } # refuses PATTERN ARGUMENT...
 
@@ -97,12 +97,12 @@ done
 check "a driver on top of another interface is listed, too" prints '^[0-9]+ +cpu .*llvmpipe' \
     env VK_DRIVER_FILES="$folder/portability.json" "$program" devices
 check "a device that is not there is refused" refuses 'abacus' value "$scene" --out "$folder/none" --device abacus
-check "info shows splits and effects" prints '^distortion ' "$program" info "$scene"
-check "info ends each line" prints '^photos .* excluded$' "$program" info "$scene"
+check "info shows splits and effects" prints '^distortion ' "$program" info "$scene" --pilot-steps 0
+check "info ends each line" prints '^photos .* excluded$' "$program" info "$scene" --pilot-steps 0
 check "info --json has what is contracted" answers "j ->> '\$.views' = 16 AND j ->> '\$.splits.train' = 12 AND j ->> '\$.splits.val' = 2
     AND json_array_length(j, '\$.cameras') = 1 AND j ->> '\$.bounds.half_extent_world' = 1 AND json_array_length(j, '\$.effects') >= 2
     AND (SELECT min(json_type(value, '\$.called_for') IN ('true', 'false') AND json_type(value, '\$.evidence') IS NOT NULL
-        AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --json
+        AND json_type(value, '\$.threshold') IS NOT NULL) FROM json_each(j, '\$.effects'))" "$program" info "$scene" --pilot-steps 0 --json
 check "--profile says where the time went" answers "json_array_length(j, '\$.profile.passes') = 13
     AND abs((SELECT sum(value ->> 'share') FROM json_each(j, '\$.profile.passes')) - 1) < 1e-6
     AND (SELECT min(value ->> 'ms' > 0 AND value ->> 'bytes_per_s' > 0) FROM json_each(j, '\$.profile.passes'))
@@ -110,7 +110,7 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
     "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
     AND j ->> '\$.estimate.steps' = 360 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
-    AND j ->> '\$.masks' = 0" "$program" info "$scene" --json
+    AND j ->> '\$.masks' = 0" "$program" info "$scene" --pilot-steps 0 --json
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
@@ -128,7 +128,7 @@ check "scores follow from the steps by SQL" test "$(sqlite3 "$folder/first/ledge
         query first "SELECT abs(value - ($value)) < 1e-9 AND visits = $visits FROM score
             WHERE run_id = '$run' AND image_id = $image AND method = 'dv_psnr'"
     done | sort | uniq -c | tr -s ' ')" = ' 12 1'
-check "value again gives a run, its effects decided by itself" value second --effects auto
+check "value again gives a run, its effects added to the facts" value second --effects +occupancy --pilot-steps 0
 check "the same effects leave the same rows" same_rows first second
 
 # Names, times and bytes of a run's files. A command that reads changes none, whether it ends well or not.
@@ -226,7 +226,7 @@ validated() {
     return 1
 }
 check "value gives the validation layer nothing to say" validated "$program" value "$scene" --out "$folder/validated" "${tiny[@]}" \
-    --effects auto --quiet
+    --effects auto --pilot-steps 8 --quiet
 check "render gives it nothing to say" validated "$program" render "$folder/validated"
 
 # ---- Outputs that cannot be written ---------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ trap 'rm -rf "$work"' EXIT
 
 # What the comparison depends on. Chosen effects are always compared.
 if [[ $# -eq 1 ]]; then
-    "$program" info scenes/clean.json --quiet >"$work/info"
+    "$program" info scenes/clean.json --pilot-steps 0 --quiet >"$work/info"
     spirv-opt --version >"$work/tool"
     sed -n '/^effect /,$p' "$work/info" | awk '{print $1}' >"$work/effects"
     # shellcheck disable=SC2046
@@ -26,7 +26,7 @@ if [[ $# -eq 1 ]]; then
 fi
 
 # Registry names, in order: first column of the table.
-mapfile -t effects < <("$program" info scenes/clean.json --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')
+mapfile -t effects < <("$program" info scenes/clean.json --pilot-steps 0 --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')
 # "stem define" of every shader.
 mapfile -t shaders < <(sed -nE 's/^viewworth_add_shader\(([a-z_]+)( VARIANT [a-z]+ DEFINE ([A-Z_]+))?\).*/\1 \3/p' shaders/list.cmake)
 

@@ -4,7 +4,7 @@ set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
 
-# value OUT EPOCHS [OPTION]...: with the effect that --effects auto finds in this scene, so that there is a state of it to go on with
+# value OUT EPOCHS [OPTION]...: with an effect, so that there is a state of it to go on with
 value() { (exec_value "$@"); }
 exec_value() { # in place of the shell, so that signals reach it
     exec "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects occupancy --quiet "${@:3}"
@@ -22,11 +22,11 @@ unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as 
 
 epochs=150
 check "a run without interruption" run value whole "$epochs"
-check "--resume starts where there is nothing" run value short 3 --resume --effects auto
+check "--resume starts where there is nothing" run value short 3 --resume --effects +occupancy --pilot-steps 0
 check "a finished run is left alone" unchanged short run value short 3 --resume
 check "also when fewer epochs are asked for" unchanged short run value short 2 --resume
 check "without --resume it is refused" fails 2 'holds a run already; continue it by --resume' value short 3
-check "a finished run is extended, its effects decided again" run value short 5 --resume --effects auto
+check "a finished run is extended, its effects decided again" run value short 5 --resume --effects +occupancy --pilot-steps 0
 check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short
 

@@ -14,7 +14,7 @@
 #include "cli/output/stability_output.h"
 #include "cli/output/validation_views_output.h"
 #include "cli/output/print.h"
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
 

@@ -5,9 +5,8 @@
 #include "base/memory.h"
 #include "cli/output/estimate_output.h"
 #include "cli/output/json_output.h"
-#include "cli/output/measured_effects_output.h"
 #include "cli/output/print.h"
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 
 // A camera and how many views share it.
 struct shared_camera {
@@ -110,7 +109,6 @@ static void print_text(const struct description *description) {
         vw_effect_to_line(&description->info->effects[i], line);
         vw_print("%s\n", line);
     }
-    vw_measured_effects_print(&description->info->measured);
 }
 
 // ---- As JSON: NULL when memory is short ----------------------------------------------------------------------------
@@ -159,15 +157,14 @@ static json_t *depths_to_json(const struct description *description) {
 
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
-    return json_pack(
-        "{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o*}", "scene", scene->path, "format",
-        scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene), "cameras",
-        cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha", scene->has_alpha, "masks",
-        (json_int_t)scene->masked_view_count, "points", (json_int_t)scene->point_count, "tracks",
-        (json_int_t)scene->track_count, "depths", depths_to_json(description), "notes", notes_to_json(scene),
-        "estimate", vw_estimate_to_json(&description->info->estimate), "effects",
-        vw_effects_to_json(description->info->effects, description->info->effect_count), "measured",
-        description->info->measured.count ? vw_measured_effects_to_json(&description->info->measured) : NULL);
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "scene", scene->path,
+                     "format", scene->format, "views", (json_int_t)scene->view_count, "splits", splits_to_json(scene),
+                     "cameras", cameras_to_json(description), "bounds", bounds_to_json(scene), "has_alpha",
+                     scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
+                     (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
+                     depths_to_json(description), "notes", notes_to_json(scene), "estimate",
+                     vw_estimate_to_json(&description->info->estimate), "effects",
+                     vw_effects_to_json(description->info->effects, description->info->effect_count));
 }
 
 // ---- Both ----------------------------------------------------------------------------------------------------------

@@ -4,7 +4,6 @@
 
 #include <stdbool.h>
 
-#include "experiment/measure_effects.h"
 #include "run/plan/estimate.h"
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
@@ -14,7 +13,6 @@ struct vw_scene_info {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_estimate estimate;
-    struct vw_measured_effects measured; // without trainings unless measured
 };
 
 enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);

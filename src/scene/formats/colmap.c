@@ -125,6 +125,7 @@ static enum vw_status note_repairs(const struct repairs *repairs, const char *ph
     if (repairs->missing_count)
         status = vw_scene_note(scene, "%u images skipped: their photo is not in %s (first: %s)", repairs->missing_count,
                                photo_folder, repairs->missing_name);
+    if (!status && repairs->missing_count) scene->missing = scene->notes[scene->note_count - 1];
     if (!status && repairs->rescaled_count)
         status =
             vw_scene_note(scene, "%u photos: intrinsics scaled from the size of the COLMAP camera to that of the photo",

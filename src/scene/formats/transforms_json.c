@@ -290,6 +290,7 @@ static enum vw_status note_repairs(const struct reader *reader) {
     if (reader->missing_count)
         status = vw_scene_note(scene, "%u frames skipped: their image file does not exist (first: %s)",
                                reader->missing_count, reader->missing_name);
+    if (!status && reader->missing_count) scene->missing = scene->notes[scene->note_count - 1];
     if (!status && reader->rescaled_count)
         status =
             vw_scene_note(scene, "%u frames: intrinsics scaled from the size given by w and h to that of the image",

@@ -1,6 +1,6 @@
 // The verdict on every effect as a line for people, and as the JSON of run.effects_json.
-#ifndef VIEWWORTH_RUN_EFFECTS_TEXT_H
-#define VIEWWORTH_RUN_EFFECTS_TEXT_H
+#ifndef VIEWWORTH_DETECT_EFFECTS_TEXT_H
+#define VIEWWORTH_DETECT_EFFECTS_TEXT_H
 
 #include <jansson.h>
 #include <stdint.h>

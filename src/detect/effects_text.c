@@ -1,4 +1,4 @@
-#include "run/effects_text.h"
+#include "detect/effects_text.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,0 +1,157 @@
+#include "detect/verdict_cache.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/cache_folder.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "detect/effects_text.h"
+#include "detect/pilots.h"
+#include "train/effects/registry.h"
+#include "train/trainer.h"
+
+enum { FILE_BYTES_MAX = 1 << 16, HEX_LENGTH = VW_HASH_HEX_BYTES - 1 };
+
+// ---- Names ----------------------------------------------------------------------------------------------------------
+
+// Of all that decides what pilots find, and of --effects, which says where the search begins.
+static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
+                               uint8_t key[VW_HASH_BYTES]) {
+    const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
+    const char *width = getenv("LP_NATIVE_VECTOR_WIDTH"); // changes the code that lavapipe makes
+    uint32_t steps = vw_pilot_steps(scene, planned);
+    struct vw_config pilot = pilots_config(planned, steps);
+    char *config = vw_config_to_json(&pilot, false);
+    uint8_t shaders[VW_HASH_BYTES];
+    struct vw_hasher hasher;
+    if (!config) return VW_ERROR_MEMORY;
+    vw_shader_hash(shaders);
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, "viewworth verdicts 1");
+    vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
+    vw_hasher_add_text(&hasher, config);
+    vw_hasher_add_integer(&hasher, steps);
+    vw_hasher_add_text(&hasher, device->name);
+    vw_hasher_add_text(&hasher, device->driver);
+    vw_hasher_add_text(&hasher, width);
+    vw_hasher_add_text(&hasher, vw_version());
+    vw_hasher_add_bytes(&hasher, shaders, sizeof shaders);
+    vw_hasher_end(&hasher, key);
+    free(config);
+    return VW_OK;
+}
+
+static char *name_file(const uint8_t key[VW_HASH_BYTES]) {
+    char hex[VW_HASH_HEX_BYTES], name[64];
+    vw_hash_to_hex(key, hex);
+    snprintf(name, sizeof name, "verdicts-%.32s.json", hex);
+    return vw_cache_path(name);
+}
+
+static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, char hex[VW_HASH_HEX_BYTES]) {
+    uint8_t hash[VW_HASH_BYTES];
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_bytes(&hasher, key, VW_HASH_BYTES);
+    vw_hasher_add_text(&hasher, json);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, hex);
+}
+
+// ---- Reading --------------------------------------------------------------------------------------------------------
+
+static const struct vw_effect_verdict *find(const struct vw_effect_verdict *verdicts, uint32_t count,
+                                            const char *name) {
+    for (uint32_t i = 0; name && i < count; i++)
+        if (strcmp(verdicts[i].name, name) == 0) return &verdicts[i];
+    return NULL;
+}
+
+// Whoever can write there can also write a hash: the text is printed, and the search keeps to the registry.
+static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t count) {
+    uint32_t known;
+    const struct effect *effects = effects_get(&known);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_effect_verdict *it = &verdicts[i], *required = find(verdicts, count, effects[i].requires),
+                                       *conflict = find(verdicts, count, effects[i].conflicts);
+        for (const char *c = it->measured_on; *c; c++)
+            if (!isprint((unsigned char)*c)) return false;
+        if (it->called_for && ((required && !required->on) || (conflict && conflict->on))) return false;
+        if (it->called_for && !(it->evidence_low >= it->threshold)) return false;
+    }
+    return count == known;
+}
+
+static bool read_verdicts(const char *path, const uint8_t key[VW_HASH_BYTES], struct vw_effect_verdict *verdicts,
+                          uint32_t *count) {
+    void *file = NULL;
+    size_t size_bytes = 0;
+    char hex[VW_HASH_HEX_BYTES];
+    bool read = false;
+    if (!vw_file_exists(path) || vw_file_read(path, FILE_BYTES_MAX, &file, &size_bytes)) return false;
+    const char *text = file;
+    if (size_bytes > HEX_LENGTH && text[HEX_LENGTH] == '\n' && strlen(text) == size_bytes) {
+        hash_content(key, text + HEX_LENGTH + 1, hex);
+        read = strncmp(text, hex, HEX_LENGTH) == 0 &&
+               vw_effects_from_json(text + HEX_LENGTH + 1, verdicts, count) == VW_OK && is_plausible(verdicts, *count);
+    }
+    free(file);
+    return read;
+}
+
+// Puts what was measured once beside the facts, which are `decided`.
+static void take_measured(const struct vw_effect_verdict *kept, struct vw_effect_verdict *decided, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        bool fact = isfinite(decided[i].threshold);
+        if (!fact) decided[i] = kept[i];
+    }
+}
+
+// ---- Writing --------------------------------------------------------------------------------------------------------
+
+static void write_verdicts(const char *path, const uint8_t key[VW_HASH_BYTES], const struct vw_effect_verdict *verdicts,
+                           uint32_t count) {
+    json_t *array = vw_effects_to_json(verdicts, count);
+    char *json = vw_json_to_text(array, JSON_COMPACT), *folder = vw_path_folder(path), hex[VW_HASH_HEX_BYTES];
+    if (json) hash_content(key, json, hex);
+    char *text = json ? vw_format_text("%s\n%s", hex, json) : NULL;
+    if (text && folder && !vw_folder_create(folder)) (void)vw_file_write(path, text, strlen(text));
+    json_decref(array);
+    free(json);
+    free(folder);
+    free(text);
+}
+
+// ---- Both -----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scene *scene,
+                                        const struct vw_config *planned,
+                                        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count) {
+    struct vw_effect_verdict kept[VW_EFFECT_COUNT_MAX], decided[VW_EFFECT_COUNT_MAX];
+    uint32_t kept_count = 0, decided_count = 0;
+    uint8_t key[VW_HASH_BYTES];
+    if (!vw_effects_need_pilots(gpu, scene, planned)) return vw_effects_decide(gpu, scene, planned, verdicts, count);
+    enum vw_status status = hash_key(gpu, scene, planned, key);
+    char *path = status ? NULL : name_file(key);
+    bool found = path && read_verdicts(path, key, kept, &kept_count);
+    if (!status && found) {
+        status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
+        if (!status) take_measured(kept, decided, decided_count);
+        if (!status) status = vw_effects_choose(planned->effects, decided, decided_count);
+    } else if (!status) {
+        status = vw_effects_decide(gpu, scene, planned, decided, &decided_count);
+        if (!status && path) write_verdicts(path, key, decided, decided_count);
+    }
+    free(path);
+    if (status) return status;
+    memcpy(verdicts, decided, decided_count * sizeof *decided);
+    *count = decided_count;
+    return VW_OK;
+}
