@@ -230,7 +230,7 @@ static void one_view_at_a_time_is_left_out(void **state) {
     (void)state;
     uint32_t photos[] = {1, 2, 3}, ids[] = {7, 8, 9};
     double psnr[] = {1, 2, 3, 4, 5, 0, 0, 0, 3}, l1[9] = {0}, end_psnr[] = {20, 21, 10}; // means 2, 3, 1
-    const struct vw_matrix matrix = {photos, ids, 3, 3, psnr, l1, end_psnr, 9};
+    const struct vw_matrix matrix = {photos, ids, 3, 3, psnr, l1, NULL, end_psnr, 9};
     struct vw_view_evidence views[3];
     double standard_errors[3];
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
@@ -248,7 +248,7 @@ static void one_view_at_a_time_is_left_out(void **state) {
         assert_true(views[v].end_psnr == end_psnr[v]);
         assert_false(views[v].disagrees || views[v].stays_low); // of three nobody can say
     }
-    const struct vw_matrix single = {photos, ids, 3, 1, psnr, l1, end_psnr, 3};
+    const struct vw_matrix single = {photos, ids, 3, 1, psnr, l1, NULL, end_psnr, 3};
     ASSERT_OK(vw_matrix_jackknife(&single, views, standard_errors));
     assert_true(isnan(views[0].without) && isnan(views[0].agreement) && isnan(standard_errors[2]));
 }
@@ -268,7 +268,7 @@ static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct v
         }
     for (uint32_t v = 0; v < ODD_VIEWS; v++)
         end_psnr[v] = 20 + 4 * noise(seed, 1000, v) - (corrupted && v == 2 ? 14 : 0);
-    const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 5 * ODD_PHOTOS};
+    const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, NULL, end_psnr, 5 * ODD_PHOTOS};
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
 }
 
@@ -311,7 +311,7 @@ static void a_constant_view_hides_no_odd_one(void **state) {
     double end_psnr[ODD_VIEWS] = {20, 21, 18, 22, 23, 20};
     for (uint32_t p = 0; p < ODD_PHOTOS; p++) // view 2 says the opposite of the others; view 5 is constant
         for (uint32_t v = 0; v < 5; v++) psnr[p * ODD_VIEWS + v] = (v == 2 ? -1.0 : 1.0) * p;
-    struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, end_psnr, 5 * ODD_PHOTOS};
+    struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, NULL, end_psnr, 5 * ODD_PHOTOS};
     struct vw_view_evidence views[ODD_VIEWS];
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     assert_true(isnan(views[5].agreement));
