@@ -30,7 +30,8 @@ static const struct vw_command commands[] = {
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
      "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
      "report), field.vwf (the trained field) and checkpoints. Also writes providers.csv if providers are known, "
-     "payout.csv with --payout, and duplicates.csv if photos are near-duplicates.\n"
+     "payout.csv with --payout (with lasting credit also payout_photos.csv), and duplicates.csv if photos are "
+     "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
@@ -95,7 +96,8 @@ static const struct vw_command commands[] = {
 
     {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the run in OUT and its files were not changed",
      "Finds rows that were edited, removed, added or reordered: recomputes every hash, every score and the identity of "
-     "the run. Makes scores.csv, matrix.csv, providers.csv and payout.csv again and compares them with the files; "
+     "the run. Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them "
+     "with the files; "
      "compares field.vwf with its hash. Prints a table of what was checked, and by what. Writes nothing.\n"
      "A stranger can rewrite a whole ledger and its files so that they fit together. --key FILE.pub detects that if "
      "the owner of the key signed the run, --expect HEAD if the head was noted elsewhere, and --replay N trains the "

@@ -84,6 +84,32 @@ enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *pa
     return vw_csv_make_text(path, print_payout, &(struct table){.rows = payouts, .count = count}, made);
 }
 
+static void print_payout_photos(FILE *stream, const void *context) {
+    const struct table *table = context;
+    const struct vw_photo_payout *photos = table->rows;
+    fputs("name,provider,method,value,unit,share,amount\n", stream);
+    for (uint32_t i = 0; i < table->count; i++) {
+        char amount[VW_AMOUNT_BYTES];
+        vw_amount_to_text(photos[i].cents, amount);
+        write_text(stream, photos[i].image->name);
+        write_text(stream, photos[i].image->provider);
+        write_text(stream, photos[i].score->method);
+        write_real(stream, photos[i].score->value);
+        write_text(stream, photos[i].score->unit);
+        write_real(stream, photos[i].share);
+        fprintf(stream, "%s\n", amount);
+    }
+}
+
+enum vw_status vw_table_write_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count) {
+    return vw_csv_write_file(path, print_payout_photos, &(struct table){.rows = photos, .count = count});
+}
+
+enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count,
+                                           struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_payout_photos, &(struct table){.rows = photos, .count = count}, made);
+}
+
 static void print_duplicates(FILE *stream, const void *context) {
     const struct table *table = context;
     const struct vw_duplicate_score *rows = table->rows;

@@ -22,6 +22,11 @@ enum vw_status vw_table_make_providers(const char *path, const struct vw_provide
 enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count);
 enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
                                     struct vw_csv_text *made);
+// payout_photos.csv: name,provider,method,value,unit,share,amount; a row per photo with the score that it is paid by;
+// the amounts of a provider's photos add up to its amount in payout.csv, of which `share` is each photo's.
+enum vw_status vw_table_write_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count);
+enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count,
+                                           struct vw_csv_text *made);
 // duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo, groups
 // from 0.
 enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);

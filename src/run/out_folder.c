@@ -73,7 +73,7 @@ enum vw_status vw_run_remove_outdated(const char *out) {
 }
 
 enum vw_status vw_run_remove_outdated_scores(const char *out) {
-    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv", "report.html",
-                                        "providers.csv",   "payout.csv", "duplicates.csv"};
+    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv",        "report.html",   "providers.csv",
+                                        "payout.csv",      "payout_photos.csv", "duplicates.csv"};
     return remove_outdated(out, names, VW_ARRAY_COUNT(names));
 }

@@ -19,8 +19,9 @@
 
 // The first line of every message, so that a signature of something else is never one of a run.
 static const char domain[] = "viewworth signature 1";
-static const char *const file_names[VW_SIGNED_FILE_COUNT] = {
-    "scores.csv", "matrix.csv", "providers.csv", "payout.csv", "duplicates.csv", "report.html", "field.vwf"};
+static const char *const file_names[VW_SIGNED_FILE_COUNT] = {"scores.csv",  "matrix.csv",        "providers.csv",
+                                                             "payout.csv",  "payout_photos.csv", "duplicates.csv",
+                                                             "report.html", "field.vwf"};
 
 // ---- Statements ----------------------------------------------------------------------------------------------------
 

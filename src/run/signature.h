@@ -14,7 +14,7 @@
 #define VW_SIGNATURE_FILE "signature.json"
 
 // The files beside the ledger that a signature covers, in the order in which it names them.
-enum { VW_SIGNED_FILE_COUNT = 7 };
+enum { VW_SIGNED_FILE_COUNT = 8 };
 struct vw_signed_file {
     const char *name; // "scores.csv", ...
     bool present;

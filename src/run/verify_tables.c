@@ -103,15 +103,16 @@ static enum vw_status make_matrix(const struct vw_table_sources *sources, const 
     return status;
 }
 
-// The amount that the file states: the sum of what it pays.
-static enum vw_status read_amount(const struct vw_table_sources *sources, const char *path, uint64_t *cents) {
+// The amount that the file states: the sum of what it pays, in the last column of both tables of payouts.
+static enum vw_status read_amount(const struct vw_table_sources *sources, const char *name, const char *path,
+                                  uint64_t *cents) {
     enum { AMOUNT_FIELD = 6, FIELDS = 7, LIMIT_BYTES = 64 << 20 };
     struct vw_csv csv;
     bool found = false;
     uint64_t paid;
     void *text = NULL;
     size_t size_bytes = 0;
-    enum vw_status status = vw_file_read_inside(sources->out, "payout.csv", LIMIT_BYTES, &text, &size_bytes);
+    enum vw_status status = vw_file_read_inside(sources->out, name, LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     status = vw_csv_take(path, text, size_bytes, &csv);
     if (!status) status = vw_csv_next(&csv, &found); // the header
@@ -138,7 +139,22 @@ static enum vw_status take_worth(const struct vw_table_sources *sources, const s
     return status;
 }
 
-static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, bool pays,
+static const char payout_name[] = "payout.csv", photos_name[] = "payout_photos.csv";
+
+static enum vw_status make_photos(const struct vw_table_sources *sources, const struct provided_images *provided,
+                                  const struct vw_payout *payouts, uint32_t payout_count, const char *path,
+                                  struct derived *derived) {
+    const struct vw_payout_scores scores = {sources->scores, sources->score_count, provided->images, provided->count};
+    struct vw_photo_payout *photos = NULL;
+    uint32_t photo_count = 0;
+    enum vw_status status = vw_payout_split(payouts, payout_count, &scores, &photos, &photo_count);
+    if (!status && photo_count) status = vw_table_make_payout_photos(path, photos, photo_count, &derived->made);
+    free(photos);
+    return status;
+}
+
+// `pays`: the name of a table of payouts; NULL: providers.csv.
+static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, const char *pays,
                                        struct derived *derived) {
     struct provided_images provided;
     struct vw_provider_score *groups = NULL;
@@ -151,13 +167,14 @@ static enum vw_status make_by_provider(const struct vw_table_sources *sources, c
         status = vw_providers_score(sources->scores, sources->score_count, provided.images, provided.count, &groups,
                                     &group_count);
     if (!status) status = take_worth(sources, &provided, groups, group_count);
-    if (!status && pays) status = read_amount(sources, path, &cents);
+    if (!status && pays) status = read_amount(sources, pays, path, &cents);
     if (!status && group_count > 0 && !pays)
         status = vw_table_make_providers(path, groups, group_count, &derived->made);
     if (!status && group_count > 0 && cents > 0 && cents <= VW_PAYOUT_CENTS_MAX) {
         const char *method = vw_scoring_payout_method(sources->scores, sources->score_count);
         status = vw_payout_divide(groups, group_count, method, cents, &payouts, &payout_count, &none_positive);
-        if (!status) status = vw_table_make_payout(path, payouts, payout_count, &derived->made);
+        if (!status && pays == payout_name) status = vw_table_make_payout(path, payouts, payout_count, &derived->made);
+        else if (!status) status = make_photos(sources, &provided, payouts, payout_count, path, derived);
     }
     free(payouts);
     free(groups);
@@ -167,11 +184,16 @@ static enum vw_status make_by_provider(const struct vw_table_sources *sources, c
 
 static enum vw_status make_providers(const struct vw_table_sources *sources, const char *path,
                                      struct derived *derived) {
-    return make_by_provider(sources, path, false, derived);
+    return make_by_provider(sources, path, NULL, derived);
 }
 
 static enum vw_status make_payout(const struct vw_table_sources *sources, const char *path, struct derived *derived) {
-    return make_by_provider(sources, path, true, derived);
+    return make_by_provider(sources, path, payout_name, derived);
+}
+
+static enum vw_status make_payout_photos(const struct vw_table_sources *sources, const char *path,
+                                         struct derived *derived) {
+    return make_by_provider(sources, path, photos_name, derived);
 }
 
 static const struct table {
@@ -179,10 +201,9 @@ static const struct table {
     enum vw_status (*make)(const struct vw_table_sources *sources, const char *path, struct derived *derived);
     bool by_provider;
 } tables_of_out[VW_DERIVED_TABLE_COUNT] = {
-    {"scores.csv", make_scores, false},
-    {"matrix.csv", make_matrix, false},
-    {"providers.csv", make_providers, true},
-    {"payout.csv", make_payout, true},
+    {"scores.csv", make_scores, false},      {"matrix.csv", make_matrix, false},
+    {"providers.csv", make_providers, true}, {payout_name, make_payout, true},
+    {photos_name, make_payout_photos, true},
 };
 
 // ---- Comparison ----------------------------------------------------------------------------------------------------

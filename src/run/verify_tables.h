@@ -18,11 +18,11 @@ struct vw_table_sources {
     const char *providers; // FILE.csv with the providers; NULL: those of the ledger
 };
 
-// Makes scores.csv, matrix.csv, providers.csv and payout.csv again and compares them with the files that are there,
-// byte by byte. The matrix holds logarithms, which another C library rounds another way: its numbers may differ in the
-// last digits. The amount that a payout divides is the one that its file states. VW_ERROR_MISMATCH names a file that
-// differs.
-enum { VW_DERIVED_TABLE_COUNT = 4 };
+// Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them with the files
+// that are there, byte by byte. The matrix holds logarithms, which another C library rounds another way: its numbers
+// may differ in the last digits. The amount that a payout divides is the one that its file states. VW_ERROR_MISMATCH
+// names a file that differs.
+enum { VW_DERIVED_TABLE_COUNT = 5 };
 struct vw_verified_table {
     const char *name;
     bool by_provider; // it depends on who supplied the photos

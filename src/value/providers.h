@@ -51,4 +51,34 @@ enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t
                                 uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
                                 bool *none_positive);
 
+// A photo's part of what its provider is paid.
+struct vw_photo_payout {
+    const struct vw_payout *payout;      // its provider's; borrowed
+    const struct vw_ledger_image *image; // borrowed
+    const struct vw_ledger_score *score; // of vw_payout_split_method; borrowed
+    double share;                        // of its provider's amount, before rounding to cents
+    uint64_t cents;
+};
+
+extern const char vw_payout_split_method[]; // "lasting_psnr"
+
+struct vw_payout_scores { // borrowed
+    const struct vw_ledger_score *scores;
+    uint32_t score_count;
+    const struct vw_ledger_image *images; // with their providers
+    uint32_t image_count;
+};
+
+// Splits every payout among the provider's photos by lasting credit: each photo's share is in proportion to its credit
+// above that of the scene's lowest photo, whoever supplied that one, since only differences of lasting credit mean
+// something. So photos of equal credit get the same, and no photo loses by the company of its provider's others. A
+// photo that harms, whose worth has its whole interval below 0, gets nothing. Where no photo of a provider is above the
+// lowest, all of its photos share equally. The cents of a provider's photos add up to the provider's exactly: whole
+// cents of the shares first, the remaining cents to the largest fractions, ties by name. Photos come provider by
+// provider, in the order of the payouts. 0 photos: the scores lack lasting credit. `*photos` is owned by the caller
+// (free). VW_ERROR_MEMORY.
+enum vw_status vw_payout_split(const struct vw_payout *payouts, uint32_t payout_count,
+                               const struct vw_payout_scores *scores, struct vw_photo_payout **photos,
+                               uint32_t *photo_count);
+
 #endif

@@ -58,6 +58,14 @@ check "a payout follows worth" prints '^payout of 100000.00 by worth_psnr' worth
 check "a sweep of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
 check "which has it in its prior" prints ' lasting_psnr$' worth swept
 check "and is intact: a payout by the worth of before is gone" intact swept
+check "with lasting credit a payout is split among photos" prints '^  split among each provider.s photos by lasting_psnr' \
+    worth swept --payout 1000.01
+check "to the cent of each provider" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/swept/payout.csv p" \
+    -cmd ".import $folder/swept/payout_photos.csv t" :memory: "SELECT count(*), sum(paid = CAST(round(100 * amount) AS INTEGER)),
+    sum(paid) FROM p JOIN (SELECT provider, sum(CAST(round(100 * amount) AS INTEGER)) AS paid FROM t GROUP BY provider)
+    USING (provider)")" \
+    = 3,3,100001
+check "which verify makes again" prints '^payout_photos.csv +intact' "$program" verify "$folder/swept" --quiet
 
 # ---- Interruptions -------------------------------------------------------------------------------------------------------
 

@@ -164,6 +164,58 @@ static void any_amount_adds_up(void **state) {
     }
 }
 
+static struct vw_ledger_score lasting(uint32_t image_id, double value) {
+    return (struct vw_ledger_score){.image_id = image_id, .method = "lasting_psnr", .value = value, .unit = "dB"};
+}
+
+static struct vw_ledger_score worth(uint32_t image_id, double ci_high) {
+    return (struct vw_ledger_score){.image_id = image_id, .method = "worth_psnr", .ci_low = -1, .ci_high = ci_high};
+}
+
+// Alice's photos are 1 and 6, bob's 2 and 5; the lowest is nobody's, 3.
+static void a_payout_is_split_by_lasting_credit(void **state) {
+    (void)state;
+    enum { PHOTOS = 4, SCORES = 7 };
+    static const struct {
+        const char *what;
+        double values[5];          // of photos 1, 2, 3, 5 and 6
+        double ci_high[2];         // of the worth of photos 6 and 2
+        uint64_t expected[PHOTOS]; // of photos 1, 6, 2 and 5
+    } cases[] = {
+        {"above the scene's lowest", {0.5, 0.25, -0.5, 0.25, -0.25}, {1, 1}, {5334, 1333, 1667, 1666}},
+        {"a shift means nothing", {100.5, 100.25, 99.5, 100.25, 99.75}, {1, 1}, {5334, 1333, 1667, 1666}},
+        {"what harms gets nothing", {0.5, 0.25, -0.5, 0.25, -0.25}, {-0.1, -0.1}, {6667, 0, 0, 3333}},
+        {"the lowest gets nothing", {0.5, 0.25, 0, 0, -0.5}, {1, 1}, {6667, 0, 2000, 1333}},
+        {"all equal", {1, 1, 1, 1, 1}, {1, 1}, {3334, 3333, 1667, 1666}},
+    };
+    const struct vw_provider_score groups[] = {{.provider = "alice"}, {.provider = "bob"}};
+    const struct vw_payout payouts[] = {{.group = &groups[0], .cents = 6667}, {.group = &groups[1], .cents = 3333}};
+    struct vw_photo_payout *photos = NULL;
+    uint32_t count = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        const double *values = cases[i].values;
+        const struct vw_ledger_score all[SCORES] = {
+            lasting(1, values[0]), lasting(2, values[1]),         lasting(3, values[2]),        lasting(5, values[3]),
+            lasting(6, values[4]), worth(6, cases[i].ci_high[0]), worth(2, cases[i].ci_high[1])};
+        const struct vw_payout_scores of_run = {all, SCORES, test_images, TEST_IMAGE_COUNT};
+        ASSERT_OK(vw_payout_split(payouts, 2, &of_run, &photos, &count));
+        assert_int_equal(count, PHOTOS);
+        static const uint32_t ids[PHOTOS] = {1, 6, 2, 5};
+        for (uint32_t p = 0; p < PHOTOS; p++) {
+            assert_true(photos[p].payout == &payouts[p / 2] && photos[p].image->image_id == ids[p]);
+            if (photos[p].cents != cases[i].expected[p])
+                fail_msg("%s: photo %u gets %llu cents, not %llu", cases[i].what, ids[p],
+                         (unsigned long long)photos[p].cents, (unsigned long long)cases[i].expected[p]);
+        }
+        assert_near(photos[0].share + photos[1].share, 1, 1e-15);
+        free(photos);
+    }
+    const struct vw_payout_scores none = {scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT};
+    ASSERT_OK(vw_payout_split(payouts, 2, &none, &photos, &count));
+    assert_int_equal(count, 0); // no lasting credit
+    free(photos);
+}
+
 static void amounts_are_read_exactly(void **state) {
     (void)state;
     static const struct {
@@ -189,9 +241,8 @@ static void amounts_are_read_exactly(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sums_are_of_the_photos),
-        cmocka_unit_test(amounts_are_divided_to_the_cent),
-        cmocka_unit_test(any_amount_adds_up),
+        cmocka_unit_test(sums_are_of_the_photos),   cmocka_unit_test(amounts_are_divided_to_the_cent),
+        cmocka_unit_test(any_amount_adds_up),       cmocka_unit_test(a_payout_is_split_by_lasting_credit),
         cmocka_unit_test(amounts_are_read_exactly),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

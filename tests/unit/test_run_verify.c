@@ -31,6 +31,9 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
         .config = &config,
         .out = out,
         .payout = "100",
+        .lasting = true,
+        .lasting_matrix = true,
+        .no_gate = true,
         .sign_key_path = key,
         .resume = resume};
     struct vw_run *run = NULL;
@@ -75,8 +78,9 @@ static void copy_file(const char *from_folder, const char *to_folder, const char
 
 // A fresh copy of the run.
 static struct fixture *renew(void **state) {
-    static const char *const names[] = {"ledger.db",   "scores.csv", "matrix.csv",     "providers.csv",  "payout.csv",
-                                        "report.html", "field.vwf",  "duplicates.csv", VW_SIGNATURE_FILE};
+    static const char *const names[] = {"ledger.db",         "scores.csv",     "matrix.csv", "providers.csv",
+                                        "payout.csv",        "report.html",    "field.vwf",  "duplicates.csv",
+                                        "payout_photos.csv", VW_SIGNATURE_FILE};
     struct fixture *fixture = *state;
     ASSERT_OK(vw_folder_create(fixture->out));
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
@@ -119,6 +123,7 @@ static void the_table_says_what_was_checked(void **state) {
                 {"matrix.csv", "intact", "intact"},
                 {"providers.csv", "intact", "intact"},
                 {"payout.csv", "intact", "intact"},
+                {"payout_photos.csv", "intact", "intact"},
                 {"duplicates.csv", "not checked", "intact"},
                 {"report.html", "not checked", "intact"},
                 {"field.vwf", "intact", "intact"},
@@ -140,7 +145,10 @@ static void the_table_says_what_was_checked(void **state) {
 
 static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
 #define RENAME(table) "UPDATE " table " SET run_id = (SELECT run_id FROM run);"
-#define RENAME_ALL RENAME("step") RENAME("view") RENAME("score")
+#define RENAME_ALL                                                                                                     \
+    RENAME("step")                                                                                                     \
+    RENAME("view") RENAME("score") RENAME("lasting") RENAME("lasting_step") RENAME("lasting_photo")                    \
+        RENAME("lasting_view")
     static const struct {
         const char *what, *sql, *word;
     } cases[] = {
@@ -235,13 +243,19 @@ static void append(const struct fixture *fixture, const char *name, const char *
 }
 
 static void edited_tables_are_found(void **state) {
-    static const char *const tables[] = {"scores.csv", "matrix.csv", "providers.csv", "payout.csv"};
+    static const char *const tables[] = {"scores.csv", "matrix.csv", "providers.csv", "payout.csv",
+                                         "payout_photos.csv"};
     static const struct {
         const char *name, *old, *new;
-    } edits[] = {{"scores.csv", ",anna,", ",otto,"},   {"scores.csv", "view_001", "view_002"},
-                 {"scores.csv", ",dB,", ",dC,"},       {"matrix.csv", "view_001", "view_002"},
-                 {"matrix.csv", "dv_psnr", "dv_loss"}, {"providers.csv", "anna", "otto"},
-                 {"payout.csv", "anna", "otto"}};
+    } edits[] = {{"scores.csv", ",anna,", ",otto,"},
+                 {"scores.csv", "view_001", "view_002"},
+                 {"scores.csv", ",dB,", ",dC,"},
+                 {"matrix.csv", "view_001", "view_002"},
+                 {"matrix.csv", "dv_psnr", "dv_loss"},
+                 {"providers.csv", "anna", "otto"},
+                 {"payout.csv", "anna", "otto"},
+                 {"payout_photos.csv", "view_001", "view_002"},
+                 {"matrix.csv", "lasting_psnr", "lasting_loss"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
         const struct fixture *fixture = renew(state);
         edit(fixture, edits[i].name, edits[i].old, edits[i].new);
@@ -434,8 +448,8 @@ static void a_signature_file_is_read_strictly(void **state) {
         {"a field twice", "  \"status\"", "  \"head\": \"\", \"status\""},
         {"a field less", "  \"status\": \"finished\",\n", ""},
         {"another type", "\"views\": ", "\"views\": \"\", \"x\": "},
-        {"a number as text", "\"schema\": 7", "\"schema\": \"7\""},
-        {"a real number", "\"schema\": 7", "\"schema\": 7.0"},
+        {"a number as text", "\"schema\": 9", "\"schema\": \"9\""},
+        {"a real number", "\"schema\": 9", "\"schema\": 9.0"},
         {"a negative number", "\"size_bytes\": ", "\"size_bytes\": -"},
         {"another status", "finished", "running"},
         {"a file of another name", "\"scores.csv\"", "\"../scores.csv\""},

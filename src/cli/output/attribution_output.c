@@ -57,6 +57,11 @@ static void print_payout(const struct vw_attribution *attribution) {
         vw_print("\n");
     }
     print_more(attribution->payout_count, SHOWN_ROWS, attribution->payout_path);
+    if (attribution->photo_count)
+        vw_print("  split among each provider's photos by %s above the scene's lowest: %s\n", vw_payout_split_method,
+                 attribution->payout_photos_path);
+    else if (attribution->payout_count)
+        vw_print("  not split among photos, which needs lasting credit: viewworth lasting\n");
 }
 
 static void print_duplicate(const struct vw_duplicate_score *row) {
@@ -101,6 +106,14 @@ static json_t *payout_to_json(const struct vw_payout *payout) {
                      "amount", amount, "cents", (json_int_t)payout->cents);
 }
 
+static json_t *photo_to_json(const struct vw_photo_payout *photo) {
+    char amount[VW_AMOUNT_BYTES];
+    vw_amount_to_text(photo->cents, amount);
+    return json_pack("{s:s, s:s, s:s, s:o, s:o, s:s, s:I}", "name", photo->image->name, "provider",
+                     photo->image->provider, "method", photo->score->method, "value", vw_json_real(photo->score->value),
+                     "share", vw_json_real(photo->share), "amount", amount, "cents", (json_int_t)photo->cents);
+}
+
 static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
     return json_pack("{s:I, s:s, s:s, s:s, s:o, s:o, s:o, s:I}", "group", (json_int_t)row->group, "name",
                      row->image->name, "split", row->image->split, "provider",
@@ -110,17 +123,21 @@ static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
 }
 
 bool vw_attribution_add_json(const struct vw_attribution *attribution, json_t *root) {
-    json_t *providers = json_array(), *payout = json_array(), *duplicates = json_array();
+    json_t *providers = json_array(), *payout = json_array(), *photos = json_array(), *duplicates = json_array();
     int failed = 0;
     for (uint32_t i = 0; i < attribution->group_count; i++)
         vw_json_append(&providers, provider_to_json(&attribution->groups[i]));
     for (uint32_t i = 0; i < attribution->payout_count; i++)
         vw_json_append(&payout, payout_to_json(&attribution->payouts[i]));
+    for (uint32_t i = 0; i < attribution->photo_count; i++)
+        vw_json_append(&photos, photo_to_json(&attribution->photos[i]));
     for (uint32_t i = 0; i < attribution->duplicate_count; i++)
         vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
     failed |= json_object_set_new(root, "providers", providers);
     failed |= json_object_set_new(root, "duplicates", duplicates);
     if (attribution->payout_count > 0) failed |= json_object_set_new(root, "payout", payout);
     else json_decref(payout);
+    if (attribution->photo_count > 0) failed |= json_object_set_new(root, "payout_photos", photos);
+    else json_decref(photos);
     return !failed;
 }

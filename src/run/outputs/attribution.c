@@ -49,9 +49,12 @@ static enum vw_status take_providers(const struct vw_scene *scene, const struct 
 static enum vw_status name_outputs(const char *out, struct vw_attribution *attribution) {
     attribution->providers_path = vw_path_join(out, "providers.csv");
     attribution->payout_path = vw_path_join(out, "payout.csv");
+    attribution->payout_photos_path = vw_path_join(out, "payout_photos.csv");
     attribution->duplicates_path = vw_path_join(out, "duplicates.csv");
-    return attribution->providers_path && attribution->payout_path && attribution->duplicates_path ? VW_OK
-                                                                                                   : VW_ERROR_MEMORY;
+    return attribution->providers_path && attribution->payout_path && attribution->payout_photos_path &&
+                   attribution->duplicates_path
+               ? VW_OK
+               : VW_ERROR_MEMORY;
 }
 
 static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_scoring *scoring,
@@ -69,15 +72,25 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     return status;
 }
 
-static enum vw_status make_payout(struct vw_attribution *attribution) {
+static enum vw_status split_payouts(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
+    const struct vw_payout_scores scores = {scoring->scores, scoring->score_count, attribution->images,
+                                            scoring->input.image_count};
+    enum vw_status status = vw_payout_split(attribution->payouts, attribution->payout_count, &scores,
+                                            &attribution->photos, &attribution->photo_count);
+    if (status || !attribution->photo_count) return status;
+    return vw_table_write_payout_photos(attribution->payout_photos_path, attribution->photos, attribution->photo_count);
+}
+
+static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
     if (!attribution->amount_cents) return VW_OK;
     if (attribution->group_count == 0)
         return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
     enum vw_status status =
         vw_payout_divide(attribution->groups, attribution->group_count, attribution->method, attribution->amount_cents,
                          &attribution->payouts, &attribution->payout_count, &attribution->none_positive);
-    return status ? status
-                  : vw_table_write_payout(attribution->payout_path, attribution->payouts, attribution->payout_count);
+    if (!status)
+        status = vw_table_write_payout(attribution->payout_path, attribution->payouts, attribution->payout_count);
+    return status ? status : split_payouts(scoring, attribution);
 }
 
 static enum vw_status make_duplicates(const struct vw_scene *scene, const struct vw_scoring *scoring,
@@ -126,7 +139,7 @@ enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);
-    if (!status) status = make_payout(attribution);
+    if (!status) status = make_payout(scoring, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);
     if (!status) warn(attribution);
     return status;
@@ -136,9 +149,11 @@ void vw_attribution_free(struct vw_attribution *attribution) {
     free(attribution->images);
     free(attribution->groups);
     free(attribution->payouts);
+    free(attribution->photos);
     free(attribution->duplicates);
     free(attribution->providers_path);
     free(attribution->payout_path);
+    free(attribution->payout_photos_path);
     free(attribution->duplicates_path);
     *attribution = (struct vw_attribution){0};
 }

@@ -21,9 +21,11 @@ struct vw_attribution {
     struct vw_payout *payouts; // none unless asked for
     uint32_t payout_count;
     bool none_positive;
+    struct vw_photo_payout *photos; // none without payouts or lasting credit
+    uint32_t photo_count;
     struct vw_duplicate_score *duplicates;
     uint32_t duplicate_count;
-    char *providers_path, *payout_path, *duplicates_path; // owned
+    char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
 // Reads an amount. VW_ERROR_USAGE when it is none, and where the config (NULL: unknown)
@@ -31,8 +33,8 @@ struct vw_attribution {
 enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents);
 // Whether there is somebody to be paid. VW_ERROR_USAGE.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
-// Computes everything from the scores and writes providers.csv, payout.csv and duplicates.csv to OUT, those that have
-// rows. Divides no amount where payout_cents is 0. Warns of copies. Free it also after a failure.
+// Computes everything from the scores and writes providers.csv, payout.csv, payout_photos.csv and duplicates.csv to
+// OUT, those that have rows. Divides no amount where payout_cents is 0. Warns of copies. Free it also after a failure.
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
                                    uint64_t payout_cents, struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
