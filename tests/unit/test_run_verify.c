@@ -147,8 +147,8 @@ static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
 #define RENAME(table) "UPDATE " table " SET run_id = (SELECT run_id FROM run);"
 #define RENAME_ALL                                                                                                     \
     RENAME("step")                                                                                                     \
-    RENAME("view") RENAME("score") RENAME("lasting") RENAME("lasting_step") RENAME("lasting_photo")                    \
-        RENAME("lasting_view")
+    RENAME("view")                                                                                                     \
+    RENAME("score") RENAME("lasting") RENAME("lasting_step") RENAME("lasting_photo") RENAME("lasting_view")
     static const struct {
         const char *what, *sql, *word;
     } cases[] = {
