@@ -16,6 +16,7 @@
 #include "train/lasting_private.h"
 
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS, STEPS_MAX = 300, VIEWS = TEST_VALS }; // photos of test_scene()
+enum { CHECKED = 10 }; // steps that are made longer and shorter
 
 static struct vw_config lasting_config(void) {
     struct vw_config config = test_config();
@@ -214,27 +215,28 @@ static void a_step_says_what_it_leaves(void **state) {
         const char *effects;
         double beta1;
         uint32_t epochs;
-    } cases[] = {{"none", 0, EPOCHS},
-                 {"none", 0.9, EPOCHS},
-                 {"occupancy", 0, 60}, // the first 256 steps skip nothing
-                 {"appearance,appearance_code", 0, EPOCHS}};
+        uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
+    } cases[] = {{"none", 0, EPOCHS, 3 << 20},
+                 {"none", 0.9, EPOCHS, 3 << 20},
+                 {"occupancy", 0, 60, 9 << 20}, // the first 256 steps skip nothing
+                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = lasting_config();
         struct vw_lasting_credit credits[STEPS_MAX + 1] = {0};
-        double predicted[15], measured[15];
+        double predicted[CHECKED], measured[CHECKED];
         config.epochs = cases[i].epochs;
         config.beta1 = cases[i].beta1;
         strcpy(config.effects, cases[i].effects);
-        struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, 9 << 20, NULL);
+        struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, cases[i].memory_bytes, NULL);
         sweep(lasting, credits);
-        for (uint32_t k = 0; k < 15; k++) {
+        for (uint32_t k = 0; k < CHECKED; k++) {
             uint64_t step = lasting->total_steps - 2 * k;
             predicted[k] = credits[step].psnr;
             measured[k] = (retrain_psnr(lasting, step, 0.1f) - retrain_psnr(lasting, step, -0.1f)) / 0.2;
         }
-        assert_agree(predicted, measured, 6, 0.95);
-        assert_agree(predicted, measured, 15, 0.8);
+        assert_agree(predicted, measured, CHECKED / 2, 0.95);
+        assert_agree(predicted, measured, CHECKED, 0.8);
         vw_lasting_destroy(&lasting);
     }
     vw_scene_close(&scene);
