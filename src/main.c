@@ -22,9 +22,9 @@ static const struct vw_command commands[] = {
      "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside "
      "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
-     "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without; the command "
-     "prints the gain with its standard error, and what a step costs more.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
+     "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
+     "command prints the gain with its standard error, and what a step costs more, for a run with these options.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
     {VW_COMMANDS_VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "

@@ -226,8 +226,8 @@ const struct vw_option vw_option_table[] = {
     {"pilot-steps", "N",
      "Steps of each short training that measures what an effect gains; without any (0), no effect is called for that "
      "the scene's files do not tell",
-     VW_OPTIONS_TRAINING | VW_OPTIONS_INFO, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps),
-     RANGE(0, VW_PILOT_STEPS_MOST), DEFAULT("by the length of the run")},
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
+     DEFAULT("by the length of the run")},
     {"background", NULL, "Colour behind transparent train pixels: the scene's own, or a random one per ray and step",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
 

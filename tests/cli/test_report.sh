@@ -9,7 +9,8 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 scene=$root/scenes/toys.json
-tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8 --device llvmpipe --quiet)
+tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
+    --device llvmpipe --quiet)
 synthetic=$(dirname "$program")/synthetic_ledger
 
 value() { # value OUT [OPTION]...

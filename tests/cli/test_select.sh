@@ -121,7 +121,7 @@ kept() {
 # same_cameras SCENE SCENE [OPTION]...: the second scene, opened with the options, has no camera that the first one has not.
 same_cameras() (
     export VK_DRIVER_FILES=/dev/null # info says enough without a device
-    "$program" info "$1" --pilot-steps 0 --json --quiet >"$folder/first.json" && "$program" info "${@:2}" --pilot-steps 0 --json --quiet >"$folder/second.json" || return 1
+    "$program" info "$1" --json --quiet >"$folder/first.json" && "$program" info "${@:2}" --json --quiet >"$folder/second.json" || return 1
     [[ $(sqlite3 :memory: "WITH
         f AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/first.json') AS TEXT), '\$.cameras')),
         s AS (SELECT json_remove(value, '\$.views') AS c FROM json_each(CAST(readfile('$folder/second.json') AS TEXT), '\$.cameras'))
