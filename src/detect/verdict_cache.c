@@ -26,8 +26,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
                                uint8_t key[VW_HASH_BYTES]) {
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
     const char *width = getenv("LP_NATIVE_VECTOR_WIDTH"); // changes the code that lavapipe makes
-    uint32_t steps = vw_pilot_steps(scene, planned);
-    struct vw_config pilot = pilots_config(planned, steps);
+    struct vw_config pilot = pilots_config(planned, vw_pilot_steps(scene, planned)); // its epochs tell the steps
     char *config = vw_config_to_json(&pilot, false);
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
@@ -37,7 +36,6 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     vw_hasher_add_text(&hasher, "viewworth verdicts 1");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
-    vw_hasher_add_integer(&hasher, steps);
     vw_hasher_add_text(&hasher, device->name);
     vw_hasher_add_text(&hasher, device->driver);
     vw_hasher_add_text(&hasher, width);

@@ -362,6 +362,15 @@ else
     echo "SKIPPED: a disk that is full at the start: a small file system cannot be mounted here"
 fi
 out=$keep_out
+# Photos that are missing are left out; that is said even with --quiet, and stands in the report.
+reset
+cp "$scene/images/0.png" "$scene/images/3.png"
+cp "$scene/images/1.png" "$scene/images/4.png"
+transforms '"fl_x": 8,' "${good[@]}" "$(frame images/3.png)" "$(frame images/4.png)" "$(frame images/lost.png)"
+check "a photo that is missing does not stop a run" "$program" value "$scene" --out "$folder/lost" --quiet "${tiny[@]}" "${device[@]}" \
+    2>"$folder/stderr"
+check "it is a warning" grep -q 'warning: .*1 frames skipped: their image file does not exist (first: images/lost.png)' "$folder/stderr"
+check "and stands in the report" grep -q 'frames skipped.*lost.png' "$folder/lost/report.html"
 mkdir "$folder/elsewhere"
 cp "$program" "$folder/elsewhere/viewworth"
 keep_program=$program

@@ -12,6 +12,7 @@
 #include "base/file.h"
 #include "train/trainer.h"
 #include "detect/decide.h"
+#include "detect/pilots.h"
 #include "base/memory.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
@@ -94,6 +95,30 @@ static void verdicts_repeat_bit_for_bit(void **state) {
     }
     assert_true(isfinite(verdict_of(verdicts[0], count, "sky")->evidence));
     assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // not without appearance
+    vw_scene_close(&scene);
+}
+
+// Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
+// neither.
+static void folds_share_no_photo(void **state) {
+    (void)state;
+    struct vw_scene *scene = open_recipe("clean.json");
+    struct pilots pilots;
+    struct vw_config config = small_config();
+    uint32_t judged[64] = {0};
+    ASSERT_OK(pilots_open(&(struct pilots_params){.scene = scene, .planned = &config, .steps = 8}, &pilots));
+    assert_int_equal(pilots.photo_count, scene->split_count[VW_SPLIT_TRAIN]);
+    for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
+        const struct pilot_fold *fold = &pilots.folds[f];
+        assert_int_equal(fold->held_out_count, PILOT_HELD_OUT_MIN);
+        assert_int_equal(fold->held_out_count + fold->train_count, pilots.photo_count);
+        for (uint32_t i = 0; i < fold->held_out_count; i++) {
+            assert_int_equal(judged[fold->held_out[i]]++, 0);
+            assert_int_equal(scene->views[fold->held_out[i]].split, VW_SPLIT_TRAIN);
+            for (uint32_t j = 0; j < fold->train_count; j++)
+                assert_int_not_equal(fold->train_views[j], fold->held_out[i]);
+        }
+    }
     vw_scene_close(&scene);
 }
 
@@ -221,6 +246,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(recipes_show_their_facts),
         cmocka_unit_test(a_bright_sky_is_measured),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
+        cmocka_unit_test(folds_share_no_photo),
         cmocka_unit_test(no_pilots_where_they_cannot_tell),
         cmocka_unit_test(auto_is_none_where_nothing_is_called_for),
         cmocka_unit_test(masks_are_ignored_with_the_effect_off),

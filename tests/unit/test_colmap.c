@@ -160,6 +160,7 @@ static void a_model_lies_in_one_of_two_folders(void **state) {
     assert_string_equal(scene->views[1].name, "dense/images/b.png");
     assert_non_null(strstr(scene->notes[0], "1 images skipped"));
     assert_non_null(strstr(scene->notes[0], "sub/c d.png"));
+    assert_ptr_equal(scene->missing, scene->notes[0]);
     vw_scene_close(&scene);
     temporary_folder_remove(dense);
 }

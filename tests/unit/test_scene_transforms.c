@@ -243,6 +243,7 @@ static void missing_photos_are_skipped(void **state) {
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "2 frames skipped"));
     assert_non_null(strstr(scene->notes[0], "images/01.png"));
+    assert_ptr_equal(scene->missing, scene->notes[0]);
     vw_scene_close(&scene);
     for (int i = 0; i < 5; i += 2) {
         char name[32];

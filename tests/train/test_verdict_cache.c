@@ -1,0 +1,134 @@
+// Verdicts that are kept from run to run: used again, never believed when damaged, and never in the way.
+#include "support/cmocka_test.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/detection_cases.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "detect/verdict_cache.h"
+
+struct decided {
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+};
+
+static struct vw_scene *scene;
+
+// For a run of another seed each time, which makes no difference.
+static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t steps) {
+    static uint64_t seed;
+    struct vw_config config = vw_config_default;
+    config.seed = seed++;
+    config.levels = 2;
+    config.width = 16;
+    config.samples = 8;
+    config.rays = 16;
+    config.pilot_steps = steps;
+    strcpy(config.effects, "-unbounded,-appearance,-occupancy");
+    ASSERT_OK(vw_effects_decide_cached(test_gpu(), scene, &config, decided->verdicts, &decided->count));
+    for (uint32_t i = 0; i < decided->count; i++)
+        if (!strcmp(decided->verdicts[i].name, "sky")) return &decided->verdicts[i];
+    fail_msg("no sky");
+    return NULL;
+}
+
+// The only file of verdicts in the cache, owned by the caller; NULL when there is none.
+static char *find_file(const char *folder) {
+    char *found = NULL;
+    DIR *opened = opendir(temporary_path(folder, "viewworth"));
+    for (struct dirent *entry; opened && (entry = readdir(opened));) {
+        if (strncmp(entry->d_name, "verdicts-", 9)) continue;
+        assert_null(found);
+        found = vw_format_text("%s/viewworth/%s", folder, entry->d_name);
+    }
+    if (opened) closedir(opened);
+    return found;
+}
+
+// Times are never the same twice: equal ones were kept.
+static bool was_kept(const struct vw_effect_verdict *a, const struct vw_effect_verdict *b) {
+    assert_true(test_same_bits(a->evidence, b->evidence));
+    assert_int_equal(a->called_for, b->called_for);
+    assert_string_equal(a->measured_on, b->measured_on);
+    return test_same_bits(a->ms_per_step, b->ms_per_step);
+}
+
+static void verdicts_are_kept(void **state) {
+    struct decided first, second, longer;
+    const struct vw_effect_verdict *measured = decide(&first, 8), *kept = decide(&second, 8);
+    assert_true(isfinite(measured->evidence) && isfinite(measured->ms_per_step));
+    assert_true(was_kept(measured, kept));
+    char *path = find_file(*state);
+    assert_non_null(path);
+    assert_int_equal(remove(path), 0);
+    free(path);
+    assert_false(test_same_bits(decide(&longer, 9)->ms_per_step, measured->ms_per_step)); // another key
+    assert_false(was_kept(measured, decide(&second, 8)));
+}
+
+// Every byte of the file counts; so do its end and what a hash cannot tell: who wrote it.
+static void damaged_files_are_none(void **state) {
+    struct decided first, second;
+    const struct vw_effect_verdict *measured = decide(&first, 8);
+    char *path = find_file(*state), *file = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_read(path, 1 << 20, (void **)&file, &size_bytes));
+    for (size_t place = 0; place < size_bytes; place += size_bytes / 5) {
+        char *damaged = vw_copy_text(file);
+        damaged[place] ^= 1;
+        ASSERT_OK(vw_file_write(path, damaged, size_bytes));
+        free(damaged);
+        assert_false(was_kept(measured, decide(&second, 8)));
+    }
+    ASSERT_OK(vw_file_write(path, file, size_bytes - 1));
+    assert_false(was_kept(measured, decide(&second, 8)));
+    ASSERT_OK(vw_file_write(path, file, size_bytes));
+    assert_true(was_kept(measured, decide(&second, 8)));
+    free(path);
+    free(file);
+}
+
+static void a_cache_that_cannot_be_written_is_no_error(void **state) {
+    (void)state;
+    struct decided first, second;
+    setenv("XDG_CACHE_HOME", "/dev/null", 1);
+    const struct vw_effect_verdict *measured = decide(&first, 8);
+    assert_false(was_kept(measured, decide(&second, 8)));
+}
+
+static int make_cache(void **state) {
+    *state = temporary_folder_create();
+    return setenv("XDG_CACHE_HOME", *state, 1);
+}
+
+static int remove_cache(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static int open_scene(void **state) {
+    (void)state;
+    scene = detection_sky_scene();
+    return 0;
+}
+
+static int close_all(void **state) {
+    vw_scene_close(&scene);
+    return test_gpu_close(state);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(verdicts_are_kept, make_cache, remove_cache),
+        cmocka_unit_test_setup_teardown(damaged_files_are_none, make_cache, remove_cache),
+        cmocka_unit_test_setup_teardown(a_cache_that_cannot_be_written_is_no_error, make_cache, remove_cache),
+    };
+    return cmocka_run_group_tests(tests, open_scene, close_all);
+}
