@@ -31,8 +31,8 @@ void main() {
     vec4 out_gradient = d_field[slot];
     vec4 rgb_density = field[slot];
     uvec2 bits1 = rows[VW_ROW_PLACE(ROW_COUNT, ROW_ACTIVE1, slot)], bits2 = rows[VW_ROW_PLACE(ROW_COUNT, ROW_ACTIVE2, slot)];
-    float d_raw = rgb_density.w >= DENSITY_MAX ? 0.0 : out_gradient.w; // cut where the forward pass was
-    vec4 d_logit = vec4(out_gradient.rgb * rgb_density.rgb * (1.0 - rgb_density.rgb), 0.0);
+    float d_raw = raw_gradient(rgb_density, out_gradient);
+    vec4 d_logit = logit_gradient(rgb_density, out_gradient);
     store(ROW_D_LOGIT, slot, d_logit);
 
     vec4 d_hidden[WIDTH4];

@@ -41,7 +41,7 @@ void main() {
     for (uint i = gl_LocalInvocationID.x; i < WEIGHT_COLUMNS; i += gl_WorkGroupSize.x) weight[i] = weights[i];
     if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) { // see mix_code
         barrier();
-        if (gl_LocalInvocationID.x < WIDTH4) weight[CONSTANT_COLUMN(gl_LocalInvocationID.x)] += code_shift[gl_LocalInvocationID.x];
+        if (gl_LocalInvocationID.x < WIDTH4) weight[SHIFT_COLUMN + SHIFT_STRIDE * gl_LocalInvocationID.x] += code_shift[gl_LocalInvocationID.x];
     }
     barrier();
     uint slot = invocation_index();
@@ -77,7 +77,7 @@ void main() {
         [[unroll]] for (uint k = 0u; k < WIDTH4; k++) sum += weight_block(DENSITY2, j, WIDTH4, k) * hidden[k];
         colour_in[j] = sum;
     }
-    float density = at_most(exp(at_most(colour_in[0].x, 80.0)), DENSITY_MAX);
+    float density = density_of(colour_in[0].x);
     colour_in[0].x = SH_BAND0; // the raw density's place
     spherical_harmonics(ray.direction_stride.xyz, colour_in[GEO4], colour_in[GEO4 + 1u]);
     [[unroll]] for (uint j = 0u; j < COLOUR4; j++) store(ROW_COLOUR_IN + j, slot, colour_in[j]);

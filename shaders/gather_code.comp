@@ -4,7 +4,6 @@
 // 0 for the codes of other photos; or added to the adjoint by the backward sweep, there without the ridge. One workgroup.
 #include "common.glsl"
 #include "appearance.glsl"
-#include "mlp.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) readonly buffer CodeWeights { vec4 code_weights[]; };
@@ -18,7 +17,7 @@ PUSH uniform Push { vw_push_gather push; };
 
 const uint UNITS = 4u * WIDTH4, COUNT = UNITS * CODE4;
 
-float d_shift(uint unit) { return d_weights[CONSTANT_COLUMN(unit / 4u)][unit % 4u] * INVERSE_RAYS; }
+float d_shift(uint unit) { return d_weights[SHIFT_COLUMN + SHIFT_STRIDE * (unit / 4u)][unit % 4u] * INVERSE_RAYS; }
 
 void main() {
     uint lane = gl_LocalInvocationID.x, first = CODE4 * state.view;

@@ -24,6 +24,6 @@ void main() {
     barrier();
     if (lane != 0u) return;
     for (uint i = 1u; i < 64u; i++) sum += sums[i];
-    d_weights[WEIGHT_COLUMNS + k] = sum;
+    d_weights[FIELD_COLUMNS + k] = sum;
     if (!finite(sum)) atomicOr(state.nonfinite, 1u);
 }

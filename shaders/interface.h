@@ -47,7 +47,7 @@ typedef uint32_t vw_uint;
     X(21, LEARNING_RATE, learning_rate, float, 0.003) \
     X(22, BETA1, beta1, float, 0.0) \
     X(23, BETA2, beta2, float, 0.99) \
-    X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
+    X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays; see adam.glsl */ \
     X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
     X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
     VW_LEVEL_CONSTANTS(X) \
@@ -58,7 +58,15 @@ typedef uint32_t vw_uint;
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
     X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */ \
     X(65, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */ \
-    X(66, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */
+    X(66, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */ \
+    X(67, SHIFT_COLUMN, shift_column, uint, 0)     /* weight column that holds the biases of the first four units that a code shifts */ \
+    X(68, SHIFT_STRIDE, shift_stride, uint, 0)     /* from there to that of the next four */ \
+    X(69, FIELD_COLUMNS, field_columns, uint, 0)   /* weight columns of the field; the sky's follow */ \
+    X(70, POSITION_FREQUENCIES, position_frequencies, uint, 10) /* of the field mlp, as all that follow */ \
+    X(71, LAYER_ROWS, layer_rows, uint, 1)         /* rows of a sample's activations */ \
+    X(72, D_LAYER_ROWS, d_layer_rows, uint, 1)     /* and of their gradients */ \
+    X(73, TILE_TO4, tile_to4, uint, 1)             /* rows that an invocation of multiply_layer writes */ \
+    X(74, TILE_FROM4, tile_from4, uint, 1)         /* and reads */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -93,6 +101,7 @@ struct vw_specialization {
     uint first_pair[VW_LEVELS_MAX];
     uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows, stores_rows;
     float huber_length;
+    uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -134,7 +143,8 @@ VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
 VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair, or two halves in a uint: a range of the params
 VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
-VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl, then the sky's: two ranges of the params
+VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl or src/train/fields/mlp.h, then the sky's: two ranges
+                                     // of the params
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
 VW_ENUM(VW_SLOT_ROWS, 8)             // activation rows of one chunk, what the networks leave: four bfloats (bfloat.glsl) at VW_ROW_PLACE
@@ -191,7 +201,12 @@ VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
 VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
 VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
-VW_ENUM(VW_SLOT_COUNT, 59)
+// The rest only with the field mlp: rows of one chunk at VW_ROW_PLACE, four floats each.
+VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // what layers take in and give out
+VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
+VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the way back is at
+VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
+VW_ENUM(VW_SLOT_COUNT, 63)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -316,6 +331,25 @@ struct vw_push_samples {     // forward_field, composite_rays, backward_rays, gr
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint4 key;            // in training
 };
+// Of one matrix of the field mlp (src/train/fields/mlp.h): rows of 4x4 blocks, then a vec4 of biases per row of blocks if it has any.
+struct vw_push_multiply {    // multiply_layer: to += matrix * from
+    vw_uint first_weight;    // of the block that the first rows multiply
+    vw_uint to_stride, from_stride; // blocks from one that belongs to a row to that of the next row
+    vw_uint from_row, to_row, to4; // first row read; first row written and how many there are
+    vw_uint first_bias;      // of the rows written
+    vw_uint gate_row;        // back: the activations that gate the rows written
+    vw_uint form;            // VW_MULTIPLY_*
+};
+struct vw_push_matrix {      // gradient_weights and reduce_weights in their layer form
+    vw_uint first_weight;
+    vw_uint in_row, out_row, in4, out4; // out_row: of gradients
+    vw_uint biases;          // 1: it has biases
+    vw_uint samples;         // of the chunk
+    vw_uint first_ray;       // of the chunk: 0 begins the step's sums
+};
+struct vw_push_heads {       // activate_samples: the rows of raw density and of the logits of rgb, back of their gradients
+    vw_uint density_row, logit_row;
+};
 struct vw_push_scatter {     // scatter_grid
     vw_uint sample_count;    // of the chunk
     vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
@@ -359,9 +393,14 @@ struct vw_push_peak {     // multiply_registers
     float start, factor;
 };
 
+VW_ENUM(VW_MULTIPLY_ADDS, 1)  // to what the rows hold; else to the biases, and back to 0
+VW_ENUM(VW_MULTIPLY_GATES, 2) // and then takes the ReLU, or back lets pass where it was above 0
+VW_ENUM(VW_MULTIPLY_SHIFTS, 4) // to the biases as the photo's code shifts them
+
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
 VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
+VW_ENUM(VW_DIRECTION_FREQUENCIES, 4) // of the field mlp
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
 VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands 0 to 2
@@ -380,9 +419,13 @@ VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 VW_ENUM(VW_ROW_STRIDE, 260)
 VW_ENUM(VW_ROW_BYTES, 8)         // of a part: four bfloats
 VW_ENUM(VW_GRID_ROW_BYTES, 16)   // four floats
+VW_ENUM(VW_LAYER_ROW_BYTES, 16)  // likewise
 #define VW_ROW_PLACE(row_count, row, slot) \
     (((slot) / VW_FIELD_GROUP * (row_count) + (row)) * VW_ROW_STRIDE + (slot) % VW_FIELD_GROUP)
 #define VW_ROWS_SIZE(row_count, samples) ((samples) / VW_FIELD_GROUP * (row_count) * VW_ROW_STRIDE)
+
+// Rows of four numbers that hold three numbers and the sines and cosines of each at so many frequencies.
+#define VW_ENCODED4(frequencies) ((6u * (frequencies) + 6u) / 4u)
 
 // Words of a ray's bits.
 #define VW_KEPT_WORDS(samples) (((samples) + 31u) / 32u)

@@ -8,6 +8,11 @@ viewworth_add_shader(place_rays)
 viewworth_add_shader(list_samples)
 viewworth_add_shader(forward_field)
 viewworth_add_shader(forward_field VARIANT half DEFINE VW_HALF_GRID)
+viewworth_add_shader(encode_samples) # the field mlp, with three variants below
+viewworth_add_shader(multiply_layer)
+viewworth_add_shader(multiply_layer VARIANT back DEFINE VW_BACK)
+viewworth_add_shader(activate_samples)
+viewworth_add_shader(activate_samples VARIANT back DEFINE VW_BACK)
 viewworth_add_shader(composite_rays)
 viewworth_add_shader(fit_views)
 viewworth_add_shader(reduce_views)
@@ -16,6 +21,8 @@ viewworth_add_shader(backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky,
 viewworth_add_shader(backward_field)
 viewworth_add_shader(gradient_weights)
 viewworth_add_shader(reduce_weights)
+viewworth_add_shader(gradient_weights VARIANT layer DEFINE VW_LAYER)
+viewworth_add_shader(reduce_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(gradient_sky) # of the effect alone
 viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing

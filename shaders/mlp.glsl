@@ -6,6 +6,7 @@
 // constant offsets.
 #ifndef MLP_GLSL
 #define MLP_GLSL
+#include "activations.glsl"
 
 const uint ENC4 = LEVELS * FEATURE_PAIRS / 2u; // encoding / 4
 // First vec4 of each matrix.
@@ -13,7 +14,6 @@ const uint DENSITY1 = 0u;                              // WIDTH4 x ENC4 blocks
 const uint DENSITY2 = DENSITY1 + 4u * WIDTH4 * ENC4;   // GEO4 x WIDTH4
 const uint COLOUR1 = DENSITY2 + 4u * GEO4 * WIDTH4;    // WIDTH4 x COLOUR4
 const uint COLOUR2 = COLOUR1 + 4u * WIDTH4 * COLOUR4;  // 1 x WIDTH4; the fourth output is unused and stays 0
-#define CONSTANT_COLUMN(block) (COLOUR1 + 4u * COLOUR4 * (block)) // that of its input 0, which is SH band 0: the hidden layer's bias
 const uint WEIGHT_COLUMNS = 4u * VW_WEIGHT_BLOCKS(ENC4, WIDTH4);
 
 // Activation rows, each with four numbers of a sample: the inputs of the four matrices, the gradients of their outputs, and which hidden
@@ -34,14 +34,6 @@ const uint ROW_COUNT = VW_ROW_COUNT(ENC4, WIDTH4);
 const uint GRID_ROW_D_ENCODING = 0u;
 const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4; // w: the weight of the ray
 const uint GRID_ROW_COUNT = VW_GRID_ROW_COUNT(ENC4);
-
-const float DENSITY_MAX = 3.0e6; // per box edge; more gains nothing, and its gradient is cut (exp of a raw density near 14.9)
-
-// max, min and clamp may turn NaN into a number and so hide it; comparisons keep it (decision 8).
-float at_most(float x, float limit) { return x > limit ? limit : x; }
-float rectify(float x) { return x < 0.0 ? 0.0 : x; }
-vec4 rectify(vec4 v) { return vec4(rectify(v.x), rectify(v.y), rectify(v.z), rectify(v.w)); }
-float sigmoid(float x) { return 1.0 / (1.0 + exp(at_most(-x, 80.0))); }
 
 #ifdef WEIGHTS_SHARED // by the passes that evaluate the networks
 uint row_place_to_store(uint row, uint slot) { return VW_ROW_PLACE(ROW_COUNT, row, FOLD_ROWS != 0u ? slot % 32u : slot); }

@@ -3,7 +3,7 @@
 // So smooth a colour can be no object, and costs 27 numbers where a field would have to build a dome of density at its box's walls.
 #ifndef SKY_GLSL
 #define SKY_GLSL
-#include "mlp.glsl"
+#include "activations.glsl"
 #include "spherical_harmonics.glsl"
 
 BUFFER(VW_SLOT_SKY) readonly buffer Sky { vec4 sky[]; };

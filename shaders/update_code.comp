@@ -6,7 +6,6 @@
 #include "common.glsl"
 #include "appearance.glsl"
 #include "adam.glsl"
-#include "mlp.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) buffer CodeWeights { vec4 code_weights[]; };
@@ -58,7 +57,8 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     if (state.nonfinite != 0u) return; // of all invocations alike: the step is skipped
     if (lane < CODE4) code[lane] = codes[CODE4 * state.view + lane];
-    if (lane < UNITS) d_shift[lane] = d_weights[CONSTANT_COLUMN(lane / 4u)][lane % 4u] * INVERSE_RAYS;
+    for (uint unit = lane; unit < UNITS; unit += 64u)
+        d_shift[unit] = d_weights[SHIFT_COLUMN + SHIFT_STRIDE * (unit / 4u)][unit % 4u] * INVERSE_RAYS;
     barrier();
     vec4 d_code = lane < CODE4 ? code_gradient(lane) : vec4(0.0);
     memoryBarrierBuffer();

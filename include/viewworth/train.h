@@ -38,6 +38,13 @@ enum vw_vary {
     VW_VARY_ALL_VALIDATION, // all, and the validation pixels
 };
 
+// What turns samples of rays into colour and density.
+enum vw_field {
+    VW_FIELD_HASH, // a multiresolution hash grid and two small networks (instant-ngp)
+    VW_FIELD_MLP,  // positional encodings and one deep network (NeRF)
+    VW_FIELD_COUNT,
+};
+
 // How the hash grid's features are stored and read; there is no other copy of them. Arithmetic and moments are float32
 // in both.
 enum vw_table_precision {
@@ -64,15 +71,18 @@ struct vw_config {
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     enum vw_optimizer optimizer;
-    double learning_rate;     // 1e-12 to 1e6; constant
-    double beta1;             // [0,1); 0: no momentum
-    double beta2;             // [0,1)
+    double learning_rate; // 1e-12 to 1e6; constant
+    double beta1;         // [0,1); 0: no momentum
+    double beta2;         // [0,1)
+    enum vw_field field;
+    uint32_t mlp_depth;       // of VW_FIELD_MLP: layers of its trunk, 1 to 16; 8 with the other
+    uint32_t frequencies;     // likewise: of the encoding of positions, 0 to 16; 10 with the other
     uint32_t levels;          // of the hash grid, 1 to 16; levels * features is a multiple of 4
     uint32_t features;        // per entry, 2 or 4
     uint32_t log2_table;      // a level has at most 2^log2_table entries, 0 to 22
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
-    uint32_t width;           // of the hidden layers: 16, 32 or 64
+    uint32_t width;           // of the hidden layers: 16, 32 or 64; of VW_FIELD_MLP a multiple of 8, 16 to 512
     enum vw_background_form background;
     enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
@@ -99,10 +109,12 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 // Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
-// without `huber_length` it is 0.1.
+// without `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are
+// absent.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
+const char *vw_field_name(enum vw_field field);                         // "hash", "mlp"
 const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
@@ -132,6 +144,9 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
 // an unknown effect.
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
+// Switches off what the config's field cannot have. VW_ERROR_USAGE, naming both, where config->effects names it.
+enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                       uint32_t count);
 // Whether the effect of that name is on; false for one that is not in the list.
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Whether an effect is on that fits each measured view on its left half, so that only the right half is scored.

@@ -9,6 +9,7 @@
 #include "experiment/sweep/configurations.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
+static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
 static const char *table_precision_choice(uint32_t choice) {
@@ -19,7 +20,8 @@ static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name(
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
                    sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
-                   sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t),
+                   sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
+                   sizeof(enum vw_field) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) .kind = VW_OPTION_##type, .offset = offsetof(struct vw_options, field)
@@ -272,12 +274,19 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, no_gate)},
 
     // The field.
+    {"field", NULL,
+     "What gives colour and density: a hash grid with two small networks, or one deep network as NeRF has",
+     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_MLP)},
     {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.levels)},
     {"features", "N", "Number of features per grid entry", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.features)},
     {"log2-table", "N", "Entries per level of the hash grid, at most 2^N", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.log2_table)},
+    {"mlp-depth", "N", "Number of layers of the trunk with --field mlp", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+     OPTION(COUNT, config.mlp_depth)},
+    {"frequencies", "N", "Number of frequencies at which --field mlp encodes positions", VW_OPTIONS_TRAINING,
+     VW_SECTION_FIELD, OPTION(COUNT, config.frequencies)},
     {"table-precision", NULL, "Storage format of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      CHOICE(config.table_precision, table_precision_choice, VW_TABLE_FLOAT16)},
     {"base-resolution", "N", "Cells along each axis of the coarsest level", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,

@@ -98,7 +98,7 @@ static enum vw_status take_recorded_effects(struct vw_run *run) {
     if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
     if (!status) status = vw_effects_choose(run->config.effects, run->effects, run->effect_count);
     vw_ledger_close(&ledger);
-    return status;
+    return status ? status : vw_effects_follow_field(&run->config, run->effects, run->effect_count);
 }
 
 static enum vw_status decide_effects(struct vw_run *run) {
@@ -107,7 +107,7 @@ static enum vw_status decide_effects(struct vw_run *run) {
     if (status) return status;
     run->effect_count = run->session->effect_count;
     memcpy(run->effects, run->session->effects, sizeof run->effects);
-    return VW_OK;
+    return vw_effects_follow_field(&run->config, run->effects, run->effect_count);
 }
 
 // ---- Opening -------------------------------------------------------------------------------------------------------

@@ -22,6 +22,8 @@ const struct vw_config vw_config_default = {
     .learning_rate = 3e-3,
     .beta1 = 0.0,
     .beta2 = 0.99,
+    .mlp_depth = 8,
+    .frequencies = 10,
     .levels = 8,
     .features = 2,
     .log2_table = 14,
@@ -32,12 +34,14 @@ const struct vw_config vw_config_default = {
     .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
 
+static const char *const field_names[] = {"hash", "mlp"};
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
 static const char *const vary_names[] = {"all", "order", "pixels", "init", "validation", "all,validation"};
 static const char *const table_precision_names[] = {"float32", "float16"};
 
+const char *vw_field_name(enum vw_field field) { return field_names[field]; }
 const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
 const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
@@ -56,10 +60,11 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws) {
 
 // One row per number: the field, its JSON key, the option that sets it, and its range (for --help and messages too).
 enum kind {
-    WHOLE, // uint32_t
-    POWER, // uint32_t, a power of two
-    SEED,  // uint64_t of 63 bits, as the ledger keeps it
-    REAL,  // double
+    WHOLE,  // uint32_t
+    POWER,  // uint32_t, a power of two
+    EIGHTS, // uint32_t, a multiple of 8
+    SEED,   // uint64_t of 63 bits, as the ledger keeps it
+    REAL,   // double
 };
 static const struct number {
     const char *key, *option;
@@ -67,23 +72,26 @@ static const struct number {
     size_t offset;
     double least, most;
     bool identity; // part of what the run is
+    bool late; // absent from JSON where it is its default, so that runs from before there was a choice keep their names
 } numbers[] = {
-    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true}, // 2^63 itself is one too many
-    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
-    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true},
-    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
-    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
-    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
-    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true},
-    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
-    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
-    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
-    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
-    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true},
-    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
-    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
-    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
-    {"width", "width", POWER, offsetof(struct vw_config, width), 16, 64, true},
+    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true, false}, // 2^63 itself is one too many
+    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false, false},
+    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true, false},
+    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true, false},
+    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true, false},
+    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
+    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
+    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
+    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true, false},
+    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true, false},
+    {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true, true},
+    {"frequencies", "frequencies", WHOLE, offsetof(struct vw_config, frequencies), 0, 16, true, true},
+    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true, false},
+    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true, false},
+    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true, false},
+    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true, false},
+    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true, false},
+    {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true, false},
 };
 
 static double number_get(const struct vw_config *config, const struct number *number) {
@@ -99,11 +107,12 @@ static bool number_fits(const struct vw_config *config, const struct number *num
     double value = number_get(config, number);
     if (number->kind == SEED) return config->seed <= INT64_MAX; // which a double cannot tell from 2^63
     if (number->kind == POWER && ((uint32_t)value & ((uint32_t)value - 1)) != 0) return false;
+    if (number->kind == EIGHTS && (uint32_t)value % 8 != 0) return false;
     return value >= number->least && value <= number->most;
 }
 
 static void number_range(const struct number *number, char text[VW_CONFIG_RANGE_BYTES]) {
-    const char *gaps = number->kind == POWER ? "a power of two, " : "";
+    const char *gaps = number->kind == POWER ? "a power of two, " : number->kind == EIGHTS ? "a multiple of 8, " : "";
     if (number->kind == SEED) snprintf(text, VW_CONFIG_RANGE_BYTES, "0 to %" PRId64, INT64_MAX);
     else snprintf(text, VW_CONFIG_RANGE_BYTES, "%s%.10g to %.10g", gaps, number->least, number->most);
 }
@@ -134,6 +143,13 @@ static enum vw_status check_together(const struct vw_config *config) {
                        "--growth: the finest level has %.0f cells per axis, more than 65535; lower --growth, --levels "
                        "or --base-resolution",
                        finest);
+    if (config->field == VW_FIELD_HASH && config->width != 16 && config->width != 32 && config->width != 64)
+        return vw_fail(VW_ERROR_USAGE, "--width: 16, 32 or 64 with --field hash, not %u", config->width);
+    if (config->field == VW_FIELD_HASH &&
+        (config->mlp_depth != vw_config_default.mlp_depth || config->frequencies != vw_config_default.frequencies))
+        return vw_fail(VW_ERROR_USAGE, "--mlp-depth and --frequencies: need --field mlp");
+    if (config->field != VW_FIELD_HASH && config->table_precision != VW_TABLE_FLOAT32)
+        return vw_fail(VW_ERROR_USAGE, "--table-precision: needs --field hash, since no other field has a table");
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
@@ -172,10 +188,8 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
-// Absent where it is as it was before there was a choice, so that such runs keep their names.
 static bool is_absent(const struct vw_config *config, const struct number *number) {
-    return number->offset == offsetof(struct vw_config, huber_length) &&
-           config->huber_length == vw_config_default.huber_length;
+    return number->late && number_get(config, number) == number_get(&vw_config_default, number);
 }
 
 // From how many epochs there are follows which of them end in a state that is probed.
@@ -199,6 +213,8 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
         failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
         failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     }
+    if (config->field != VW_FIELD_HASH) // likewise
+        failed = failed || json_object_set_new(object, "field", json_string(vw_field_name(config->field)));
     if (config->table_precision != VW_TABLE_FLOAT32) // likewise
         failed = failed || json_object_set_new(object, "table_precision",
                                                json_string(vw_table_precision_name(config->table_precision)));
@@ -227,7 +243,7 @@ static enum vw_status name_from_json(const json_t *object, const char *key, cons
 static enum vw_status number_from_json(const json_t *object, const struct number *number, struct vw_config *config) {
     const json_t *value = json_object_get(object, number->key);
     char *field = (char *)config + number->offset;
-    if (!value && is_absent(config, number)) return VW_OK;
+    if (!value && number->late) return VW_OK;
     if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
     if (number->kind == REAL) *(double *)field = json_number_value(value);
     else if (number->kind == SEED) *(uint64_t *)field = (uint64_t)json_integer_value(value);
@@ -236,7 +252,10 @@ static enum vw_status number_from_json(const json_t *object, const struct number
 }
 
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
-    struct vw_config parsed = {.huber_length = vw_config_default.huber_length, .pilot_steps = VW_PILOT_STEPS_AUTO};
+    struct vw_config parsed = {.huber_length = vw_config_default.huber_length,
+                               .mlp_depth = vw_config_default.mlp_depth,
+                               .frequencies = vw_config_default.frequencies,
+                               .pilot_steps = VW_PILOT_STEPS_AUTO};
     json_error_t error;
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
@@ -258,6 +277,10 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         status = name_from_json(object, "vary", vary_names, VW_ARRAY_COUNT(vary_names), &choice);
         if (status == VW_OK) parsed.vary = (enum vw_vary)choice;
         parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
+    }
+    if (status == VW_OK && json_object_get(object, "field")) {
+        status = name_from_json(object, "field", field_names, VW_ARRAY_COUNT(field_names), &choice);
+        if (status == VW_OK) parsed.field = (enum vw_field)choice;
     }
     if (status == VW_OK && json_object_get(object, "table_precision")) {
         status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names),

@@ -36,8 +36,9 @@ struct measuring {
     struct gradient_passes gradient; // of slopes that are given
     struct vw_batch *batch;
     uint64_t words_bytes, entries;
-    uint64_t *words, *zeros; // the grid's gradient as the device has it
-    double *own, *total;     // information by entry
+    struct vw_buffer *of_device; // the grid's gradient; of a field without one, the weights'
+    uint64_t *words, *zeros;     // the former as the device has it
+    double *own, *total;         // information by entry
 };
 
 static enum vw_status prepare(struct measuring *measuring) {
@@ -46,8 +47,9 @@ static enum vw_status prepare(struct measuring *measuring) {
     struct vw_specialization given = model->specialization;
     given.loss = LOSS_GIVEN;
     given.effect_occupancy = 0; // a field that was loaded has none
-    measuring->entries = 2 * (uint64_t)model->pair_count;
-    measuring->words_bytes = vw_buffer_size_bytes(step->d_grid);
+    measuring->of_device = step->d_grid ? step->d_grid : step->d_weights;
+    measuring->entries = step->d_grid ? 2 * (uint64_t)model->pair_count : 4 * (uint64_t)model->weight_columns;
+    measuring->words_bytes = vw_buffer_size_bytes(measuring->of_device);
     measuring->words = vw_allocate(measuring->words_bytes, 1);
     measuring->zeros = vw_allocate(measuring->words_bytes, 1);
     measuring->own = vw_allocate(measuring->entries, sizeof *measuring->own);
@@ -93,29 +95,35 @@ static enum vw_status take_gradient(struct measuring *measuring, uint32_t pass) 
     }
     enum vw_status status = vw_batch_submit(measuring->batch);
     if (status == VW_OK) status = vw_batch_wait(measuring->batch);
-    if (status == VW_OK) status = vw_buffer_read(step->d_grid, 0, measuring->words, measuring->words_bytes);
-    return status == VW_OK ? vw_buffer_write(step->d_grid, 0, measuring->zeros, measuring->words_bytes) : status;
+    if (status == VW_OK) status = vw_buffer_read(measuring->of_device, 0, measuring->words, measuring->words_bytes);
+    return status == VW_OK ? vw_buffer_write(measuring->of_device, 0, measuring->zeros, measuring->words_bytes)
+                           : status;
 }
 
 // shaders/fixed_point.glsl
-static int64_t quanta_of(const struct measuring *measuring, uint64_t entry) {
-    if (measuring->context->field->model->specialization.wide_gradient) return (int64_t)measuring->words[entry];
+static double quanta_of(const struct measuring *measuring, uint64_t entry) {
+    if (measuring->context->field->model->specialization.wide_gradient) return (double)(int64_t)measuring->words[entry];
     uint64_t word = measuring->words[entry / 2];
     int64_t first = (int32_t)(uint32_t)word;
-    return entry % 2 == 0 ? first : (int32_t)(uint32_t)((word - (uint64_t)first) >> 32);
+    return entry % 2 == 0 ? (double)first : (double)(int32_t)(uint32_t)((word - (uint64_t)first) >> 32);
+}
+
+// Of the sum over rays.
+static double gradient_of(const struct measuring *measuring, uint64_t entry) {
+    const struct step_passes *step = measuring->context->step;
+    if (!step->d_grid) return ((const float *)measuring->words)[entry];
+    return step->field->model->specialization.gradient_quantum * quanta_of(measuring, entry);
 }
 
 // Fills `own`.
 static enum vw_status take_information(struct measuring *measuring, uint32_t view) {
-    // The passes take a third of a ray's slopes.
-    double unit = 3.0 * measuring->context->field->model->specialization.gradient_quantum;
     memset(measuring->own, 0, measuring->entries * sizeof *measuring->own);
     for (uint32_t pass = 0; pass < measuring->passes; pass++) {
         draw_signs(measuring, view, pass);
         enum vw_status status = take_gradient(measuring, pass);
         if (status != VW_OK) return status;
         for (uint64_t i = 0; i < measuring->entries; i++) {
-            double gradient = unit * (double)quanta_of(measuring, i);
+            double gradient = 3.0 * gradient_of(measuring, i); // the passes take a third of a ray's slopes
             measuring->own[i] += gradient * gradient / measuring->passes;
         }
     }

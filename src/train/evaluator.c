@@ -46,7 +46,6 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &evaluator->generate},
-        {field_forward_shader(evaluator->field->model), &evaluator->forward},
         {&vw_shader_composite_rays, &evaluator->composite},
     };
     enum vw_status status = VW_OK;
@@ -59,13 +58,18 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
                                         .role = evaluator_role};
         status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
     }
-    return status;
+    const struct field_pass_params field = {
+        .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
+    evaluator->passes.specialization = specialization;
+    return status == VW_OK ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
+                           : status;
 }
 
 enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator) {
     const struct model *model = field->model;
     *evaluator = (struct evaluator){.field = field, .ray_count = model_pad_rays(model, rays)};
-    uint32_t chunk_rays = CHUNK_SAMPLES / model->specialization.samples / model->ray_group * model->ray_group;
+    uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
+             chunk_rays = chunk_samples / model->specialization.samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
     evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
     enum vw_status status = create_buffers(rays, evaluator);
@@ -78,7 +82,7 @@ enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evalu
 void evaluator_destroy(struct evaluator *evaluator) {
     vw_batch_destroy(&evaluator->batch);
     vw_pass_destroy(&evaluator->generate);
-    vw_pass_destroy(&evaluator->forward);
+    field_passes_destroy(&evaluator->passes);
     vw_pass_destroy(&evaluator->composite);
     vw_buffer_destroy(&evaluator->pixels);
     vw_buffer_destroy(&evaluator->rays);
@@ -96,12 +100,12 @@ enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw
 }
 
 void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
-    uint32_t samples = evaluator->field->model->specialization.samples;
+    const struct model *model = evaluator->field->model;
     for (uint32_t first = 0; first < evaluator->ray_count; first += evaluator->chunk_rays) {
         uint32_t left = evaluator->ray_count - first;
         struct vw_push_samples push = {.first_ray = first,
                                        .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
-        vw_batch_dispatch(batch, evaluator->forward, &push, sizeof push, (uint64_t)push.ray_count * samples);
+        model->kind->record_forward(model, &evaluator->passes, batch, &(struct field_chunk){.rays = &push});
         vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
     }
 }

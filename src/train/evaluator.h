@@ -3,7 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_EVALUATOR_H
 #define VIEWWORTH_TRAIN_EVALUATOR_H
 
-#include "train/field.h"
+#include "train/fields/registry.h"
 
 extern const char evaluator_role[]; // of its passes, in the timers
 
@@ -12,8 +12,9 @@ struct evaluator {
     uint32_t ray_count;  // with padding
     uint32_t chunk_rays; // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;
-    struct vw_pass *generate, *forward, *composite;
-    struct vw_batch *batch; // for evaluator_set_pixels
+    struct vw_pass *generate, *composite;
+    struct field_passes passes; // of the field
+    struct vw_batch *batch;     // for evaluator_set_pixels
 };
 
 // An evaluator for up to `rays` rays.

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "train/effects/contraction.h"
-#include "gpu/shaders.h"
 #include "train/pixels.h"
 #include "gpu/compute.h"
 #include "base/memory.h"
@@ -13,10 +12,6 @@ struct vw_gpu_camera field_camera(const struct model *model, const struct vw_vie
     struct vw_gpu_camera camera = pixels_camera(view, box);
     if (model->specialization.effect_unbounded) contraction_set_depths(view, box, &camera);
     return camera;
-}
-
-const struct vw_shader *field_forward_shader(const struct model *model) {
-    return model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field;
 }
 
 static enum vw_status create_cameras(struct field *field, const struct vw_scene *scene) {
@@ -52,15 +47,19 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
     } scratch[] = {
-        {&field->rows, {.name = "rows", .size_bytes = VW_ROW_BYTES * VW_ROWS_SIZE(model->row_count, chunk)}},
+        {&field->rows,
+         {.name = "rows", .size_bytes = model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)}},
         {&field->grid_rows,
          {.name = "grid_rows", .size_bytes = VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)}},
+        {&field->d_rows,
+         {.name = "d_rows", .size_bytes = VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->d_row_count, chunk)}},
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
     };
     enum vw_status status = create_cameras(field, scene);
     if (status == VW_OK) status = create_params(field, seed);
     for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && status == VW_OK; i++)
-        status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
+        if (scratch[i].params.size_bytes) // another field's are not there
+            status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
     if (status == VW_OK && model->specialization.effect_occupancy)
         status =
             vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS},
@@ -74,6 +73,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->cameras);
     vw_buffer_destroy(&field->rows);
     vw_buffer_destroy(&field->grid_rows);
+    vw_buffer_destroy(&field->d_rows);
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
 }
@@ -90,25 +90,33 @@ void field_bind(const struct field *field, bool training, struct vw_binding *bin
     const struct model *model = field->model;
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
+    bool grid = grid_bytes > 0, of_grid = grid && training; // whose rows are not read to render
     const struct vw_binding shared[] = {
         // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not
         // read.
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
-         .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes},
+         .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes,
+         .unused = !grid},
         {.slot = VW_SLOT_GRID_TEXEL,
          .buffer = field->params,
          .size_bytes = grid_bytes,
-         .texel = model->half_grid ? VW_TEXEL_HALF2 : VW_TEXEL_FLOAT2},
+         .texel = model->half_grid ? VW_TEXEL_HALF2 : VW_TEXEL_FLOAT2,
+         .unused = !grid},
         {.slot = VW_SLOT_WEIGHTS,
          .buffer = field->params,
          .offset_bytes = model->weights.offset_bytes,
          .size_bytes = 16 * (uint64_t)model->moved_columns},
         sky_binding(field),
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
-        {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !training},
-        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !training},
-        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows, .unused = !training},
+        {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !of_grid},
+        {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !of_grid},
+        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows, .unused = !of_grid},
+        {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4, .unused = !of_grid},
+        {.slot = VW_SLOT_LAYER_ROWS, .buffer = field->rows, .unused = grid},
+        {.slot = VW_SLOT_LAYER_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4, .unused = grid},
+        {.slot = VW_SLOT_D_LAYER_ROWS, .buffer = field->d_rows, .unused = grid},
+        {.slot = VW_SLOT_D_LAYER_ROWS_TEXEL, .buffer = field->d_rows, .texel = VW_TEXEL_FLOAT4, .unused = grid},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // nobody reads it then
     };
     memcpy(bindings + *count, shared, sizeof shared);

@@ -10,7 +10,8 @@ struct field {
     const struct model *model;          // borrowed
     struct vw_buffer *params;           // model->param_bytes
     struct vw_buffer *cameras;          // vw_gpu_camera per view
-    struct vw_buffer *rows, *grid_rows; // activations of one training chunk
+    struct vw_buffer *rows, *grid_rows; // activations of one training chunk; grid_rows: of the field hash
+    struct vw_buffer *d_rows;           // gradients by them, of the field mlp
     struct vw_buffer *step_state;       // one vw_step_state
     struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
 };
@@ -22,11 +23,8 @@ void field_destroy(struct field *field);
 // The camera of a view, in coordinates of `box`, as the effects that are on see it.
 struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box);
 
-// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky, and, for passes
-// of the training, activations and the state of the step. Writes them behind `*count` and advances it.
+// Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky, rows, and, for
+// passes of the training, the state of the step. Writes them behind `*count` and advances it.
 void field_bind(const struct field *field, bool training, struct vw_binding *bindings, uint32_t *count);
-
-// forward_field, as the grid's features are stored.
-const struct vw_shader *field_forward_shader(const struct model *model);
 
 #endif

@@ -58,8 +58,9 @@ void kept_steps_record_after(const struct kept_steps *kept, struct vw_batch *bat
     uint64_t first = block_bytes(step) * place, cells = occupancy_bytes(step);
     kept_steps_record_before(kept, batch, place + 1); // the next step begins where this one ended
     if (kept->moments) {
-        vw_batch_copy(batch, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
-                      model->grid.size_bytes);
+        if (model->grid.size_bytes)
+            vw_batch_copy(batch, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
+                          model->grid.size_bytes);
         vw_batch_copy(batch, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
                       16 * (uint64_t)model->moved_columns);
     }

@@ -21,11 +21,14 @@ struct grid_window {
     uint32_t first_pair, pair_count;
 };
 
+struct field_kind;
+
 struct model {
+    const struct field_kind *kind;           // fields/registry.h
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
     struct vw_box box;                       // that the field sees: the scene's, or the contraction's (contraction.h)
-    struct param_range grid, weights;        // grid: pair_bytes per feature pair; weights: vec4 columns, see mlp.glsl
+    struct param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
     struct param_range
         sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
@@ -37,12 +40,17 @@ struct model {
     // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of
     // floats are laid out, so that both precisions begin with the same numbers.
     uint32_t drawn_pair[VW_LEVELS_MAX + 1];
-    uint32_t pair_bytes;                // of the grid: 8, two floats, or 4, two halves
-    bool half_grid;                     // the latter: passes that touch the grid take their half form
-    uint32_t weight_columns;            // of the networks
-    uint32_t moved_columns;             // by update_weights: theirs and the sky's
-    uint32_t weight_tiles;              // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
-    uint32_t row_count, grid_row_count; // activation rows of a chunk
+    uint32_t pair_bytes;           // of the grid: 8, two floats, or 4, two halves
+    bool half_grid;                // the latter: passes that touch the grid take their half form
+    uint64_t drawn_before_weights; // numbers, in the draws of the initial values
+    uint32_t weight_columns;       // of the networks
+    uint32_t moved_columns;        // by update_weights: theirs and the sky's
+    uint32_t partial_columns;      // whose partial sums are held at a time
+    uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
+    uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one
+    uint32_t grid_row_count;       // of the field hash
+    uint32_t d_row_count;          // of the field mlp
+    uint32_t depth, trunk4;        // of the field mlp: layers of the trunk, their width / 4
     enum scatter_form scatter;
     uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
     struct grid_window windows[VW_LEVELS_MAX];
@@ -55,8 +63,8 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
                             const struct device_choices *choices, const struct vw_gpu_limits *limits,
                             struct model *model);
 
-// Initial values of the whole params block (param_bytes): grid uniform in +-1e-4 (as halves: rounded to them), weights
-// uniform for unit gain, the sky mid grey, what belongs to photos 0. A function of the seed alone.
+// Initial values of the whole params block (param_bytes): those of the field, the sky mid grey, what belongs to photos
+// 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
 
 // What passes of a step key their random numbers by.

@@ -2,9 +2,9 @@
 
 #include <assert.h>
 
-// Per sample, and sizes of the model.
+// Per sample, and sizes of the model; those of the grid are of the field hash.
 struct sizes {
-    double samples, rays, encoding4, width4, blocks, gathers, levels, pairs, pair_bytes;
+    double samples, rays, encoding4, width4, gathers, pairs, pair_bytes;
 };
 
 static struct sizes sizes_of(const struct model *model, uint32_t rays) {
@@ -14,89 +14,77 @@ static struct sizes sizes_of(const struct model *model, uint32_t rays) {
                           .rays = rays,
                           .encoding4 = encoding4,
                           .width4 = s->width4,
-                          .blocks = VW_WEIGHT_BLOCKS(encoding4, s->width4),
                           .gathers = 8.0 * s->levels * s->feature_pairs,
-                          .levels = s->levels,
                           .pairs = model->pair_count,
                           .pair_bytes = model->pair_bytes};
 }
 
-static void add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) {
+void pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) {
     assert(*count < VW_PASS_COSTS_MAX);
     costs[(*count)++] = cost;
 }
 
 static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
     const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
-    add(costs, count,
-        (struct vw_pass_cost){"refresh_occupancy", NULL, refreshes,
-                              cells * (16 * n->width4 * (n->encoding4 + 1) + 2 * n->gathers),
-                              cells * (n->pair_bytes * n->gathers + 8)});
-    add(costs, count,
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"refresh_occupancy", NULL, refreshes,
+                                        cells * (16 * n->width4 * (n->encoding4 + 1) + 2 * n->gathers),
+                                        cells * (n->pair_bytes * n->gathers + 8)});
+    pass_cost_add(
+        costs, count,
         (struct vw_pass_cost){"mark_samples", NULL, chunks, 0, n->rays * sizeof(struct vw_ray) + 4 * n->samples});
-    add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
-    add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
 }
 
 static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = step->field->model;
     const struct sizes n = sizes_of(model, step->padded_rays);
     uint32_t chunks = (step->padded_rays + step->chunk_rays - 1) / step->chunk_rays, windows = model->window_count;
-    double word_bytes = model->specialization.wide_gradient ? 16 : 8, columns = model->weight_columns;
-    double forward_rows = n.encoding4 + n.width4 + COLOUR4 + n.width4 + 2,
-           backward_rows = 1 + n.width4 + GEO4 + n.width4 + 2;
-    double partials = n.samples / model->specialization.slice_samples * columns,
-           moments = model->specialization.momentum ? 2 : 1;
+    const struct field_work work = {.samples = n.samples, .chunks = chunks, .stores_rows = true};
+    double word_bytes = model->specialization.wide_gradient ? 16 : 8, moments = model->specialization.momentum ? 2 : 1;
     if (step->occupancy.kept) add_occupancy(&n, chunks, costs, count);
-    add(costs, count,
+    pass_cost_add(
+        costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
-    add(costs, count,
-        (struct vw_pass_cost){"forward_field", NULL, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
-                              n.samples *
-                                  (n.pair_bytes * n.gathers + VW_ROW_BYTES * forward_rows + VW_GRID_ROW_BYTES + 16)});
-    add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
-    add(costs, count,
-        (struct vw_pass_cost){"backward_field", NULL, chunks, n.samples * 16 * n.width4 * (1 + 2 * GEO4 + n.encoding4),
-                              n.samples * (VW_ROW_BYTES * backward_rows + VW_GRID_ROW_BYTES * n.encoding4 + 32)});
-    add(costs, count,
-        (struct vw_pass_cost){"gradient_weights", NULL, chunks, n.samples * 16 * n.blocks,
-                              n.samples * VW_ROW_BYTES * 4 * model->weight_tiles + 16 * partials});
-    add(costs, count, (struct vw_pass_cost){"reduce_weights", NULL, chunks, 0, 16 * partials});
-    add(costs, count,
-        (struct vw_pass_cost){"scatter_grid", NULL, chunks * windows, n.samples * 2 * n.gathers,
-                              n.samples * (32 * n.levels + 2 * word_bytes * n.gathers)});
+    model->kind->list_forward_costs(model, &work, costs, count);
+    pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
+    model->kind->list_backward_costs(model, &work, costs, count);
     if (model->sky.size_bytes)
-        add(costs, count,
-            (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
-                                  n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
-    add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
+        pass_cost_add(costs, count,
+                      (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
+                                            n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
     if (step->appearance.update_appearance) // per ray the gradient by gain and bias
-        add(costs, count,
-            (struct vw_pass_cost){"update_appearance", NULL, 1, 0, n.rays * sizeof(struct vw_appearance)});
+        pass_cost_add(costs, count,
+                      (struct vw_pass_cost){"update_appearance", NULL, 1, 0, n.rays * sizeof(struct vw_appearance)});
     if (step->appearance.update_code) { // a code times its weights, and back
         double code_weights = (double)model->code_weights.size_bytes / 4;
-        add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, code_weights, 4 * code_weights});
-        add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
+        pass_cost_add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, code_weights, 4 * code_weights});
+        pass_cost_add(costs, count,
+                      (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
     }
-    add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
-    add(costs, count,
-        (struct vw_pass_cost){"update_grid", NULL, windows, 0,
-                              n.pairs * (2 * word_bytes + 2 * n.pair_bytes + 16 * moments + 8)});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
+    if (windows)
+        pass_cost_add(costs, count,
+                      (struct vw_pass_cost){"update_grid", NULL, windows, 0,
+                                            n.pairs * (2 * word_bytes + 2 * n.pair_bytes + 16 * moments + 8)});
 }
 
 static void add_validation(const struct validation *validation, struct vw_pass_cost *costs, uint32_t *count) {
     const struct evaluator *evaluator = &validation->evaluator;
     const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
     uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
-    add(costs, count,
-        (struct vw_pass_cost){"forward_field", evaluator_role, chunks, n.samples * (16 * n.blocks + 2 * n.gathers),
-                              n.samples * (n.pair_bytes * n.gathers + 16)});
-    add(costs, count, (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
+    const struct field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
+    evaluator->field->model->kind->list_forward_costs(evaluator->field->model, &work, costs, count);
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
     if (validation->view_fit.pass) // twice the rays that are not scored
-        add(costs, count,
-            (struct vw_pass_cost){"fit_views", NULL, 1, 0,
-                                  2 * (n.rays - validation->ray_count) * (sizeof(struct vw_ray) + 16)});
-    add(costs, count, (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
+        pass_cost_add(costs, count,
+                      (struct vw_pass_cost){"fit_views", NULL, 1, 0,
+                                            2 * (n.rays - validation->ray_count) * (sizeof(struct vw_ray) + 16)});
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"reduce_views", NULL, 1, 0, n.rays * (sizeof(struct vw_ray) + 16)});
 }
 
 void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],

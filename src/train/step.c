@@ -22,7 +22,7 @@ static struct vw_binding overflow_binding(const struct step_passes *step, uint32
 
 static enum vw_status create_buffers(struct step_passes *step) {
     const struct model *model = step->field->model;
-    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->weight_columns,
+    uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->partial_columns,
              moved = model->moved_columns;
     const struct {
         struct vw_buffer **buffer;
@@ -40,7 +40,8 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->d_sky, {.name = "d_sky", .size_bytes = model->sky.size_bytes ? 16 * (uint64_t)step->padded_rays : 0}},
         {&step->d_grid, {.name = "d_grid", .size_bytes = word_bytes(model) * pairs}},
         // Without momentum there is no first moment; the slot is declared by the shader, so a stub is bound.
-        {&step->grid_moment1, {.name = "grid_moment1", .size_bytes = model->specialization.momentum ? 8 * pairs : 8}},
+        {&step->grid_moment1,
+         {.name = "grid_moment1", .size_bytes = pairs && !model->specialization.momentum ? 8 : 8 * pairs}},
         {&step->grid_moment2, {.name = "grid_moment2", .size_bytes = 8 * pairs}},
         {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
     };
@@ -88,31 +89,10 @@ static enum vw_status create_pass(const struct step_passes *step, const struct v
 // Whose buffers are in a variant of backward_rays alone.
 static bool has_ray_effects(const struct vw_specialization *s) { return s->effect_sky || s->effect_appearance; }
 
-static enum vw_status create_scatter(const struct step_passes *step, struct gradient_passes *gradient, uint32_t index) {
-    const struct field *field = step->field;
-    const struct grid_window *window = &field->model->windows[index];
-    const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
-                                               [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
-                                               [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    uint64_t word = word_bytes(field->model);
-    struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows},
-        {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4},
-        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state},
-        {.slot = VW_SLOT_D_GRID,
-         .buffer = step->d_grid,
-         .offset_bytes = word * window->first_pair,
-         .size_bytes = word * window->pair_count},
-    };
-    uint32_t count = 4;
-    occupancy_bind(field, &step->occupancy, bindings, &count);
-    return create_pass(step, &gradient->specialization, scatter[field->model->scatter], bindings, count,
-                       &gradient->scatter[index]);
-}
-
 enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
                                struct gradient_passes *gradient) {
-    *gradient = (struct gradient_passes){.specialization = *specialization};
+    *gradient =
+        (struct gradient_passes){.specialization = *specialization, .field = {.specialization = *specialization}};
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = 0;
     step_bind(step, bindings, &count);
@@ -121,29 +101,27 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &gradient->generate},
-        {field_forward_shader(step->field->model), &gradient->forward},
         {has_ray_effects(specialization) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays,
          &gradient->backward_rays},
-        {&vw_shader_backward_field, &gradient->backward_field},
-        {&vw_shader_gradient_weights, &gradient->gradient_weights},
-        {&vw_shader_reduce_weights, &gradient->reduce_weights},
         {&vw_shader_gradient_sky, step->d_sky ? &gradient->gradient_sky : NULL},
     };
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         if (passes[i].pass)
             status = create_pass(step, specialization, passes[i].shader, bindings, count, passes[i].pass);
-    for (uint32_t i = 0; i < step->field->model->window_count && status == VW_OK; i++)
-        status = create_scatter(step, gradient, i);
-    return status;
+    const struct field_pass_params field = {.specialization = specialization,
+                                            .bindings = bindings,
+                                            .binding_count = count,
+                                            .d_grid = step->d_grid,
+                                            .backward = true};
+    return status == VW_OK ? step->field->model->kind->create_passes(step->field, &field, &gradient->field) : status;
 }
 
 void gradient_destroy(struct gradient_passes *gradient) {
-    struct vw_pass **passes[] = {&gradient->generate,       &gradient->forward,          &gradient->backward_rays,
-                                 &gradient->backward_field, &gradient->gradient_weights, &gradient->reduce_weights,
-                                 &gradient->gradient_sky};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
-    for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gradient->scatter[i]);
+    vw_pass_destroy(&gradient->generate);
+    vw_pass_destroy(&gradient->backward_rays);
+    vw_pass_destroy(&gradient->gradient_sky);
+    field_passes_destroy(&gradient->field);
 }
 
 static enum vw_status create_update_passes(struct step_passes *step) {
@@ -227,66 +205,29 @@ void step_destroy(struct step_passes *step) {
 uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
     struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1,
                                        step->grid_moment2, step->grid_visits};
-    uint32_t count = VW_ARRAY_COUNT(state);
-    memcpy(buffers, state, sizeof state);
+    uint32_t count = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(state); i++)
+        if (state[i]) buffers[count++] = state[i]; // a field without grid has no more
     appearance_training_state(&step->appearance, buffers, &count);
     if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
 }
 
-// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
-// where in vw_kept).
-static void dispatch_samples(const struct step_passes *step, const struct gradient_passes *gradient,
-                             struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                             uint64_t invocations, size_t groups) {
-    if (gradient->specialization.effect_occupancy)
-        vw_batch_dispatch_indirect(batch, pass, push, push_bytes, step->occupancy.kept, groups);
-    else vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
-}
-
-static void record_scatter(const struct step_passes *step, const struct gradient_passes *gradient,
-                           struct vw_batch *batch, uint32_t samples) {
+void gradient_record_forward(const struct step_passes *step, const struct field_passes *passes, struct vw_batch *batch,
+                             const struct vw_push_samples *chunk) {
     const struct model *model = step->field->model;
-    for (uint32_t i = 0; i < model->window_count; i++) {
-        const struct grid_window *window = &model->windows[i];
-        uint32_t levels = window->level_count;
-        struct vw_push_scatter push = {.sample_count = samples,
-                                       .first_level = window->first_level,
-                                       .level_count = levels,
-                                       .first_pair = window->first_pair};
-        if (model->scatter == SCATTER_WALK) vw_batch_dispatch(batch, gradient->scatter[i], &push, sizeof push, levels);
-        else
-            dispatch_samples(step, gradient, batch, gradient->scatter[i], &push, sizeof push,
-                             (uint64_t)samples * levels,
-                             offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
-    }
-}
-
-void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples) {
-    record_scatter(step, &step->gradient, batch, samples);
-}
-
-void gradient_record_forward(const struct step_passes *step, const struct gradient_passes *gradient,
-                             struct vw_batch *batch, const struct vw_push_samples *chunk) {
-    if (gradient->specialization.effect_occupancy) occupancy_record_chunk(&step->occupancy, batch, chunk);
-    dispatch_samples(step, gradient, batch, gradient->forward, chunk, sizeof *chunk,
-                     (uint64_t)chunk->ray_count * gradient->specialization.samples,
-                     offsetof(struct vw_kept, field_groups));
+    const struct field_chunk samples = {chunk, step->occupancy.kept};
+    if (passes->specialization.effect_occupancy) occupancy_record_chunk(&step->occupancy, batch, chunk);
+    model->kind->record_forward(model, passes, batch, &samples);
 }
 
 void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
                            struct vw_batch *batch, const struct vw_push_samples *chunk) {
     const struct model *model = step->field->model;
-    const size_t field_groups = offsetof(struct vw_kept, field_groups),
-                 weight_groups = offsetof(struct vw_kept, weight_groups);
-    uint32_t samples = chunk->ray_count * model->specialization.samples;
-    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
-    gradient_record_forward(step, gradient, batch, chunk);
+    const struct field_chunk samples = {chunk, step->occupancy.kept};
+    gradient_record_forward(step, &gradient->field, batch, chunk);
     vw_batch_dispatch(batch, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
-    dispatch_samples(step, gradient, batch, gradient->backward_field, NULL, 0, samples, field_groups);
-    dispatch_samples(step, gradient, batch, gradient->gradient_weights, chunk, sizeof *chunk, tiles, weight_groups);
-    vw_batch_dispatch(batch, gradient->reduce_weights, chunk, sizeof *chunk, model->weight_columns);
-    record_scatter(step, gradient, batch, samples);
+    model->kind->record_backward(model, &gradient->field, batch, &samples);
 }
 
 struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key) {

@@ -5,6 +5,7 @@
 
 #include "train/effects/appearance.h"
 #include "train/field.h"
+#include "train/fields/registry.h"
 #include "gpu/compute.h"
 #include "train/effects/occupancy.h"
 
@@ -12,9 +13,9 @@
 // of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
 struct gradient_passes {
     struct vw_specialization specialization;
-    struct vw_pass *generate, *forward, *backward_rays, *backward_field, *gradient_weights, *reduce_weights;
-    struct vw_pass *gradient_sky;           // NULL without the effect
-    struct vw_pass *scatter[VW_LEVELS_MAX]; // per window of the grid
+    struct vw_pass *generate, *backward_rays;
+    struct vw_pass *gradient_sky; // NULL without the effect
+    struct field_passes field;
 };
 
 struct step_passes {
@@ -51,16 +52,13 @@ void gradient_destroy(struct gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
                            struct vw_batch *batch, const struct vw_push_samples *chunk);
-// The first half of it.
-void gradient_record_forward(const struct step_passes *step, const struct gradient_passes *gradient,
-                             struct vw_batch *batch, const struct vw_push_samples *chunk);
+// Its beginning, up to rgb and density of the samples, by these passes of the field.
+void gradient_record_forward(const struct step_passes *step, const struct field_passes *passes, struct vw_batch *batch,
+                             const struct vw_push_samples *chunk);
 // The piece of `rays` that begins at `first`, up to a chunk.
 struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key);
 // What follows the last chunk of `rays`.
 void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch *batch, uint32_t rays);
-
-// Records the passes that add the encoding gradients of the chunk's samples to d_grid.
-void step_record_scatter(const struct step_passes *step, struct vw_batch *batch, uint32_t samples);
 
 // Records the first part of a step, up to the loss of each ray and the gradients.
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,

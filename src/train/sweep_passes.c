@@ -8,6 +8,8 @@
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
+static const char sweep_role[] = "sweep"; // of its passes, in the timers
+
 static const struct model *model_of(const struct sweep_passes *sweep) { return sweep->context->field->model; }
 
 static enum vw_status check(const struct probe_context *context) {
@@ -95,7 +97,7 @@ static enum vw_status create_pass(const struct sweep_passes *sweep, const struct
                                           .specialization_count = VW_SPECIALIZATION_COUNT,
                                           .bindings = bindings,
                                           .binding_count = count,
-                                          .role = "sweep"};
+                                          .role = sweep_role};
     return vw_pass_create(sweep->context->field->gpu, &params, pass);
 }
 
@@ -196,14 +198,17 @@ static enum vw_status create_step_passes(struct sweep_passes *sweep) {
         const struct vw_specialization *specialization;
         struct vw_pass **pass;
     } passes[] = {
-        {field_forward_shader(model), &plain, &sweep->forward},
         {&vw_shader_perturb_params, s, &sweep->perturb},
         {s->effect_sky || s->effect_appearance ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
          &sweep->difference},
         {&vw_shader_reduce_adjoint, s, &sweep->reduce},
         {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
     };
+    const struct field_pass_params ahead = {
+        .specialization = &plain, .bindings = bindings, .binding_count = count, .role = sweep_role};
     enum vw_status status = gradient_create(sweep->context->step, &given, &sweep->product);
+    sweep->forward.specialization = plain;
+    if (status == VW_OK) status = model->kind->create_passes(sweep->context->field, &ahead, &sweep->forward);
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
         status = create_pass(sweep, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
     return status;
@@ -286,7 +291,8 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     destroy_gathered(&sweep->step_gradient);
     gradient_destroy(&sweep->product);
     gradient_destroy(&sweep->validation);
-    struct vw_pass **passes[] = {&sweep->forward,        &sweep->perturb,     &sweep->difference,     &sweep->reduce,
+    field_passes_destroy(&sweep->forward);
+    struct vw_pass **passes[] = {&sweep->perturb,        &sweep->difference,  &sweep->reduce,
                                  &sweep->normalise_step, &sweep->slope_views, &sweep->normalise_views};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     struct vw_buffer **buffers[] = {
@@ -395,8 +401,7 @@ static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *bat
             const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = ahead};
-            struct gradient_passes plain = {.specialization = sweep->product.specialization, .forward = sweep->forward};
-            gradient_record_forward(step, &plain, batch, &chunk);
+            gradient_record_forward(step, &sweep->forward, batch, &chunk);
             vw_batch_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }

@@ -40,7 +40,7 @@ struct sweep_passes {
     struct vw_buffer *val_rays;                 // vw_ray per ray of validation: slopes in place of targets
     struct vw_buffer *rows;                     // READBACK: vec4 per step of a batch and measure
     struct gradient_passes product, validation; // from slopes that are given
-    struct vw_pass *forward;                    // of colours ahead and behind: nothing is stored
+    struct field_passes forward;                // of colours ahead and behind: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
     struct gathered step_gradient; // writes blocks.gradient

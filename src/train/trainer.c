@@ -74,8 +74,9 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
         return vw_fail(VW_ERROR_USAGE, "the trainer has no verdicts on effects; decide or list them first");
     trainer->effect_count = params->effect_count;
     memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
+    enum vw_status status = vw_effects_follow_field(&trainer->config, trainer->effects, trainer->effect_count);
     trainer->masks = effects_obey_masks(trainer->scene, trainer->effects, trainer->effect_count);
-    return VW_OK;
+    return status;
 }
 
 static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_trainer_params *params) {

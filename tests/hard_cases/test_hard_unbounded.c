@@ -1,6 +1,7 @@
 // Hard cases of the effect unbounded: points that the contraction must not lose, strata that are next to nothing or
 // next to infinite, and cameras at the centre, far away, and in worlds of any place. Rays are held against the
 // reference's line through the pixel, in double, and then a whole training step and a rendering with these rays.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -34,7 +35,8 @@ static const struct step_case setup = {.name = "unbounded",
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, rays);
-    step_bench_dispatch(bench, bench->step.gradient.forward, &push, sizeof push, bench->padded_samples);
+    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_FORWARD], &push, sizeof push,
+                        bench->padded_samples);
     float *rows = step_bench_read_rows(bench), *positions = vw_allocate(RAYS, 4 * sizeof *positions);
     for (uint32_t ray = 0; ray < RAYS; ray++)
         memcpy(positions + 4 * ray,

@@ -1,5 +1,6 @@
 // backward_field against the reference, on random gradients of the samples. check_forward_field holds the device's
 // activations and decisions against the reference; here the reference starts from them.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -92,7 +93,7 @@ void check_backward_field(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->step.d_samples, device.d_samples);
     device.samples = step_bench_read(bench, bench->step.samples);
     saturate_some(bench, device.samples);
-    step_bench_dispatch(bench, bench->step.gradient.backward_field, NULL, 0, bench->padded_samples);
+    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_BACKWARD], NULL, 0, bench->padded_samples);
     device.rows = step_bench_read_rows(bench);
     device.relu = step_bench_read_active(bench);
     struct reference_params *params = reference_params_create(&bench->model, bench->params);

@@ -1,6 +1,7 @@
 // forward_field against the reference. In training, stage by stage: each stage of the reference starts from what the
 // device found before it, so that a tolerance is the rounding of few stages. In validation, where stages leave nothing
 // behind, from the rays to the end.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -172,7 +173,7 @@ static void check_validation(struct step_bench *bench, const struct reference *r
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     assert_true(evaluator->chunk_rays == evaluator->ray_count);
     assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    step_bench_dispatch(bench, evaluator->forward, &push, sizeof push,
+    step_bench_dispatch(bench, evaluator->passes.passes[HASH_FORWARD], &push, sizeof push,
                         (uint64_t)push.ray_count * bench->config.samples);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     float *samples = step_bench_read(bench, evaluator->samples);

@@ -1,4 +1,5 @@
 // scatter_grid against the reference: sums of fixed-point gradients, and what is clamped is counted.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -56,7 +57,8 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     vw_batch_begin(bench->batch);
-    step_record_scatter(&bench->step, bench->batch, samples);
+    hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->batch,
+                        &(struct field_chunk){.kept = bench->step.occupancy.kept}, samples);
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;

@@ -1,4 +1,5 @@
 // gradient_weights and reduce_weights against the reference, on random activation rows and slices.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -16,14 +17,15 @@ static uint32_t slice_count(const struct step_bench *bench) {
 static void run_gradient_weights(struct step_bench *bench, float *rows) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_write_rows(bench, rows);
-    step_bench_dispatch(bench, bench->step.gradient.gradient_weights, &push, sizeof push,
+    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_GRADIENT], &push, sizeof push,
                         (uint64_t)slice_count(bench) * bench->model.weight_tiles);
 }
 
 static void run_reduce_weights(struct step_bench *bench, uint32_t first_ray) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     push.first_ray = first_ray;
-    step_bench_dispatch(bench, bench->step.gradient.reduce_weights, &push, sizeof push, bench->model.weight_columns);
+    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_REDUCE], &push, sizeof push,
+                        bench->model.weight_columns);
 }
 
 void weight_gradients_run(struct step_bench *bench, float *rows) {

@@ -1,5 +1,6 @@
 // Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden
 // nowhere on its way, neither in training nor in validation.
+#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -222,7 +223,7 @@ static void rounding_to_a_bfloat_keeps_what_is_not_finite(void **state) {
     float *d_samples = step_bench_read(bench, bench->step.d_samples);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) memcpy(&d_samples[4 * i + 3], &poison[i], sizeof poison[i]);
     step_bench_write(bench, bench->step.d_samples, d_samples); // gradients of the raw density: stored as they come
-    step_bench_dispatch(bench, bench->step.gradient.backward_field, NULL, 0, bench->padded_samples);
+    step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_BACKWARD], NULL, 0, bench->padded_samples);
     float *rows = step_bench_read_rows(bench);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
         assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));

@@ -63,6 +63,13 @@ static const struct vw_shader *const of_the_sweep[] = {
     &vw_shader_gather_photo,     &vw_shader_gather_code,
 };
 
+// test_mlp_gradients holds these against a reference of their own.
+static const struct vw_shader *const of_the_field_mlp[] = {
+    &vw_shader_encode_samples,       &vw_shader_multiply_layer,        &vw_shader_multiply_layer_back,
+    &vw_shader_activate_samples,     &vw_shader_activate_samples_back, &vw_shader_gradient_weights_layer,
+    &vw_shader_reduce_weights_layer,
+};
+
 enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
 
@@ -130,6 +137,7 @@ static void every_shader_is_listed(void **state) {
         bool listed = false;
         for (size_t k = 0; k < VW_ARRAY_COUNT(passes); k++) listed |= passes[k].shader == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_sweep); k++) listed |= of_the_sweep[k] == vw_shaders[i];
+        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_field_mlp); k++) listed |= of_the_field_mlp[k] == vw_shaders[i];
         if (!listed)
             fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }

@@ -50,6 +50,9 @@ static struct vw_config make_config(const struct step_case *c) {
     config.log2_table = c->one_entry ? 0 : c->log2_table ? c->log2_table : 14;
     config.base_resolution = c->base_resolution ? c->base_resolution : 8;
     config.width = c->width ? c->width : 32;
+    config.field = c->field;
+    if (c->mlp_depth) config.mlp_depth = c->mlp_depth;
+    if (c->frequencies) config.frequencies = c->frequencies;
     config.loss = c->loss;
     if (c->huber_length > 0.0) config.huber_length = c->huber_length;
     config.optimizer = c->optimizer;

@@ -13,12 +13,14 @@
 struct step_case {
     const char *name;
     uint64_t seed;
-    uint32_t rays, samples;    // [20], [32]
-    uint32_t levels, features; // [8], [2]
-    uint32_t log2_table;       // [14]
-    bool one_entry;            // log2_table is 0: every sample falls into the same entry
-    uint32_t base_resolution;  // [8]
-    uint32_t width;            // [32]
+    uint32_t rays, samples;          // [20], [32]
+    uint32_t levels, features;       // [8], [2]
+    uint32_t log2_table;             // [14]
+    bool one_entry;                  // log2_table is 0: every sample falls into the same entry
+    uint32_t base_resolution;        // [8]
+    uint32_t width;                  // [32]
+    enum vw_field field;             // [VW_FIELD_HASH]
+    uint32_t mlp_depth, frequencies; // of VW_FIELD_MLP [8], [10]
     enum vw_loss loss;
     double huber_length; // 0: the default
     enum vw_optimizer optimizer;

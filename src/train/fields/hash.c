@@ -1,0 +1,309 @@
+// The field of instant-ngp (Mueller et al., SIGGRAPH 2022): a multiresolution hash grid, a density network and a colour
+// network, see shaders/hash_grid.glsl and shaders/mlp.glsl.
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+#include "train/fields/hash.h"
+#include "train/fields/registry.h"
+#include "train/half.h"
+#include "train/pass_costs.h"
+
+enum {
+    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
+    FLOAT_PAIR_BYTES = 8,  // of a feature pair
+    HALF_PAIR_BYTES = 4,
+    WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
+};
+
+static const float GRID_SCALE = 1e-4f; // of initial features
+
+// ---- Layout ---------------------------------------------------------------------------------------------------------
+
+static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+static uint32_t encoding4_of(const struct model *model) {
+    return model->specialization.levels * model->specialization.feature_pairs / 2;
+}
+
+// Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
+// begin at any level.
+static void lay_out_levels(const struct vw_config *config, struct model *model) {
+    uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / model->pair_bytes;
+    for (uint32_t level = 0; level < config->levels; level++) {
+        uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
+        uint64_t lattice = (resolution + 1) * (resolution + 1) * (resolution + 1);
+        bool dense = lattice <= table && model->specialization.dense_levels == level;
+        uint64_t entries = dense ? lattice : table;
+        model->specialization.dense_levels += dense;
+        model->specialization.resolution[level] = (uint32_t)resolution;
+        model->specialization.first_pair[level] = model->pair_count;
+        model->param_count += entries * config->features;
+        model->pair_count += (uint32_t)round_up(entries * config->features / 2, alignment_pairs);
+        model->drawn_pair[level + 1] =
+            model->drawn_pair[level] +
+            (uint32_t)round_up(entries * config->features / 2, ALIGNMENT_BYTES / FLOAT_PAIR_BYTES);
+    }
+}
+
+// Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every
+// contribution clamped to `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry.
+// Narrow words are used while they leave 16 bits.
+static void choose_fixed_point(uint32_t samples_per_step, struct vw_specialization *specialization) {
+    bool narrow = samples_per_step <= 1u << 15;
+    double clamp = narrow ? 16.0 : 1024.0; // far above the gradients of a sound training, which are of order 1
+    double limit = (narrow ? 0x1p31 : 0x1p62) / samples_per_step - 5.0;
+    double quantum = exp2(ceil(log2(clamp / limit)));
+    specialization->wide_gradient = !narrow;
+    specialization->gradient_quantum = (float)fmax(quantum, 0x1p-34);
+    specialization->gradient_clamp = (float)clamp;
+}
+
+static void lay_out_weights(struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    uint32_t encoding4 = encoding4_of(model), width4 = s->width4, blocks = VW_WEIGHT_BLOCKS(encoding4, width4);
+    model->weight_columns = model->partial_columns = 4 * blocks;
+    model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
+    model->row_count = VW_ROW_COUNT(encoding4, width4);
+    model->row_bytes = VW_ROW_BYTES;
+    model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
+    model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
+    model->grid = (struct param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
+    model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    // Codes shift the weights of the colour network's input 0, which is constant: the third matrix, see mlp.glsl.
+    s->shift_column = 4 * width4 * (encoding4 + GEO4);
+    s->shift_stride = 4 * COLOUR4;
+}
+
+static void lay_out(const struct vw_config *config, struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    model->half_grid = config->table_precision == VW_TABLE_FLOAT16;
+    model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
+    s->levels = config->levels;
+    s->feature_pairs = config->features / 2;
+    s->table_mask = (1u << config->log2_table) - 1;
+    s->width4 = config->width / 4;
+    lay_out_levels(config, model);
+    lay_out_weights(model);
+    model->drawn_before_weights = 2 * (uint64_t)model->drawn_pair[s->levels];
+}
+
+// ---- Device ---------------------------------------------------------------------------------------------------------
+
+// Whole levels, as many as one binding of 64-bit gradient words holds.
+static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
+                                      struct model *model) {
+    uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
+    for (uint32_t level = 0; level < config->levels; level++) {
+        uint32_t first = model->specialization.first_pair[level];
+        uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : model->pair_count;
+        struct grid_window *window = model->window_count ? &model->windows[model->window_count - 1] : NULL;
+        if (!window || (uint64_t)(end - window->first_pair) * word_bytes > limits->storage_binding_bytes) {
+            window = &model->windows[model->window_count++];
+            *window = (struct grid_window){.first_level = level, .first_pair = first};
+        }
+        window->level_count++;
+        window->pair_count = end - window->first_pair;
+        if ((uint64_t)window->pair_count * word_bytes > limits->storage_binding_bytes)
+            return vw_fail(VW_ERROR_USAGE,
+                           "--log2-table: one level's gradient of %llu bytes exceeds this device's binding range of "
+                           "%llu; lower it",
+                           (unsigned long long)window->pair_count * word_bytes,
+                           (unsigned long long)limits->storage_binding_bytes);
+    }
+    return VW_OK;
+}
+
+static enum scatter_form choose_scatter(enum scatter_form wanted, const struct vw_gpu_limits *limits,
+                                        uint32_t chunk_samples) {
+    if (wanted == SCATTER_WALK && limits->int64 && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
+    return limits->int64_atomics && wanted != SCATTER_SPLIT_ATOMICS ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
+}
+
+static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    choose_fixed_point(model_pad_rays(model, config->rays) * config->samples, s);
+    model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
+    bool grid_too_large = model->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
+    s->grid_texel = (choices->grid_texel || grid_too_large) && model->pair_count <= limits->texel_elements;
+    if (!s->grid_texel && grid_too_large)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
+                       (unsigned long long)model->grid.size_bytes);
+    if (16 * model->weight_columns > limits->shared_memory_bytes)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower "
+                       "--width or --levels",
+                       16 * model->weight_columns, limits->shared_memory_bytes);
+    return lay_out_windows(config, limits, model);
+}
+
+// ---- Initial values: grid uniform in +-1e-4 (as halves: rounded to them), weights uniform for unit gain -----------
+
+static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, uint64_t seed) {
+    for (uint64_t i = 0; i < count; i += 4) {
+        float values[4];
+        fill_uniform(values, 4, first_index + i, GRID_SCALE, seed);
+        for (uint64_t j = 0; j < 4; j++) halves[i + j] = half_nearest(values[j]);
+    }
+}
+
+// The grid, whose draws come first. Levels have whole fours; what a level of halves has more of padding is 0.
+static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
+    memset(grid, 0, model->grid.size_bytes);
+    for (uint32_t level = 0; level < model->specialization.levels; level++) {
+        uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level],
+                 first_drawn = 2 * (uint64_t)model->drawn_pair[level];
+        uint64_t count = 2 * (uint64_t)model->drawn_pair[level + 1] - first_drawn;
+        if (model->half_grid) fill_halves((uint16_t *)grid + first, count, first_drawn, seed);
+        else fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
+    }
+}
+
+static void initialise(const struct model *model, const struct drawn *drawn, void *params) {
+    uint32_t width4 = model->specialization.width4;
+    float *weights = (float *)((char *)params + model->weights.offset_bytes);
+    fill_grid(model, drawn->seed, params);
+    float *next = fill_matrix(weights, drawn, width4, encoding4_of(model));
+    next = fill_matrix(next, drawn, GEO4, width4);
+    next = fill_matrix(next, drawn, width4, COLOUR4);
+    float *last = next;
+    next = fill_matrix(next, drawn, 1, width4);
+    for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
+    assert((uint64_t)((char *)next - (char *)weights) == model->weights.size_bytes);
+}
+
+// ---- Passes ---------------------------------------------------------------------------------------------------------
+
+_Static_assert(HASH_SCATTER + VW_LEVELS_MAX <= FIELD_PASSES_MAX, "too few places for passes");
+
+static enum vw_status create_scatter(const struct field *field, const struct field_pass_params *params, uint32_t index,
+                                     struct vw_pass **pass) {
+    static const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
+                                                      [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
+                                                      [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
+    const struct grid_window *window = &field->model->windows[index];
+    uint64_t word = field->model->specialization.wide_gradient ? 16 : 8;
+    struct vw_binding bindings[VW_SLOT_COUNT] = {{.slot = VW_SLOT_D_GRID,
+                                                  .buffer = params->d_grid,
+                                                  .offset_bytes = word * window->first_pair,
+                                                  .size_bytes = word * window->pair_count}};
+    memcpy(bindings + 1, params->bindings, params->binding_count * sizeof *bindings);
+    struct field_pass_params windowed = *params;
+    windowed.bindings = bindings;
+    windowed.binding_count++;
+    return field_pass_create(field, &windowed, scatter[field->model->scatter], params->specialization, pass);
+}
+
+static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
+                                    struct field_passes *passes) {
+    const struct model *model = field->model;
+    const struct vw_shader *const shaders[] = {
+        [HASH_FORWARD] = model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field,
+        [HASH_BACKWARD] = &vw_shader_backward_field,
+        [HASH_GRADIENT] = &vw_shader_gradient_weights,
+        [HASH_REDUCE] = &vw_shader_reduce_weights,
+    };
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < (params->backward ? VW_ARRAY_COUNT(shaders) : 1) && status == VW_OK; i++)
+        status = field_pass_create(field, params, shaders[i], params->specialization, &passes->passes[i]);
+    for (uint32_t i = 0; i < model->window_count && params->backward && status == VW_OK; i++)
+        status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
+    return status;
+}
+
+// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
+// where in vw_kept).
+static void dispatch_samples(const struct field_passes *passes, struct vw_batch *batch, const struct field_chunk *chunk,
+                             uint32_t pass, const void *push, size_t push_bytes, uint64_t invocations, size_t groups) {
+    if (passes->specialization.effect_occupancy)
+        vw_batch_dispatch_indirect(batch, passes->passes[pass], push, push_bytes, chunk->kept, groups);
+    else vw_batch_dispatch(batch, passes->passes[pass], push, push_bytes, invocations);
+}
+
+static void record_forward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                           const struct field_chunk *chunk) {
+    (void)model;
+    dispatch_samples(passes, batch, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays,
+                     (uint64_t)chunk->rays->ray_count * passes->specialization.samples,
+                     offsetof(struct vw_kept, field_groups));
+}
+
+void hash_record_scatter(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                         const struct field_chunk *chunk, uint32_t samples) {
+    for (uint32_t i = 0; i < model->window_count; i++) {
+        const struct grid_window *window = &model->windows[i];
+        uint32_t levels = window->level_count;
+        struct vw_push_scatter push = {.sample_count = samples,
+                                       .first_level = window->first_level,
+                                       .level_count = levels,
+                                       .first_pair = window->first_pair};
+        if (model->scatter == SCATTER_WALK)
+            vw_batch_dispatch(batch, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
+        else
+            dispatch_samples(passes, batch, chunk, HASH_SCATTER + i, &push, sizeof push, (uint64_t)samples * levels,
+                             offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
+    }
+}
+
+static void record_backward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                            const struct field_chunk *chunk) {
+    uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
+    uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
+    dispatch_samples(passes, batch, chunk, HASH_BACKWARD, NULL, 0, samples, offsetof(struct vw_kept, field_groups));
+    dispatch_samples(passes, batch, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
+                     offsetof(struct vw_kept, weight_groups));
+    vw_batch_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, model->weight_columns);
+    hash_record_scatter(model, passes, batch, chunk, samples);
+}
+
+// ---- Costs ----------------------------------------------------------------------------------------------------------
+
+static double gathers_of(const struct model *model) {
+    return 8.0 * model->specialization.levels * model->specialization.feature_pairs;
+}
+
+static void list_forward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                               uint32_t *count) {
+    double encoding4 = encoding4_of(model), width4 = model->specialization.width4, gathers = gathers_of(model),
+           blocks = model->weight_columns / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
+           stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"forward_field", work->role, work->chunks,
+                                        work->samples * (16 * blocks + 2 * gathers),
+                                        work->samples * (model->pair_bytes * gathers + stored + 16)});
+}
+
+static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                                uint32_t *count) {
+    const struct vw_specialization *s = &model->specialization;
+    double samples = work->samples, encoding4 = encoding4_of(model), width4 = s->width4, gathers = gathers_of(model),
+           blocks = model->weight_columns / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
+           rows = 1 + width4 + GEO4 + width4 + 2, partials = samples / s->slice_samples * model->weight_columns;
+    const struct vw_pass_cost passes[] = {
+        {"backward_field", work->role, work->chunks, samples * 16 * width4 * (1 + 2 * GEO4 + encoding4),
+         samples * (VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES * encoding4 + 32)},
+        {"gradient_weights", work->role, work->chunks, samples * 16 * blocks,
+         samples * VW_ROW_BYTES * 4 * model->weight_tiles + 16 * partials},
+        {"reduce_weights", work->role, work->chunks, 0, 16 * partials},
+        {"scatter_grid", work->role, work->chunks * model->window_count, samples * 2 * gathers,
+         samples * (32 * s->levels + 2 * word_bytes * gathers)},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) pass_cost_add(costs, count, passes[i]);
+}
+
+const struct field_kind field_hash = {
+    .name = "hash",
+    .skips_samples = true,
+    .lay_out = lay_out,
+    .fit = fit,
+    .initialise = initialise,
+    .create_passes = create_passes,
+    .record_forward = record_forward,
+    .record_backward = record_backward,
+    .list_forward_costs = list_forward_costs,
+    .list_backward_costs = list_backward_costs,
+};

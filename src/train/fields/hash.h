@@ -1,0 +1,14 @@
+// What tests and benchmarks take of the field `hash` alone.
+#ifndef VIEWWORTH_TRAIN_FIELDS_HASH_H
+#define VIEWWORTH_TRAIN_FIELDS_HASH_H
+
+#include "train/fields/registry.h"
+
+// Places of its passes in a set; the last begins those of the grid's windows.
+enum { HASH_FORWARD, HASH_BACKWARD, HASH_GRADIENT, HASH_REDUCE, HASH_SCATTER };
+
+// Records the passes that add the encoding gradients of the chunk's `samples` to the grid's gradient.
+void hash_record_scatter(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                         const struct field_chunk *chunk, uint32_t samples);
+
+#endif

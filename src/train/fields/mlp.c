@@ -1,0 +1,387 @@
+#include "train/fields/mlp.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+#include "train/fields/registry.h"
+#include "train/pass_costs.h"
+
+enum { SKIP_LAYER = 4, TILE4_MAX = 16 }; // of multiply_layer: 64 x 64 weights, 16 KiB of shared memory
+
+static const float ADAM_EPSILON = 1e-8f; // of gradients of the mean loss; sums are floats, so no quantum asks for more
+
+// ---- The list of matrices -------------------------------------------------------------------------------------------
+
+static uint32_t ceiling4(uint32_t count) { return (count + 3) / 4; }
+
+// What a layer takes in.
+struct operand {
+    uint32_t row, numbers, d_row; // numbers: without padding
+};
+
+static struct mlp_matrix *add_matrix(struct mlp_list *list, struct operand in, struct operand out) {
+    assert(list->count < MLP_MATRICES_MAX);
+    struct mlp_matrix *matrix = &list->matrices[list->count++];
+    *matrix = (struct mlp_matrix){.first_weight = list->columns,
+                                  .first_bias = MLP_NONE,
+                                  .in_row = in.row,
+                                  .in4 = ceiling4(in.numbers),
+                                  .in = in.numbers,
+                                  .d_in_row = in.d_row,
+                                  .out_row = out.row,
+                                  .out4 = ceiling4(out.numbers),
+                                  .out = out.numbers,
+                                  .d_out_row = out.d_row};
+    list->columns += 4 * matrix->in4 * matrix->out4;
+    return matrix;
+}
+
+// A layer of `numbers` outputs from one or two operands (the second: of 0 numbers, or an encoding). Its output's rows
+// follow all others; the gradients by it stand at `d_row`.
+static struct operand add_layer(struct mlp_list *list, struct operand first, struct operand second, uint32_t numbers,
+                                uint32_t d_row) {
+    struct operand out = {list->row_count, numbers, d_row};
+    struct mlp_matrix *matrix = add_matrix(list, first, out);
+    matrix->first_bias = list->columns;
+    list->columns += matrix->out4;
+    list->row_count += matrix->out4;
+    matrix->fan_in = first.numbers + second.numbers;
+    if (second.numbers) {
+        matrix = add_matrix(list, second, out);
+        matrix->fan_in = first.numbers + second.numbers;
+    }
+    matrix->ends_layer = true;
+    return out;
+}
+
+static void rectify_last(struct mlp_list *list) { list->matrices[list->count - 1].rectifies = true; }
+
+// Gradients by what layers give out stand in two places in turn, since one layer's is needed while the next is found.
+void mlp_list(const struct model *model, struct mlp_list *list) {
+    const uint32_t width4 = model->trunk4, places[2] = {2, 2 + width4},
+                   frequencies = model->specialization.position_frequencies;
+    const struct operand none = {0}, position = {0, 3 + 6 * frequencies, MLP_NONE},
+                         direction = {VW_ENCODED4(frequencies), 3 + 6 * VW_DIRECTION_FREQUENCIES, MLP_NONE};
+    *list = (struct mlp_list){.row_count = direction.row + VW_ENCODED4(VW_DIRECTION_FREQUENCIES),
+                              .d_row_count = 2 + 2 * width4,
+                              .d_heads = {0, 1}};
+    struct operand trunk = position;
+    for (uint32_t layer = 0; layer < model->depth; layer++) {
+        trunk = add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
+                          places[(model->depth - layer) % 2]);
+        rectify_last(list);
+        if (layer) list->matrices[list->count - 1 - (layer == SKIP_LAYER + 1)].gates_back = true;
+    }
+    struct operand density = add_layer(list, trunk, none, 1, list->d_heads.density_row);
+    list->matrices[list->count - 1].adds_back = list->matrices[list->count - 1].gates_back = true;
+    struct operand feature = add_layer(list, trunk, none, 4 * width4, places[0]);
+    struct operand colour = add_layer(list, feature, direction, 2 * width4, places[1]);
+    rectify_last(list);
+    list->matrices[list->count - 2].shifts = true;
+    list->shift_column = list->matrices[list->count - 2].first_bias;
+    struct operand logit = add_layer(list, colour, none, 3, list->d_heads.logit_row);
+    list->matrices[list->count - 1].gates_back = true;
+    list->heads = (struct vw_push_heads){density.row, logit.row};
+}
+
+// ---- Layout ---------------------------------------------------------------------------------------------------------
+
+static void lay_out(const struct vw_config *config, struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    struct mlp_list list;
+    model->depth = config->mlp_depth;
+    model->trunk4 = config->width / 4;
+    s->width4 = model->trunk4 / 2; // of the colour layer, which codes shift
+    s->position_frequencies = config->frequencies;
+    mlp_list(model, &list);
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct mlp_matrix *matrix = &list.matrices[i];
+        bool biases = matrix->first_bias != MLP_NONE;
+        uint32_t columns = matrix->out4 * (4 * matrix->in4 + biases);
+        if (columns > model->partial_columns) model->partial_columns = columns;
+        model->param_count += (uint64_t)matrix->out * (matrix->in + biases);
+    }
+    model->weight_columns = list.columns;
+    model->weights = (struct param_range){"weights", 0, 16 * (uint64_t)list.columns};
+    model->row_count = s->layer_rows = list.row_count;
+    model->d_row_count = s->d_layer_rows = list.d_row_count;
+    model->row_bytes = VW_LAYER_ROW_BYTES;
+    s->shift_column = list.shift_column;
+    s->shift_stride = 1;
+}
+
+static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct model *model) {
+    (void)choices;
+    model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // which adam.glsl takes the mean of
+    uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
+             partials = 16 * model->partial_columns * slices;
+    if (model->weights.size_bytes > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--width: the layers' gradients take %llu bytes, the device binds %llu; lower it",
+                       (unsigned long long)partials, (unsigned long long)limits->storage_binding_bytes);
+    return VW_OK;
+}
+
+// ---- Initial values: uniform for unit gain, biases 0, and what is padding 0 ----------------------------------------
+
+static void initialise(const struct model *model, const struct drawn *drawn, void *params) {
+    struct mlp_list list;
+    float *weights = (float *)((char *)params + model->weights.offset_bytes);
+    mlp_list(model, &list);
+    memset(weights, 0, model->weights.size_bytes);
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct mlp_matrix *matrix = &list.matrices[i];
+        bool rectifies = matrix->rectifies || !matrix->ends_layer; // only layers with ReLU have two matrices
+        float scale = sqrtf((rectifies ? 6.0f : 3.0f) / (float)matrix->fan_in),
+              *values = weights + 4 * (uint64_t)matrix->first_weight;
+        fill_weights(values, drawn, 16 * (uint64_t)matrix->in4 * matrix->out4, scale);
+        for (uint32_t k = 0; k < 16 * matrix->in4 * matrix->out4; k++) {
+            uint32_t block = k / 16, out = 4 * (block / matrix->in4) + k % 4,
+                     in = 4 * (block % matrix->in4) + k % 16 / 4;
+            if (out >= matrix->out || in >= matrix->in) values[k] = 0.0f;
+        }
+    }
+}
+
+// ---- Passes ---------------------------------------------------------------------------------------------------------
+
+enum { ENCODE, ACTIVATE, ACTIVATE_BACK, GRADIENT, REDUCE, MULTIPLY }; // the last: one for each size of tile
+enum { MULTIPLY_COUNT = (FIELD_PASSES_MAX - MULTIPLY) / 2 };          // forward; behind them as many back
+
+// Rows of blocks of a matrix that a tile takes: as many as divide it.
+static uint32_t tile_of(uint32_t rows4) {
+    uint32_t tile = rows4 < TILE4_MAX ? rows4 : TILE4_MAX;
+    while (rows4 % tile) tile--;
+    return tile;
+}
+
+struct tile {
+    uint32_t to4, from4;
+};
+
+static struct tile forward_tile(const struct mlp_matrix *matrix) {
+    return (struct tile){tile_of(matrix->out4), tile_of(matrix->in4)};
+}
+
+static struct tile backward_tile(const struct mlp_matrix *matrix) {
+    return (struct tile){tile_of(matrix->in4), tile_of(matrix->out4)};
+}
+
+// Sizes of tiles in the order in which the list first needs them, forward or back.
+struct tiles {
+    struct tile sizes[MULTIPLY_COUNT];
+    uint32_t count;
+};
+
+static uint32_t find_tile(struct tiles *tiles, struct tile tile) {
+    uint32_t i = 0;
+    while (i < tiles->count && (tiles->sizes[i].to4 != tile.to4 || tiles->sizes[i].from4 != tile.from4)) i++;
+    assert(i < MULTIPLY_COUNT);
+    if (i == tiles->count) tiles->sizes[tiles->count++] = tile;
+    return i;
+}
+
+static struct tiles list_tiles(const struct mlp_list *list, bool back) {
+    struct tiles tiles = {0};
+    for (uint32_t i = 0; i < list->count; i++)
+        if (!back) find_tile(&tiles, forward_tile(&list->matrices[i]));
+        else if (list->matrices[i].d_in_row != MLP_NONE) find_tile(&tiles, backward_tile(&list->matrices[i]));
+    return tiles;
+}
+
+static enum vw_status create_multiply(const struct field *field, const struct field_pass_params *params, bool back,
+                                      struct vw_pass **passes) {
+    struct mlp_list list;
+    mlp_list(field->model, &list);
+    const struct tiles tiles = list_tiles(&list, back);
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < tiles.count && status == VW_OK; i++) {
+        struct vw_specialization tiled = *params->specialization;
+        tiled.tile_to4 = tiles.sizes[i].to4;
+        tiled.tile_from4 = tiles.sizes[i].from4;
+        status = field_pass_create(field, params, back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer,
+                                   &tiled, &passes[i]);
+    }
+    return status;
+}
+
+static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
+                                    struct field_passes *passes) {
+    static const struct vw_shader *const shaders[] = {
+        [ENCODE] = &vw_shader_encode_samples,
+        [ACTIVATE] = &vw_shader_activate_samples,
+        [ACTIVATE_BACK] = &vw_shader_activate_samples_back,
+        [GRADIENT] = &vw_shader_gradient_weights_layer,
+        [REDUCE] = &vw_shader_reduce_weights_layer,
+    };
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < (params->backward ? MULTIPLY : ACTIVATE_BACK) && status == VW_OK; i++)
+        status = field_pass_create(field, params, shaders[i], params->specialization, &passes->passes[i]);
+    if (status == VW_OK) status = create_multiply(field, params, false, passes->passes + MULTIPLY);
+    if (status == VW_OK && params->backward)
+        status = create_multiply(field, params, true, passes->passes + MULTIPLY + MULTIPLY_COUNT);
+    return status;
+}
+
+// ---- Recording ------------------------------------------------------------------------------------------------------
+
+// `push` names the whole matrix; its `from4` rows are read a tile at a time.
+static void record_multiply(struct vw_batch *batch, const struct vw_pass *pass, struct tile tile, uint32_t from4,
+                            struct vw_push_multiply push, uint64_t samples) {
+    uint32_t begins = push.form & VW_MULTIPLY_ADDS, ends = push.form & VW_MULTIPLY_GATES;
+    push.form &= ~(VW_MULTIPLY_ADDS | VW_MULTIPLY_GATES);
+    for (uint32_t from = 0; from < from4; from += tile.from4) {
+        struct vw_push_multiply part = push;
+        part.first_weight += 4 * from * push.from_stride;
+        part.from_row += from;
+        part.form |= from ? VW_MULTIPLY_ADDS : begins;
+        part.form |= from + tile.from4 == from4 ? ends : 0;
+        vw_batch_dispatch(batch, pass, &part, sizeof part, samples * (push.to4 / tile.to4));
+    }
+}
+
+static void record_forward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                           const struct field_chunk *chunk) {
+    struct mlp_list list;
+    mlp_list(model, &list);
+    struct tiles tiles = {0};
+    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
+    vw_batch_dispatch(batch, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct mlp_matrix *matrix = &list.matrices[i];
+        struct tile tile = forward_tile(matrix);
+        const struct vw_push_multiply push = {.first_weight = matrix->first_weight,
+                                              .to_stride = matrix->in4,
+                                              .from_stride = 1,
+                                              .from_row = matrix->in_row,
+                                              .to_row = matrix->out_row,
+                                              .to4 = matrix->out4,
+                                              .first_bias = matrix->first_bias == MLP_NONE ? 0 : matrix->first_bias,
+                                              .form =
+                                                  (matrix->first_bias == MLP_NONE ? VW_MULTIPLY_ADDS : 0) |
+                                                  (matrix->ends_layer && matrix->rectifies ? VW_MULTIPLY_GATES : 0) |
+                                                  (matrix->shifts ? VW_MULTIPLY_SHIFTS : 0)};
+        record_multiply(batch, passes->passes[MULTIPLY + find_tile(&tiles, tile)], tile, matrix->in4, push, samples);
+    }
+    vw_batch_dispatch(batch, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
+}
+
+static void record_gradient(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                            const struct vw_push_samples *rays, const struct mlp_matrix *matrix) {
+    uint32_t samples = rays->ray_count * model->specialization.samples;
+    uint64_t slices = samples / model->specialization.slice_samples;
+    const struct vw_push_matrix push = {.first_weight = matrix->first_weight,
+                                        .in_row = matrix->in_row,
+                                        .out_row = matrix->d_out_row,
+                                        .in4 = matrix->in4,
+                                        .out4 = matrix->out4,
+                                        .biases = matrix->first_bias != MLP_NONE,
+                                        .samples = samples,
+                                        .first_ray = rays->first_ray};
+    vw_batch_dispatch(batch, passes->passes[GRADIENT], &push, sizeof push,
+                      slices * VW_TILES(matrix->out4, matrix->in4));
+    vw_batch_dispatch(batch, passes->passes[REDUCE], &push, sizeof push,
+                      (uint64_t)matrix->out4 * (4 * matrix->in4 + push.biases));
+}
+
+static void record_back(const struct field_passes *passes, struct vw_batch *batch, uint64_t samples, uint32_t pass,
+                        const struct mlp_matrix *matrix) {
+    const struct vw_push_multiply push = {.first_weight = matrix->first_weight,
+                                          .to_stride = 1,
+                                          .from_stride = matrix->in4,
+                                          .from_row = matrix->d_out_row,
+                                          .to_row = matrix->d_in_row,
+                                          .to4 = matrix->in4,
+                                          .gate_row = matrix->in_row,
+                                          .form = (matrix->adds_back ? VW_MULTIPLY_ADDS : 0) |
+                                                  (matrix->gates_back ? VW_MULTIPLY_GATES : 0)};
+    record_multiply(batch, passes->passes[pass], backward_tile(matrix), matrix->out4, push, samples);
+}
+
+static void record_backward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                            const struct field_chunk *chunk) {
+    struct mlp_list list;
+    mlp_list(model, &list);
+    struct tiles tiles = list_tiles(&list, true);
+    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
+    vw_batch_dispatch(batch, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
+    for (uint32_t i = list.count; i-- > 0;) {
+        const struct mlp_matrix *matrix = &list.matrices[i];
+        record_gradient(model, passes, batch, chunk->rays, matrix);
+        if (matrix->d_in_row != MLP_NONE)
+            record_back(passes, batch, samples, MULTIPLY + MULTIPLY_COUNT + find_tile(&tiles, backward_tile(matrix)),
+                        matrix);
+    }
+}
+
+// ---- Costs ----------------------------------------------------------------------------------------------------------
+
+// Dispatches, multiply-adds and bytes of a product for `samples`: rows are read for every tile of those written, and
+// these are read again for every tile but the first.
+static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const struct field_work *work,
+                        struct vw_pass_cost *cost) {
+    double trips = from4 / tile.from4, rows = (double)from4 * (to4 / tile.to4) + (2 * trips - 1) * to4;
+    cost->dispatches += trips * work->chunks;
+    cost->multiply_adds += work->samples * 16 * to4 * from4;
+    cost->bytes += work->samples * VW_LAYER_ROW_BYTES * rows;
+}
+
+static void list_forward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                               uint32_t *count) {
+    struct mlp_list list;
+    mlp_list(model, &list);
+    double encoded = VW_ENCODED4(model->specialization.position_frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
+    struct vw_pass_cost multiply = {.name = "multiply_layer", .role = work->role};
+    for (uint32_t i = 0; i < list.count; i++)
+        add_product(forward_tile(&list.matrices[i]), list.matrices[i].out4, list.matrices[i].in4, work, &multiply);
+    if (work->stores_rows) // a training, which goes back as well
+        for (uint32_t i = 0; i < list.count; i++)
+            if (list.matrices[i].d_in_row != MLP_NONE)
+                add_product(backward_tile(&list.matrices[i]), list.matrices[i].in4, list.matrices[i].out4, work,
+                            &multiply);
+    uint32_t ways = work->stores_rows ? 2 : 1;
+    const struct vw_pass_cost encode = {"encode_samples", work->role, work->chunks, 0,
+                                        work->samples * VW_LAYER_ROW_BYTES * encoded},
+                              activate = {"activate_samples", work->role, ways * work->chunks, 0,
+                                          ways * work->samples * 48};
+    pass_cost_add(costs, count, encode);
+    pass_cost_add(costs, count, multiply);
+    pass_cost_add(costs, count, activate);
+}
+
+static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                                uint32_t *count) {
+    struct mlp_list list;
+    mlp_list(model, &list);
+    double slices = work->samples / model->specialization.slice_samples;
+    struct vw_pass_cost gradient = {.name = "gradient_weights", .role = work->role},
+                        reduce = {.name = "reduce_weights", .role = work->role};
+    gradient.dispatches = reduce.dispatches = (double)work->chunks * list.count;
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct mlp_matrix *matrix = &list.matrices[i];
+        double tiles = VW_TILES(matrix->out4, matrix->in4),
+               partials = 16 * slices * matrix->out4 * (4.0 * matrix->in4 + 1);
+        gradient.multiply_adds += work->samples * 16 * matrix->in4 * matrix->out4;
+        gradient.bytes += work->samples * VW_LAYER_ROW_BYTES * 4 * tiles + partials;
+        reduce.bytes += partials;
+    }
+    pass_cost_add(costs, count, gradient);
+    pass_cost_add(costs, count, reduce);
+}
+
+const struct field_kind field_mlp = {
+    .name = "mlp",
+    .renders_in_rows = true,
+    .lay_out = lay_out,
+    .fit = fit,
+    .initialise = initialise,
+    .create_passes = create_passes,
+    .record_forward = record_forward,
+    .record_backward = record_backward,
+    .list_forward_costs = list_forward_costs,
+    .list_backward_costs = list_backward_costs,
+};

@@ -1,0 +1,86 @@
+// The registry of fields: what turns samples of rays into rgb and density, and takes the gradients by these back to
+// its params. A field is a row of the table in registry.c, chosen by --field (vw_config.field). Its file lays out its
+// params and records its passes. Rays, compositing, losses, effects, the optimiser of weights, validation, the backward
+// sweep and all files are the same for every field.
+#ifndef VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
+#define VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
+
+#include "train/field.h"
+#include "train/fields/initial_values.h"
+#include "train/trainer.h"
+#include "viewworth/train.h"
+
+enum { FIELD_PASSES_MAX = 32 };
+
+// The passes of a field; which is which is the field's own. Several sets, each with its specialization, may share the
+// buffers of a step.
+struct field_passes {
+    struct vw_specialization specialization;
+    struct vw_pass *passes[FIELD_PASSES_MAX];
+};
+
+// What the passes of a set have in common.
+struct field_pass_params {
+    const struct vw_specialization *specialization;
+    const struct vw_binding
+        *bindings; // of rays, samples and field_bind(); behind them those of the step, with backward
+    uint32_t binding_count;
+    struct vw_buffer *d_grid; // with backward: of a field with a grid
+    const char *role;         // in the timers; NULL for a training's own
+    bool backward;
+};
+
+// Where a chunk's samples are. `kept`: vw_kept, where samples are skipped, else NULL.
+struct field_chunk {
+    const struct vw_push_samples *rays;
+    struct vw_buffer *kept;
+};
+
+// How often a step or a measurement calls on it.
+struct field_work {
+    double samples;
+    uint32_t chunks;
+    const char *role; // as of the passes
+    bool stores_rows; // for the way back
+};
+
+struct field_kind {
+    const char *name;     // as --field takes it
+    bool skips_samples;   // it can do without the samples that the effect occupancy leaves out
+    bool renders_in_rows; // it needs the rows of a training chunk to render, too
+    // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has. The first
+    // to be called; the specialization has config and effects.
+    void (*lay_out)(const struct vw_config *config, struct model *model);
+    // What depends on the device and on the samples of a chunk, which are known by then.
+    enum vw_status (*fit)(const struct vw_config *config, const struct device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct model *model);
+    // Initial values of both ranges.
+    void (*initialise)(const struct model *model, const struct drawn *drawn, void *params);
+    enum vw_status (*create_passes)(const struct field *field, const struct field_pass_params *params,
+                                    struct field_passes *passes);
+    // From VW_SLOT_RAYS to VW_SLOT_FIELD.
+    void (*record_forward)(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                           const struct field_chunk *chunk);
+    // From VW_SLOT_D_FIELD to VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
+    void (*record_backward)(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                            const struct field_chunk *chunk);
+    // What these passes load, store and multiply (pass_costs.h).
+    void (*list_forward_costs)(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                               uint32_t *count);
+    void (*list_backward_costs)(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
+                                uint32_t *count);
+};
+
+extern const struct field_kind field_hash, field_mlp;
+
+const struct field_kind *field_kind_of(enum vw_field field);
+// All of them, in the order of enum vw_field.
+const struct field_kind *const *field_kinds(uint32_t *count);
+
+void field_passes_destroy(struct field_passes *passes);
+// For create_passes(): one pass, with the set's specialization unless another is given.
+enum vw_status field_pass_create(const struct field *field, const struct field_pass_params *params,
+                                 const struct vw_shader *shader, const struct vw_specialization *specialization,
+                                 struct vw_pass **pass);
+
+#endif

@@ -1,0 +1,381 @@
+// The field mlp against its reference: what a step makes of rays, forward and back, and what validation renders. The
+// slope of the reference's loss is held against the device's gradients by finite differences.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "reference/mlp_field.h"
+#include "reference/step_bench.h"
+#include "train/fields/registry.h"
+
+enum { STEP = 3 };
+
+// One case per thing that may break on its own.
+static const struct step_case cases[] = {
+    {.name = "one layer", .seed = 301, .mlp_depth = 1, .width = 16},
+    {.name = "widths that no tile of 16 rows divides",
+     .seed = 302,
+     .mlp_depth = 2,
+     .width = 136,
+     .rays = 9,
+     .samples = 16},
+    {.name = "skip as the last layer", .seed = 303, .mlp_depth = 6, .width = 24, .frequencies = 3, .sky = true},
+    {.name = "skip, by storage buffers",
+     .seed = 304,
+     .mlp_depth = 8,
+     .width = 32,
+     .as_on_gpus = true,
+     .loss = VW_LOSS_L2},
+    {.name = "codes and unbounded rays",
+     .seed = 305,
+     .mlp_depth = 3,
+     .width = 40,
+     .appearance = true,
+     .appearance_code = true,
+     .unbounded = true,
+     .loss = VW_LOSS_HUBER},
+    {.name = "whole tiles, two of them", .seed = 306, .mlp_depth = 2, .width = 128, .rays = 8, .samples = 32},
+    {.name = "the highest frequencies", .seed = 307, .mlp_depth = 2, .width = 16, .frequencies = 16},
+    {.name = "large weights", .seed = 308, .mlp_depth = 3, .width = 16, .weight_scale = 1.5f, .samples = 4, .rays = 64},
+};
+
+struct mlp_step { // the reference of a step
+    struct reference_mlp mlp;
+    struct step_bench *bench;
+    struct reference_step *rays;
+    struct reference_mlp_sample *samples;
+    double *params, *d_params, *shift;
+    struct reference_photo photo;
+    struct reference_params *others; // sky, photos and code weights
+    double loss, d_photo_shift;
+};
+
+static uint32_t sample_count(const struct mlp_step *step) {
+    return step->rays->ray_count * step->bench->config.samples;
+}
+
+static struct reference_params *read_others(const struct model *model, const float *params) {
+    struct reference_params *others = vw_allocate(1, sizeof *others);
+    reference_sky_read(model, params, others->sky);
+    uint32_t photos = reference_photo_count(model);
+    if (photos) others->photos = vw_allocate(photos, sizeof *others->photos);
+    for (uint32_t i = 0; i < photos; i++) others->photos[i] = reference_photo_of(model, params, i);
+    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
+        others->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
+    return others;
+}
+
+// Of the rays that the device has made for its last step.
+static struct mlp_step *open_step(struct step_bench *bench) {
+    struct mlp_step *step = vw_allocate(1, sizeof *step);
+    step->bench = bench;
+    reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &step->mlp);
+    assert_int_equal(step->mlp.param_count, 4 * bench->model.weight_columns);
+    step->rays = step_bench_reference(bench);
+    step->samples = reference_mlp_samples(&step->mlp, sample_count(step));
+    step->params = vw_allocate(step->mlp.param_count, sizeof(double));
+    step->d_params = vw_allocate(step->mlp.param_count, sizeof(double));
+    step->shift = vw_allocate(bench->config.width, sizeof(double));
+    step->others = read_others(&bench->model, bench->params);
+    const float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
+    for (uint32_t i = 0; i < step->mlp.param_count; i++) step->params[i] = weights[i];
+    return step;
+}
+
+static void close_step(struct mlp_step *step) {
+    reference_mlp_samples_free(step->samples, &step->mlp, sample_count(step));
+    reference_step_destroy(step->rays);
+    free(step->others->photos);
+    free(step->others);
+    free(step->params);
+    free(step->d_params);
+    free(step->shift);
+    free(step);
+}
+
+static void list_points(const struct mlp_step *step, uint32_t ray, struct reference_point *points) {
+    const struct vw_specialization *s = &step->bench->model.specialization;
+    for (uint32_t i = 0; i < s->samples; i++) {
+        const struct reference_mlp_sample *sample = &step->samples[ray * s->samples + i];
+        memcpy(points[i].rgb, sample->rgb, sizeof points[i].rgb);
+        points[i].density = sample->density;
+        points[i].length = reference_stratum_length(s, &step->rays->rays[ray], i);
+    }
+}
+
+// `training`: jittered samples of step STEP, the photo's gain, bias and code, and the loss.
+static void forward(struct mlp_step *step, bool training) {
+    struct vw_specialization s = step->bench->model.specialization;
+    vw_uint4 key = model_key_of_step(&step->bench->model, STEP);
+    const struct reference_photo *photo =
+        training && step->others->photos ? &step->others->photos[step->bench->view] : NULL;
+    struct reference_point points[64];
+    s.training = training;
+    step->loss = 0.0;
+    memset(step->shift, 0, step->bench->config.width * sizeof(double));
+    if (photo) reference_mix_code(4 * s.width4, step->others->code_weights, photo->code, step->shift);
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
+        const struct reference_ray *line = &step->rays->rays[ray];
+        double seen[3], unused;
+        for (uint32_t i = 0; i < s.samples; i++) {
+            struct reference_mlp_sample *sample = &step->samples[ray * s.samples + i];
+            reference_sample_position(&s, line, i, reference_stratum_offset(&s, ray, i, key), sample->position);
+            memcpy(sample->direction, line->direction, sizeof sample->direction);
+            reference_mlp_forward(&step->mlp, step->params, step->shift, sample);
+        }
+        reference_backdrop(&s, step->others->sky, line->direction, ray, key, step->rays->backdrops[ray]);
+        list_points(step, ray, points);
+        step->rays->left[ray] =
+            reference_composite(points, s.samples, step->rays->backdrops[ray], step->rays->colours[ray]);
+        memcpy(seen, step->rays->colours[ray], sizeof seen);
+        if (photo) reference_appear(photo, step->rays->colours[ray], seen);
+        for (int c = 0; c < 3; c++) {
+            step->rays->errors[ray][c] = seen[c] - line->target[c];
+            step->loss += line->weight / 3.0 * reference_loss(&s, step->rays->errors[ray][c], &unused);
+        }
+    }
+}
+
+static void backward(struct mlp_step *step) {
+    const struct vw_specialization *s = &step->bench->model.specialization;
+    struct reference_point points[64];
+    struct reference_d_point d_points[64];
+    struct reference_photo d_photo = {0};
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
+        double d_colour[3];
+        for (int c = 0; c < 3; c++) {
+            reference_loss(s, step->rays->errors[ray][c], &d_colour[c]);
+            d_colour[c] *= step->rays->rays[ray].weight / 3.0;
+        }
+        if (step->others->photos) {
+            const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
+            reference_appear_gradient(&step->others->photos[step->bench->view], step->rays->colours[ray], d_seen,
+                                      &d_photo, d_colour);
+        }
+        list_points(step, ray, points);
+        reference_composite_gradient(points, s->samples, step->rays->backdrops[ray], d_colour, d_points);
+        for (uint32_t i = 0; i < s->samples; i++)
+            reference_mlp_backward(&step->mlp, step->params, &step->samples[ray * s->samples + i], d_points[i].rgb,
+                                   d_points[i].raw, step->d_params);
+    }
+}
+
+static struct step_bench *open_case(size_t index) {
+    struct step_case setup = cases[index];
+    setup.field = VW_FIELD_MLP;
+    return step_bench_open(&setup);
+}
+
+// ---- Encoding -------------------------------------------------------------------------------------------------------
+
+// What encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by much.
+static void encodings_match_the_reference(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        step_bench_gradients(bench, STEP);
+        struct mlp_step *step = open_step(bench);
+        forward(step, true);
+        float *rows = step_bench_read(bench, bench->field.rows);
+        uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies,
+                 position4 = VW_ENCODED4(frequencies);
+        for (uint32_t i = 0; i < sample_count(step); i++) {
+            for (uint32_t k = 0; k < 4 * position4; k++) {
+                float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, k / 4, i) + k % 4];
+                // The position is a float, off by 2^-24 and more after its way; a frequency multiplies that.
+                double scale = k < 3 ? 1.0 : ldexp(M_PI, (int)(k - 3) / 6);
+                check_value(bench->where, "encoded position", k, number,
+                            k < count ? step->samples[i].encodings[k] : 0.0, 3e-7 + 6e-7 * scale);
+            }
+            for (uint32_t k = 0; k < 27; k++) {
+                float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, position4 + k / 4, i) + k % 4];
+                check_value(bench->where, "encoded direction", k, number, step->samples[i].encodings[count + k], 6e-6);
+            }
+        }
+        free(rows);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Gradients ------------------------------------------------------------------------------------------------------
+
+// The highest frequencies amplify what positions are off by: there rendering and gradients are those of a field that is
+// not quite the same.
+static double tolerance_of(const struct step_bench *bench) { return bench->config.frequencies > 10 ? 0.1 : 2e-3; }
+
+// The device's ReLU decisions in the place of the reference's, which differ where a sum is next to 0.
+static void adopt_gates(struct mlp_step *step) {
+    const struct step_bench *bench = step->bench;
+    float *rows = step_bench_read(step->bench, bench->field.rows);
+    for (uint32_t i = 0; i < sample_count(step); i++) {
+        uint32_t row = VW_ENCODED4(bench->config.frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
+        for (uint32_t l = 0; l < step->mlp.count; l++) {
+            double *values = step->samples[i].values[l];
+            for (uint32_t k = 0; k < step->mlp.layers[l].out && step->mlp.layers[l].relu; k++) {
+                bool active = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, row + k / 4, i) + k % 4] > 0.0f;
+                if (active != (values[k] > 0.0))
+                    check_value(bench->where, "gated", k, 0.0, values[k], 0.05 * tolerance_of(bench));
+                values[k] = active ? fmax(values[k], 1e-300) : 0.0;
+            }
+            row += (step->mlp.layers[l].out + 3) / 4;
+        }
+    }
+    free(rows);
+}
+
+static void gradients_match_the_reference(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        step_bench_gradients(bench, STEP);
+        struct mlp_step *step = open_step(bench);
+        forward(step, true);
+        adopt_gates(step);
+        backward(step);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        assert_true(scalars->z == 0.0f);
+        double tolerance = tolerance_of(bench);
+        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, step->loss, 0.2 * tolerance * step->loss);
+        for (uint32_t l = 0; l < step->mlp.count; l++) {
+            const struct reference_layer *layer = &step->mlp.layers[l];
+            uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
+            double most = largest(step->d_params + layer->first_at, end - layer->first_at);
+            assert_true(most > 0.0);
+            for (uint32_t i = layer->first_at; i < end; i++)
+                check_value(bench->where, layer->name, i, d_weights[i], step->d_params[i], tolerance * most);
+        }
+        free(d_weights);
+        free(scalars);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// Moving each weight up where the device says that the loss rises, and down where it says that it falls, raises the
+// reference's loss by the sum of all magnitudes.
+static void the_loss_changes_as_the_gradients_say(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        step_bench_gradients(bench, STEP);
+        struct mlp_step *step = open_step(bench);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        for (uint32_t l = 0; l < step->mlp.count && bench->config.frequencies <= 10; l++) {
+            const struct reference_layer *layer = &step->mlp.layers[l];
+            uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
+            double magnitudes = 0.0, losses[2];
+            const double distance = 1e-6;
+            for (uint32_t i = layer->first_at; i < end; i++) magnitudes += fabs(d_weights[i]);
+            for (int ahead = 0; ahead < 2; ahead++) {
+                double by = ahead ? distance : -distance;
+                for (uint32_t i = layer->first_at; i < end; i++)
+                    step->params[i] += by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
+                forward(step, true);
+                losses[ahead] = step->loss;
+                for (uint32_t i = layer->first_at; i < end; i++)
+                    step->params[i] -= by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
+            }
+            check_value(bench->where, layer->name, l, magnitudes, (losses[1] - losses[0]) / (2.0 * distance),
+                        0.01 * magnitudes);
+        }
+        free(d_weights);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Rendering and chunks -------------------------------------------------------------------------------------------
+
+static void rendering_matches_the_reference(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        struct evaluator *evaluator = step_bench_evaluator(bench);
+        vw_float4 *colours = vw_allocate(bench->config.rays, sizeof *colours);
+        step_bench_gradients(bench, STEP); // makes the rays, too
+        assert_int_equal(evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
+        struct mlp_step *step = open_step(bench);
+        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+        for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
+        forward(step, false);
+        for (uint32_t ray = 0; ray < bench->config.rays; ray++)
+            for (int i = 0; i < 3; i++)
+                check_value(bench->where, "rendered", ray, (&colours[ray].x)[i], step->rays->colours[ray][i],
+                            tolerance_of(bench) * 0.1);
+        free(rays);
+        free(colours);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+static float *gradient_in_chunks(uint32_t chunk_samples, size_t *bytes) {
+    const struct step_case setup = {.name = "chunks",
+                                    .seed = 320,
+                                    .field = VW_FIELD_MLP,
+                                    .mlp_depth = 7,
+                                    .width = 24,
+                                    .rays = 60,
+                                    .samples = 16,
+                                    .chunk_samples = chunk_samples};
+    struct step_bench *bench = step_bench_open(&setup);
+    step_bench_step(bench, STEP);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    *bytes = vw_buffer_size_bytes(bench->step.d_weights);
+    step_bench_close(bench);
+    return d_weights;
+}
+
+static void the_bits_do_not_depend_on_the_chunk(void **state) {
+    (void)state;
+    size_t bytes;
+    float *whole = gradient_in_chunks(0, &bytes), *parts = gradient_in_chunks(256, &bytes);
+    check_same_bits("chunks of 256 samples", "d_weights", parts, whole, bytes);
+    free(whole);
+    free(parts);
+}
+
+// ---- What is not finite ---------------------------------------------------------------------------------------------
+
+static void what_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    const struct step_case setup = {
+        .name = "not finite", .seed = 321, .field = VW_FIELD_MLP, .mlp_depth = 3, .width = 16};
+    static const float wrong[] = {INFINITY, NAN, 3e38f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        for (uint32_t k = 0; k < 64; k++) bench->params[k] = wrong[i];
+        step_bench_write_params(bench);
+        step_bench_step(bench, STEP);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        float *after = step_bench_read(bench, bench->field.params);
+        assert_true(scalars->z != 0.0f);
+        check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
+        free(scalars);
+        free(after);
+        step_bench_close(bench);
+    }
+}
+
+// Every field of the registry is laid out, learns and renders: the first part here, the others in tests/train.
+static void every_field_has_a_name_of_its_own(void **state) {
+    (void)state;
+    assert_string_equal(field_kind_of(VW_FIELD_HASH)->name, vw_field_name(VW_FIELD_HASH));
+    assert_string_equal(field_kind_of(VW_FIELD_MLP)->name, vw_field_name(VW_FIELD_MLP));
+}
+
+int main(int argc, char **argv) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(encodings_match_the_reference),         cmocka_unit_test(gradients_match_the_reference),
+        cmocka_unit_test(the_loss_changes_as_the_gradients_say), cmocka_unit_test(rendering_matches_the_reference),
+        cmocka_unit_test(the_bits_do_not_depend_on_the_chunk),   cmocka_unit_test(what_is_not_finite_marks_the_step),
+        cmocka_unit_test(every_field_has_a_name_of_its_own),
+    };
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    return cmocka_run_group_tests_name("mlp_gradients", tests, NULL, step_bench_teardown);
+}
