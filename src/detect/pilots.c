@@ -35,6 +35,12 @@ struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) 
     config.pilot_steps = VW_PILOT_STEPS_AUTO; // which says nothing of a pilot itself
     config.val_rays = vw_config_default.val_rays;
     if (config.rays > PILOT_RAYS) config.rays = PILOT_RAYS;
+    if (config.field != VW_FIELD_HASH) { // what a scene calls for is the scene's, and the hash grid tells it soonest
+        config.field = VW_FIELD_HASH;
+        config.width = vw_config_default.width;
+        config.mlp_depth = vw_config_default.mlp_depth;
+        config.frequencies = vw_config_default.frequencies;
+    }
     config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
     config.epochs = steps + TIMED_STEPS; // an epoch has at least one step
     return config;

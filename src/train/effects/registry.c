@@ -132,7 +132,7 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
     for (uint32_t i = 0; i < count; i++) {
         if (!verdicts[i].on || strcmp(verdicts[i].name, "occupancy") != 0) continue;
         if (field_kind_of(config->field)->skips_samples) continue;
-        if (names_effect(config->effects, verdicts[i].name))
+        if (effects_names(config->effects, verdicts[i].name))
             return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --field %s; leave it out", verdicts[i].name,
                            vw_field_name(config->field));
         verdicts[i].on = false;
