@@ -13,7 +13,7 @@
 enum { BASE_SEED = 5, OTHER_SEED = 6 };
 
 // The part of a run that each kind of draws decides.
-struct drawn {
+struct drawn_step {
     struct test_run *run;
     struct vw_pixel pixels[64];  // of the first step
     uint64_t jitter_seed;        // what shaders draw from
@@ -29,8 +29,8 @@ static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
     return config;
 }
 
-static void draw(const struct vw_scene *scene, const struct vw_config *config, struct drawn *drawn) {
-    *drawn = (struct drawn){0};
+static void draw(const struct vw_scene *scene, const struct vw_config *config, struct drawn_step *drawn) {
+    *drawn = (struct drawn_step){0};
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one batch
     drawn->jitter_seed = trainer->model.seed;
     drawn->run = vw_allocate(1, sizeof *drawn->run);
@@ -42,13 +42,13 @@ static void draw(const struct vw_scene *scene, const struct vw_config *config, s
 }
 
 // Where in the photo a step looks, whichever photo it is.
-static bool same_places(const struct drawn *a, const struct drawn *b) {
+static bool same_places(const struct drawn_step *a, const struct drawn_step *b) {
     for (uint32_t i = 0; i < test_config().rays; i++)
         if (a->pixels[i].x_px != b->pixels[i].x_px || a->pixels[i].y_px != b->pixels[i].y_px) return false;
     return true;
 }
 
-static bool same_start(const struct drawn *a, const struct drawn *b) {
+static bool same_start(const struct drawn_step *a, const struct drawn_step *b) {
     return !memcmp(a->views, b->views, TEST_VALS * sizeof *a->views) &&
            test_same_bits(a->run->records[0].val_psnr, b->run->records[0].val_psnr);
 }
@@ -66,7 +66,7 @@ static void a_seed_varies_what_it_is_told_to(void **state) {
     };
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        struct drawn base, other;
+        struct drawn_step base, other;
         struct vw_config config = varying(forms[i].vary, BASE_SEED);
         draw(scene, &config, &base);
         config.seed = OTHER_SEED;
@@ -92,7 +92,7 @@ static void validation_pixels_vary_when_named(void **state) {
     } forms[] = {{VW_VARY_VALIDATION, true, false}, {VW_VARY_ALL_VALIDATION, false, false}};
     struct vw_scene *scene = test_scene();
     struct vw_config plain = varying(VW_VARY_ALL, OTHER_SEED);
-    struct drawn usual, base, other;
+    struct drawn_step usual, base, other;
     draw(scene, &plain, &usual);
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
         struct vw_config config = varying(forms[i].vary, BASE_SEED);
