@@ -52,7 +52,8 @@ struct pilots {
 struct pilots_params {
     struct vw_gpu *gpu;
     const struct vw_scene *scene;
-    const struct vw_config *planned; // the run whose effects are decided: pilots have its samples and loss, and the hash grid
+    const struct vw_config
+        *planned; // the run whose effects are decided: pilots have its samples and loss, and the hash grid
     uint32_t steps;
     bool masks, fits;
 };
