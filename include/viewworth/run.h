@@ -56,11 +56,11 @@ struct vw_run_params {
     const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
     const char *sign_key_path;      // sign the finished run with this secret key (viewworth keygen); NULL: do not
     bool lasting;                   // also sweep the finished training for lasting credit (value.h), unless it was
-    uint32_t lasting_rays;     // of each step that the sweep's product takes; 0: all, or those of a sweep that is there
-    bool lasting_matrix;       // the sweep also credits each validation photo's own PSNR; each costs half a sweep more
-    bool no_gate;              // do not check by trainings what the sweep says
-    bool no_thumbnails;        // leave the photos out of the report
-    bool profile;              // time every pass
+    uint32_t lasting_rays; // of each step that the sweep's product takes; 0: all, or those of a sweep that is there
+    bool lasting_matrix; // the sweep also credits each validation photo's own PSNR; each costs up to half a sweep more
+    bool no_gate;        // do not check by trainings what the sweep says
+    bool no_thumbnails;  // leave the photos out of the report
+    bool profile;        // time every pass
     vw_run_progress *progress; // NULL: none
     void *context;             // passed to progress; borrowed until the run is closed
 };

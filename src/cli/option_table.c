@@ -266,7 +266,7 @@ const struct vw_option vw_option_table[] = {
      DEFAULT("all rays of a step")},
     {"lasting-matrix", NULL,
      "Also follow back the PSNR of each validation photo by itself: lasting credit by validation photo in matrix.csv, "
-     "and among the candidates of select --verify. Each validation photo adds half the time of a sweep without",
+     "and among the candidates of select --verify. Each validation photo adds up to half the time of a sweep without",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting_matrix)},
     {"no-gate", NULL,
      "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter; "

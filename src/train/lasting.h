@@ -13,7 +13,7 @@ enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many st
 struct vw_lasting_params {
     const struct vw_trainer_params *training; // of the run; `validate` set; borrowed until vw_lasting_create returns
     uint32_t rays;                            // of each step that the product takes; 0: all (--lasting-rays)
-    bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each view costs half a sweep
+    bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a sweep
     uint64_t memory_bytes; // for what is kept on the device; 0: chosen by it. Changes no bit
     // Called with every step's record as it is replayed (train_loss, nonfinite; not validated), first to last: the
     // caller compares it with what is recorded. What it returns, unless VW_OK, ends the sweep. NULL: not called.
