@@ -93,6 +93,16 @@ static void assert_agree(const double *predicted, const double *measured, uint32
     }
 }
 
+// They have the same size: what is measured is not a multiple of what is predicted.
+static void assert_same_size(const double *predicted, const double *measured, uint32_t count) {
+    double products = 0, squares = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        products += predicted[i] * measured[i];
+        squares += predicted[i] * predicted[i];
+    }
+    if (!(fabs(products / squares - 1) < 0.25)) fail_msg("%g is measured for 1 predicted", products / squares);
+}
+
 static void replays_the_run_and_passes_the_gate(void **state) {
     (void)state;
     const struct vw_config config = lasting_config();
@@ -237,6 +247,7 @@ static void a_step_says_what_it_leaves(void **state) {
         }
         assert_agree(predicted, measured, CHECKED / 2, 0.95);
         assert_agree(predicted, measured, CHECKED, 0.8);
+        assert_same_size(predicted, measured, CHECKED);
         vw_lasting_destroy(&lasting);
     }
     vw_scene_close(&scene);
