@@ -71,5 +71,6 @@ check "a mean is that of the seeds" test "$(printf '%.9f' "$(json '$.lasting.met
     sqlite3 "$folder/seeds/seed_0/ledger.db" "ATTACH '$folder/seeds/seed_1/ledger.db' AS b; SELECT (a.value + b.value) / 2
     FROM main.score AS a JOIN b.score AS b USING (image_id, method) JOIN main.image USING (image_id)
     WHERE method = 'lasting_psnr' AND name = 'view_003'")")"
-check "text says what is told apart" eval 'reproduce --lasting --no-gate && grep -qE "all intervals overlap|pairs of photos" "$folder/stdout"'
+check "text says what is told apart" eval 'reproduce --lasting --no-gate &&
+    grep -qE "all intervals overlap|pairs of photos" "$folder/stdout"'
 conclude "$@"
