@@ -98,6 +98,9 @@ struct vw_scene {
                                  // cameras, poses, near and far, box, background, downscale; not of the path
 };
 
+// How many observations (tracks) are of points outside a box.
+uint32_t vw_scene_count_outside(const struct vw_scene *scene, const struct vw_box *box);
+
 struct vw_gpu;
 
 struct vw_scene_params {

@@ -8,8 +8,10 @@
 #include "detect/facts.h"
 #include "detect/pilots.h"
 #include "train/effects/registry.h"
+#include "train/effects/wide_box.h"
 
 static const double PRICE_DB = 0.1;     // what an effect must gain at least
+static const double WIDER = 1.1;        // than the scene's box; else there is nothing to gain from a wider one
 static const double EMPTY_SHARE = 0.25; // of the box; occupancy saves no time where less is empty
 
 // How a fact is found: it calls for its effect when it reaches the threshold.
@@ -179,22 +181,28 @@ static enum vw_status run_search(struct search *search) {
 }
 
 // What may be added: what is no fact and not named by --effects, and is not impossible.
-static uint32_t list_candidates(const struct search *search, const struct vw_scene *scene, const char *choice) {
+static enum vw_status list_candidates(const struct vw_scene *scene, const char *choice, struct search *search) {
+    struct vw_box wide;
     uint32_t candidates = 0;
+    enum vw_status status = wide_box(scene, &wide);
+    if (status != VW_OK) return status;
     for (uint32_t i = 0; i < search->count; i++)
         if (!find_fact(search->effects[i].name) && !effects_names(choice, search->effects[i].name))
             candidates |= 1u << i;
     // Where all photos have transparent pixels, these tell what lies behind the scene.
     if (fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
-    return candidates;
+    if (wide.half_extent_world < WIDER * scene->box.half_extent_world) candidates &= ~bit_of(search, "wide_box");
+    search->candidates = candidates;
+    return VW_OK;
 }
 
 static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                               struct vw_effect_verdict *verdicts, uint32_t count) {
     struct search search = {.verdicts = verdicts};
     search.effects = effects_get(&search.count);
-    search.candidates = list_candidates(&search, scene, planned->effects);
     for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)verdicts[i].on << i;
+    enum vw_status status = list_candidates(scene, planned->effects, &search);
+    if (status != VW_OK) return status;
     uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
     const struct pilots_params params = {.gpu = gpu,
                                          .scene = scene,
@@ -202,9 +210,8 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
                                          .steps = vw_pilot_steps(scene, planned),
                                          .masks = effects_obey_masks(scene, verdicts, count),
                                          .fits = (search.candidates | search.set) & fitted};
-    if (!search.candidates) return VW_OK;
-    enum vw_status status = pilots_open(&params, &search.pilots);
-    if (status == VW_OK) status = run_search(&search);
+    status = search.candidates ? pilots_open(&params, &search.pilots) : VW_OK;
+    if (status == VW_OK && search.candidates) status = run_search(&search);
     return status;
 }
 

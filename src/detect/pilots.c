@@ -138,7 +138,9 @@ static enum vw_status measure_space(const struct pilots *pilots, const struct tr
     uint32_t cells = pilots->config.samples < CELLS_MAX ? pilots->config.samples : CELLS_MAX;
     double occupied = NAN;
     enum vw_status status = VW_OK;
-    if (!vw_trainer_unbounded_box(training->trainer))
+    uint32_t count;
+    const struct vw_effect_verdict *effects = vw_trainer_effects(training->trainer, &count);
+    if (!vw_effects_is_on(effects, count, "unbounded"))
         status = occupied_share(vw_trainer_field(training->trainer), cells, &occupied);
     training->pilot->empty_share += (1.0 - occupied) / PILOT_FOLDS;
     return status;

@@ -14,7 +14,9 @@
 #include "detect/decide.h"
 #include "detect/effects_text.h"
 #include "detect/pilots.h"
+#include "train/effects/contraction.h"
 #include "train/effects/registry.h"
+#include "train/effects/wide_box.h"
 #include "train/trainer.h"
 
 enum { FILE_BYTES_MAX = 1 << 16, HEX_LENGTH = VW_HASH_HEX_BYTES - 1 };
@@ -30,12 +32,19 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     char *config = vw_config_to_json(&pilot, false);
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
-    if (!config) return VW_ERROR_MEMORY;
+    struct vw_box inner, wide; // they depend on points, which the scene's hash does not cover
+    if (!config || contraction_box(scene, NULL, 0, &inner) || wide_box(scene, &wide)) {
+        free(config);
+        return VW_ERROR_MEMORY;
+    }
     vw_shader_hash(shaders);
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, "viewworth verdicts 1");
     vw_hasher_add_bytes(&hasher, scene->hash, sizeof scene->hash);
     vw_hasher_add_text(&hasher, config);
+    for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, inner.centre_world[i]);
+    vw_hasher_add_real(&hasher, inner.half_extent_world);
+    vw_hasher_add_real(&hasher, wide.half_extent_world);
     vw_hasher_add_text(&hasher, device->name);
     vw_hasher_add_text(&hasher, device->driver);
     vw_hasher_add_text(&hasher, width);

@@ -22,9 +22,19 @@ static json_t *find_effect(const json_t *array, const char *name) {
     return NULL;
 }
 
-// run_id covers the box of unbounded scenes, so that the ledger must tell it.
+// The effect whose box the field sees; NULL where that is the scene's.
+static json_t *find_box_effect(const json_t *array) {
+    static const char *const names[] = {"unbounded", "wide_box"}; // the first one wins
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        json_t *entry = find_effect(array, names[i]);
+        if (json_is_true(json_object_get(entry, "on"))) return entry;
+    }
+    return NULL;
+}
+
+// run_id covers the box of an effect, so that the ledger must tell it.
 static bool add_box(json_t *array, const struct vw_box *box) {
-    return !box || !json_object_set_new(find_effect(array, "unbounded"), "box",
+    return !box || !json_object_set_new(find_box_effect(array), "box",
                                         json_pack("[f, f, f, f]", box->centre_world[0], box->centre_world[1],
                                                   box->centre_world[2], box->half_extent_world));
 }
@@ -33,7 +43,7 @@ static enum vw_status make_effects_json(const struct vw_trainer *trainer, char *
     uint32_t count = 0;
     const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
     json_t *array = vw_effects_to_json(verdicts, count);
-    *text = array && add_box(array, vw_trainer_unbounded_box(trainer)) ? vw_json_to_text(array, JSON_COMPACT) : NULL;
+    *text = array && add_box(array, vw_trainer_effect_box(trainer)) ? vw_json_to_text(array, JSON_COMPACT) : NULL;
     json_decref(array);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
 }
@@ -80,14 +90,15 @@ void vw_run_row_free(struct vw_run_row *row) {
 static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
     json_error_t error;
     json_t *array = vw_json_load(effects_json, strlen(effects_json), 0, &error);
-    const json_t *entry = find_effect(array, "unbounded");
+    const json_t *entry = find_box_effect(array);
     double *centre = box->centre_world;
-    *found = json_is_true(json_object_get(entry, "on"));
+    *found = entry != NULL;
     bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
                                         &centre[2], &box->half_extent_world);
     json_decref(array);
     return read ? VW_OK
-                : vw_fail(VW_ERROR_MISMATCH, "its effect unbounded has no box of four numbers: the run row was edited");
+                : vw_fail(VW_ERROR_MISMATCH,
+                          "its effect unbounded or wide_box has no box of four numbers: the run row was edited");
 }
 
 // The hash of the names of all photos, or of those trained on: vw_trainer_subset_hash().
@@ -127,7 +138,7 @@ static enum vw_status compare_run_id(const struct vw_run_identity *identity, con
 static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool *validated) {
     const struct vw_ledger_run *row = &run->row;
     struct vw_box box;
-    bool unbounded = false, same = false;
+    bool has_box = false, same = false;
     struct vw_run_identity identity = {.version = row->version,
                                        .device = row->device,
                                        .driver = row->driver,
@@ -140,8 +151,8 @@ static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool
         !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
         return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is no hash: the run row was "
                                           "edited");
-    enum vw_status status = read_box(row->effects_json, &box, &unbounded);
-    if (unbounded) identity.unbounded_box = &box;
+    enum vw_status status = read_box(row->effects_json, &box, &has_box);
+    if (has_box) identity.effect_box = &box;
     if (!status) status = compare_run_id(&identity, row->run_id, &same);
     identity.validates = false;
     if (!status && !same && !validated) status = compare_run_id(&identity, row->run_id, &same);

@@ -247,3 +247,15 @@ enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_sce
     scene->box_source = text;
     return VW_OK;
 }
+
+uint32_t vw_scene_count_outside(const struct vw_scene *scene, const struct vw_box *box) {
+    uint32_t count = 0;
+    for (uint32_t p = 0; p < scene->point_count; p++) {
+        const struct vw_point *point = &scene->points[p];
+        bool outside = false;
+        for (int i = 0; i < 3; i++)
+            outside |= fabs(point->position_world[i] - box->centre_world[i]) > box->half_extent_world;
+        if (outside) count += point->track_count;
+    }
+    return count;
+}

@@ -31,7 +31,7 @@ void identity_subset_hash(const struct vw_scene *scene, const struct schedule *s
 }
 
 static void add_effects(const struct vw_run_identity *identity, struct vw_hasher *hasher) {
-    const struct vw_box *box = identity->unbounded_box;
+    const struct vw_box *box = identity->effect_box;
     for (uint32_t i = 0; i < identity->effect_count; i++)
         if (identity->effects[i].on) vw_hasher_add_text(hasher, identity->effects[i].name);
     if (!box) return;

@@ -14,8 +14,8 @@ struct vw_run_identity { // what it points to is borrowed
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    const struct vw_box *unbounded_box; // that the field sees with the effect unbounded; NULL without it
-    bool validates;                     // after every step
+    const struct vw_box *effect_box; // that the field sees with the effect unbounded or wide_box; NULL without them
+    bool validates;                  // after every step
 };
 
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);

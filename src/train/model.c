@@ -6,6 +6,7 @@
 
 #include "train/effects/contraction.h"
 #include "train/effects/registry.h"
+#include "train/effects/wide_box.h"
 #include "train/fields/initial_values.h"
 #include "train/fields/registry.h"
 #include "base/memory.h"
@@ -116,6 +117,17 @@ static void specialise_for_device(const struct device_choices *choices, const st
         choices->rows_texel && VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
 }
 
+// Unbounded space has its own box, also where both effects are asked for.
+static enum vw_status choose_box(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+                                 const uint32_t *train_views, uint32_t train_count, struct model *model) {
+    uint32_t count;
+    effects_get(&count);
+    bool unbounded = model->specialization.effect_unbounded, wide = vw_effects_is_on(verdicts, count, "wide_box");
+    model->box_of_effect = unbounded || wide;
+    if (unbounded) return contraction_box(scene, train_views, train_count, &model->box);
+    return wide ? wide_box(scene, &model->box) : VW_OK;
+}
+
 enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
                             const struct device_choices *choices, const struct vw_gpu_limits *limits,
@@ -126,7 +138,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     effects_specialize(verdicts, scene, s);
     assert(!s->effect_occupancy || model->kind->skips_samples); // vw_effects_follow_field
     model->box = scene->box;
-    if (s->effect_unbounded && contraction_box(scene, train_views, train_count, &model->box)) return VW_ERROR_MEMORY;
+    if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
     choose_background(config, s);
     model->kind->lay_out(config, model);
     s->field_columns = model->moved_columns = model->weight_columns;

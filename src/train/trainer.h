@@ -73,8 +73,8 @@ struct field *vw_trainer_field(struct vw_trainer *trainer);
 // choose, whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]);
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]); // of the train views
-// The box that the field sees with the effect unbounded, borrowed; NULL without it.
-const struct vw_box *vw_trainer_unbounded_box(const struct vw_trainer *trainer);
+// The box that the field sees with the effect unbounded or wide_box, borrowed; NULL without them.
+const struct vw_box *vw_trainer_effect_box(const struct vw_trainer *trainer);
 void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]); // of all embedded shaders
 
 struct vw_trainer_stats {

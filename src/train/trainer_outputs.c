@@ -58,8 +58,8 @@ void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost
 
 // ---- Identity -------------------------------------------------------------------------------------------------------
 
-const struct vw_box *vw_trainer_unbounded_box(const struct vw_trainer *trainer) {
-    return trainer->model.specialization.effect_unbounded ? &trainer->model.box : NULL;
+const struct vw_box *vw_trainer_effect_box(const struct vw_trainer *trainer) {
+    return trainer->model.box_of_effect ? &trainer->model.box : NULL;
 }
 
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]) {
@@ -70,7 +70,7 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
                                        .config = &trainer->config,
                                        .effects = trainer->effects,
                                        .effect_count = trainer->effect_count,
-                                       .unbounded_box = vw_trainer_unbounded_box(trainer),
+                                       .effect_box = vw_trainer_effect_box(trainer),
                                        .validates = trainer->validate};
     memcpy(identity.scene_hash, trainer->scene->hash, sizeof identity.scene_hash);
     vw_trainer_subset_hash(trainer, identity.subset_hash);

@@ -71,6 +71,7 @@ check "another page in place of the report is found" eval 'echo "<p>" >"$folder/
 check "a link in place of a table is not followed" eval 'ln -sf "$folder/open/matrix.csv" "$folder/run/matrix.csv"
     ! verify run 2>&1 | grep -q intact'
 
-# The box of an unbounded scene, on which run_id depends.
+# The box that an effect chooses, on which run_id depends.
 check "the identity of an unbounded run follows from its ledger" eval 'run value far --effects unbounded; row identity intact far'
+check "so does that of a run in a wide box" eval 'run value wide --effects wide_box; row identity intact wide'
 conclude "$@"

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "support/detection_cases.h"
+#include "support/open_trainer.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "base/file.h"
@@ -118,6 +119,29 @@ static void folds_share_no_photo(void **state) {
             for (uint32_t j = 0; j < fold->train_count; j++)
                 assert_int_not_equal(fold->train_views[j], fold->held_out[i]);
         }
+    }
+    vw_scene_close(&scene);
+}
+
+// The effect chooses the box that the field sees; beside unbounded it does nothing.
+static void a_wide_box_is_seen(void **state) {
+    (void)state;
+    const struct {
+        const char *effects;
+        double widening;
+    } cases[] = {{"none", 1.0}, {"wide_box", 2.0}};
+    struct vw_scene *scene = test_scene();
+    scene->point_count = scene->track_count = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config config = test_config();
+        struct vw_trainer *trainer = NULL;
+        strcpy(config.effects, cases[i].effects);
+        ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config},
+                                    &trainer));
+        const struct vw_box *box = vw_trainer_effect_box(trainer);
+        assert_int_equal(box != NULL, i);
+        if (box) assert_true(box->half_extent_world == cases[i].widening * scene->box.half_extent_world);
+        vw_trainer_destroy(&trainer);
     }
     vw_scene_close(&scene);
 }
@@ -247,6 +271,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_bright_sky_is_measured),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
+        cmocka_unit_test(a_wide_box_is_seen),
         cmocka_unit_test(no_pilots_where_they_cannot_tell),
         cmocka_unit_test(auto_is_none_where_nothing_is_called_for),
         cmocka_unit_test(masks_are_ignored_with_the_effect_off),

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "train/effects/contraction.h"
+#include "train/effects/wide_box.h"
 #include "base/memory.h"
 
 enum { VIEWS = 24, NEAR_POINTS = 600, FAR_POINTS = 400, POINTS = NEAR_POINTS + FAR_POINTS };
@@ -135,6 +136,30 @@ static void order_does_not_count(void **state) {
     assert_memory_equal(&box, &plain, sizeof box);
 }
 
+// The box of the effect wide_box: by observations, and not by points, since a point that many photos see counts more.
+static void a_wide_box_holds_what_photos_see(void **state) {
+    (void)state;
+    struct ring ring;
+    struct vw_box box;
+    make_ring(0.0, 1.0, &ring);
+    ring.scene.box.half_extent_world = 1.0;
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // seen by no photo, as if there were no points
+    assert_near(box.half_extent_world, 2.0, 1e-12);
+    for (int p = 0; p < POINTS; p++) ring.points[p].track_count = p < NEAR_POINTS ? 100 : 1;
+    ring.scene.track_count = 100 * NEAR_POINTS + FAR_POINTS;
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // of the observations, 0.7 % are at the horizon
+    assert_near(box.half_extent_world, 1.1, 0.02);
+    assert_int_equal(vw_scene_count_outside(&ring.scene, &box), FAR_POINTS);
+    for (int p = NEAR_POINTS; p < POINTS; p++) ring.points[p].track_count = 10;
+    ring.scene.track_count += 9 * FAR_POINTS;
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK);
+    assert_near(box.half_extent_world, 4.0, 1e-12);
+    ring.scene.box.half_extent_world = 5000.0;
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // never narrower
+    assert_near(box.half_extent_world, 5000.0, 1e-9);
+    assert_int_equal(vw_scene_count_outside(&ring.scene, &box), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(holds_cameras_and_what_they_look_at),
@@ -143,6 +168,7 @@ int main(void) {
         cmocka_unit_test(keeps_its_place),
         cmocka_unit_test(a_smaller_box_stays),
         cmocka_unit_test(order_does_not_count),
+        cmocka_unit_test(a_wide_box_holds_what_photos_see),
     };
     return cmocka_run_group_tests_name("contraction_box", tests, NULL, NULL);
 }

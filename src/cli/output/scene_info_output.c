@@ -100,6 +100,9 @@ static void print_text(const struct description *description) {
     print_cameras(description);
     vw_print("bounds   centre %.6g %.6g %.6g, half extent %.6g world units (%s)\n", box->centre_world[0],
              box->centre_world[1], box->centre_world[2], box->half_extent_world, scene->box_source);
+    if (scene->track_count)
+        vw_print("         %u of %u observations of points lie outside\n", vw_scene_count_outside(scene, box),
+                 scene->track_count);
     print_points(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
     vw_estimate_print(&description->info->estimate);
@@ -138,8 +141,9 @@ static json_t *splits_to_json(const struct vw_scene *scene) {
 
 static json_t *bounds_to_json(const struct vw_scene *scene) {
     const struct vw_box *box = &scene->box;
-    return json_pack("{s:[f,f,f], s:f, s:s}", "centre_world", box->centre_world[0], box->centre_world[1],
-                     box->centre_world[2], "half_extent_world", box->half_extent_world, "source", scene->box_source);
+    return json_pack("{s:[f,f,f], s:f, s:s, s:I}", "centre_world", box->centre_world[0], box->centre_world[1],
+                     box->centre_world[2], "half_extent_world", box->half_extent_world, "source", scene->box_source,
+                     "observations_outside", (json_int_t)vw_scene_count_outside(scene, box));
 }
 
 static json_t *notes_to_json(const struct vw_scene *scene) {

@@ -22,6 +22,7 @@ static const struct effect effects[] = {
     {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL},
     {"sky", measured_gain, offsetof(struct vw_specialization, effect_sky), NULL, NULL},
     {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL},
+    {"wide_box", measured_gain, HOST_ONLY, NULL, "unbounded"},
     {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL},
     {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
