@@ -19,8 +19,8 @@ enum {
     PIXELS_PER_PHOTO = 256,
     CELLS_MAX = 32, // along each side of the box, where what is empty is counted
     TIMED_STEPS = 16,
-    SCORED_STATES = 8, // the last eight, each SCORED_EACH-th of the steps apart
-    SCORED_EACH = 32,
+    SCORED_STATES = 4, // the last four, each SCORED_EACH-th of the steps apart
+    SCORED_EACH = 16,
 };
 
 static const double LEARNING_RATE = 1e-2; // so few steps have to go farther
