@@ -41,14 +41,13 @@ vec4 value_at(uint place) { return ROWS_TEXEL != 0u ? texelFetch(ROWS_AS_TEXELS,
 
 // What a row begins with.
 vec4 begin(uint to, uint place) {
-    if ((push.form & VW_MULTIPLY_ADDS) != 0u) return value_at(place);
     vec4 bias = vec4(0.0);
 #ifndef VW_BACK
     bias = weights[push.first_bias + to];
     if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) // see mix_code
         if ((push.form & VW_MULTIPLY_SHIFTS) != 0u) bias += code_shift[to];
 #endif
-    return bias;
+    return mix(bias, value_at(place), bvec4((push.form & VW_MULTIPLY_ADDS) != 0u));
 }
 
 vec4 end(uint to, uint slot, vec4 sum) {
@@ -59,7 +58,7 @@ vec4 end(uint to, uint slot, vec4 sum) {
 #else
     vec4 ended = rectify(sum);
 #endif
-    return (push.form & VW_MULTIPLY_GATES) != 0u ? ended : sum;
+    return mix(sum, ended, bvec4((push.form & VW_MULTIPLY_GATES) != 0u));
 }
 
 void main() {

@@ -14,13 +14,12 @@ float sine_of_quarter(float r) {
 
 // Number `index` of an encoding; 0 beyond its `frequencies`.
 float encoded(vec3 v, uint index, uint frequencies) {
-    if (index < 3u) return v[index];
-    if (index >= 3u + 6u * frequencies) return 0.0;
-    uint of_frequency = (index - 3u) % 6u;
-    precise float turns = float(1u << (index - 3u) / 6u) * v[of_frequency % 3u]; // halves of them
+    uint beyond = max(index, 3u) - 3u, of_frequency = beyond % 6u;
+    precise float turns = float(1u << min(beyond / 6u, 30u)) * v[of_frequency % 3u]; // halves of them
     precise float left = turns - 2.0 * roundEven(0.5 * turns);
     float folded = mix(left, sign(left) - left, abs(left) > 0.5);
-    return sine_of_quarter(of_frequency < 3u ? folded : 0.5 - abs(left));
+    float wave = sine_of_quarter(mix(0.5 - abs(left), folded, of_frequency < 3u));
+    return mix(mix(wave, v[min(index, 2u)], index < 3u), 0.0, index >= 3u + 6u * frequencies);
 }
 
 // Row `row` of it.

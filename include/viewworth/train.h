@@ -96,6 +96,8 @@ struct vw_config {
 };
 
 extern const struct vw_config vw_config_default;
+// The same with what another field is by default: for VW_FIELD_MLP NeRF's width of 256 and learning rate of 5e-4.
+struct vw_config vw_config_of_field(enum vw_field field);
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
 // The values that an option ("rays", without dashes) accepts, in words: "1 to 65536", "a power of two, 16 to 64". False

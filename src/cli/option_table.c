@@ -218,7 +218,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.huber_length)},
     {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
-    {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate)},
+    {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),
+     DEFAULT("0.003, with --field mlp 0.0005")},
     {"beta1", "X", "Momentum of Adam; at 0 a step credits only its own photo", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
      VW_SECTION_TRAINING, OPTION(REAL, config.beta1)},
     {"effects", "auto|none|LIST|+a,-b",
@@ -294,7 +295,7 @@ const struct vw_option vw_option_table[] = {
     {"growth", "X", "Ratio of the resolutions of neighbouring levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(REAL, config.growth)},
     {"width", "N", "Number of neurons per hidden layer", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
-     OPTION(COUNT, config.width)},
+     OPTION(COUNT, config.width), DEFAULT("32, with --field mlp 256")},
 
     // What most commands share.
     {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
@@ -369,7 +370,10 @@ static void describe_default(const struct vw_option *option, char *text, size_t 
         else snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field);
         break;
     case VW_OPTION_SEED: snprintf(text, text_bytes, "%" PRIu64, *(const uint64_t *)field); break;
-    case VW_OPTION_REAL: snprintf(text, text_bytes, "%g", *(const double *)field); break;
+    case VW_OPTION_REAL:
+        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
+        else snprintf(text, text_bytes, "%g", *(const double *)field);
+        break;
     case VW_OPTION_CHOICE: snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field)); break;
     case VW_OPTION_EFFECTS: snprintf(text, text_bytes, "%s", (const char *)field); break;
     }

@@ -145,6 +145,9 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
         enum vw_status status = store(&vw_option_table[row], optarg, options);
         if (status) return status;
     }
+    const struct vw_config of_field = vw_config_of_field(options->config.field);
+    if (!vw_options_have(options, "width")) options->config.width = of_field.width;
+    if (!vw_options_have(options, "lr")) options->config.learning_rate = of_field.learning_rate;
     if (options->help || options->help_all) return VW_OK;
     enum vw_status status = parse_operands(command, argc - optind, argv + optind, options);
     if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);

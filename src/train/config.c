@@ -34,6 +34,15 @@ const struct vw_config vw_config_default = {
     .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
 
+struct vw_config vw_config_of_field(enum vw_field field) {
+    struct vw_config config = vw_config_default;
+    config.field = field;
+    if (field != VW_FIELD_MLP) return config;
+    config.width = 256;
+    config.learning_rate = 5e-4;
+    return config;
+}
+
 static const char *const field_names[] = {"hash", "mlp"};
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
@@ -148,8 +157,13 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->field == VW_FIELD_HASH &&
         (config->mlp_depth != vw_config_default.mlp_depth || config->frequencies != vw_config_default.frequencies))
         return vw_fail(VW_ERROR_USAGE, "--mlp-depth and --frequencies: need --field mlp");
-    if (config->field != VW_FIELD_HASH && config->table_precision != VW_TABLE_FLOAT32)
-        return vw_fail(VW_ERROR_USAGE, "--table-precision: needs --field hash, since no other field has a table");
+    const struct vw_config *grid = &vw_config_default;
+    if (config->field != VW_FIELD_HASH &&
+        (config->levels != grid->levels || config->features != grid->features ||
+         config->log2_table != grid->log2_table || config->base_resolution != grid->base_resolution ||
+         config->growth != grid->growth || config->table_precision != grid->table_precision))
+        return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution, --growth and "
+                                       "--table-precision: need --field hash");
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)

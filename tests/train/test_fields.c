@@ -14,6 +14,8 @@ static struct vw_config config_of(enum vw_field field) {
     struct vw_config config = test_config();
     config.field = field;
     if (field == VW_FIELD_HASH) return config;
+    config.levels = vw_config_default.levels; // which are the hash grid's
+    config.log2_table = vw_config_default.log2_table;
     config.mlp_depth = 6; // with a skip
     config.frequencies = 4;
     config.learning_rate = 1e-3;

@@ -11,6 +11,7 @@
 
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
+enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, ALL = HASH | MLP };
 enum { TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
@@ -18,15 +19,17 @@ static const struct sweep {
     const char *parameter;
     size_t offset;
     enum how how;
+    uint32_t fields;           // a bit for every field that has it
     double values[VALUES_MAX]; // up to the first 0
 } sweeps[] = {
-    {"rays", offsetof(struct vw_config, rays), TIMES, {0.125, 0.25, 0.5, 2}},
-    {"samples", offsetof(struct vw_config, samples), TIMES, {0.25, 0.5, 2}},
-    {"val-rays", offsetof(struct vw_config, val_rays), SET, {64, 128, 256, 512, 1024, 2048, 4096}},
-    {"levels", offsetof(struct vw_config, levels), PLUS, {-4, -2, 4}},
-    {"log2-table", offsetof(struct vw_config, log2_table), PLUS, {-4, -2, 2, 4}},
-    {"width", offsetof(struct vw_config, width), SET, {16, 32, 64}},
-    {"epochs", offsetof(struct vw_config, epochs), TIMES, {0.25, 0.5, 2}},
+    {"rays", offsetof(struct vw_config, rays), TIMES, ALL, {0.125, 0.25, 0.5, 2}},
+    {"samples", offsetof(struct vw_config, samples), TIMES, ALL, {0.25, 0.5, 2}},
+    {"val-rays", offsetof(struct vw_config, val_rays), SET, ALL, {64, 128, 256, 512, 1024, 2048, 4096}},
+    {"levels", offsetof(struct vw_config, levels), PLUS, HASH, {-4, -2, 4}},
+    {"log2-table", offsetof(struct vw_config, log2_table), PLUS, HASH, {-4, -2, 2, 4}},
+    {"mlp-depth", offsetof(struct vw_config, mlp_depth), SET, MLP, {1, 2, 4, 8}},
+    {"width", offsetof(struct vw_config, width), SET, ALL, {16, 32, 64, 128, 256}},
+    {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
 static const double downscales[] = {2, 4}; // times the base's
 static const char *const other_parameters[OTHER_PARAMETERS] = {"table-precision", "downscale", "effects", "accuracy"};
@@ -90,8 +93,9 @@ static bool is_listed(const struct vw_sweep_configurations *configurations, cons
 static void describe_base(struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
-        used += (size_t)snprintf(base->value + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].parameter,
-                                 *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
+        if (sweeps[i].fields >> base->config.field & 1)
+            used += (size_t)snprintf(base->value + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].parameter,
+                                     *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
     if (used < size_bytes)
         snprintf(base->value + used, size_bytes - used, "table-precision %s, downscale %" PRIu32,
                  vw_table_precision_name(base->config.table_precision), base->downscale);

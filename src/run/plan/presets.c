@@ -55,9 +55,14 @@ static const uint32_t *part_of(const void *whole, size_t offset) {
     return (const uint32_t *)((const char *)whole + offset);
 }
 
+// The table and the width of a preset are those of the hash grid.
+static bool is_of_field(uint32_t field, const struct vw_config *config) {
+    return config->field == VW_FIELD_HASH || !(field & (VW_EXPLICIT_LOG2_TABLE | VW_EXPLICIT_WIDTH));
+}
+
 void vw_preset_apply_beside(const struct vw_preset *preset, uint32_t explicit_fields, struct vw_config *config) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        if (!(explicit_fields & parts[i].field))
+        if (!(explicit_fields & parts[i].field) && is_of_field(parts[i].field, config))
             *(uint32_t *)((char *)config + parts[i].there) = *part_of(preset, parts[i].here);
 }
 
