@@ -21,6 +21,18 @@ struct vw_config test_config(void) {
     return config;
 }
 
+struct vw_config test_config_of(enum vw_field field) {
+    struct vw_config config = test_config();
+    config.field = field;
+    if (field == VW_FIELD_HASH) return config;
+    config.levels = vw_config_default.levels; // which are the hash grid's
+    config.log2_table = vw_config_default.log2_table;
+    config.mlp_depth = 6; // with a skip
+    config.frequencies = 4;
+    config.learning_rate = 1e-3;
+    return config;
+}
+
 struct vw_scene *test_scene(void) {
     return synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});

@@ -13,6 +13,7 @@ enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
 
 // 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
 struct vw_config test_config(void);
+struct vw_config test_config_of(enum vw_field field); // the same of a small field of another kind
 struct vw_scene *test_scene(void);
 
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,

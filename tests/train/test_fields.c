@@ -7,26 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/fields/registry.h"
-
-static struct vw_config config_of(enum vw_field field) {
-    struct vw_config config = test_config();
-    config.field = field;
-    if (field == VW_FIELD_HASH) return config;
-    config.levels = vw_config_default.levels; // which are the hash grid's
-    config.log2_table = vw_config_default.log2_table;
-    config.mlp_depth = 6; // with a skip
-    config.frequencies = 4;
-    config.learning_rate = 1e-3;
-    return config;
-}
 
 static void every_field_learns_whatever_its_batches(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
-        struct vw_config config = config_of(field);
+        struct vw_config config = test_config_of(field);
         config.epochs = 12;
         struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
         test_run_assert_same(one, many);
@@ -40,9 +30,126 @@ static void every_field_learns_whatever_its_batches(void **state) {
     vw_scene_close(&scene);
 }
 
+// Each part in a trainer of its own, from the checkpoint of the one before.
+static void a_run_in_parts_is_the_run(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    struct vw_scene *scene = test_scene();
+    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
+        struct vw_config config = test_config_of(field);
+        config.beta1 = 0.9;
+        config.burn_in_epochs = 0;
+        config.noise_floor = true; // which saves and restores the state on the device
+        strcpy(config.effects, "sky,appearance,appearance_code");
+        struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
+        for (uint32_t part = 0; part < 2; part++) {
+            struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 3);
+            const struct vw_step_record *records;
+            uint32_t count;
+            uint64_t step;
+            if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
+            if (part == 0) vw_trainer_stop_after(trainer, 6);
+            do {
+                ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
+                test_run_keep(parts, records, count);
+            } while (count);
+            if (part == 0) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
+            else test_run_finish(trainer, parts);
+            vw_trainer_destroy(&trainer);
+        }
+        test_run_assert_same(whole, parts);
+        test_run_free(whole);
+        test_run_free(parts);
+    }
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+static void a_saved_field_renders_as_the_trained_one(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "field.vwf");
+    struct vw_scene *scene = test_scene();
+    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
+        const struct vw_config config = test_config_of(field), other = test_config_of((field + 1) % VW_FIELD_COUNT);
+        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
+                          *loaded = test_trainer_create(scene, &config, false, 0),
+                          *wrong = test_trainer_create(scene, &other, false, 0);
+        float *trained_rgb = NULL, *loaded_rgb = NULL;
+        test_run_finish(trainer, run);
+        ASSERT_OK(vw_trainer_save_field(trainer, path));
+        ASSERT_OK(vw_trainer_load_field(loaded, path));
+        assert_int_equal(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT);
+        ASSERT_OK(vw_trainer_render(trainer, 0, &trained_rgb));
+        ASSERT_OK(vw_trainer_render(loaded, 0, &loaded_rgb));
+        const struct vw_image *image = &scene->views[0].image;
+        assert_memory_equal(trained_rgb, loaded_rgb, 3 * sizeof(float) * image->width_px * image->height_px);
+        free(trained_rgb);
+        free(loaded_rgb);
+        vw_trainer_destroy(&trainer);
+        vw_trainer_destroy(&loaded);
+        vw_trainer_destroy(&wrong);
+        test_run_free(run);
+    }
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+static void what_a_field_cannot_have_is_refused_by_name(void **state) {
+    (void)state;
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_config config = test_config_of(VW_FIELD_MLP);
+    uint32_t count;
+    for (int named = 0; named < 2; named++) {
+        vw_effects_list(verdicts, &count);
+        for (uint32_t i = 0; i < count; i++) verdicts[i].on = true;
+        strcpy(config.effects, named ? "+occupancy" : "auto");
+        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
+        assert_int_equal(status, named ? VW_ERROR_USAGE : VW_OK);
+        if (named) assert_non_null(strstr(vw_error_message(), "occupancy is not there with --field mlp"));
+        else assert_false(vw_effects_is_on(verdicts, count, "occupancy"));
+        assert_true(vw_effects_is_on(verdicts, count, "sky"));
+    }
+    config.levels = 4;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "need --field hash"));
+    config = test_config();
+    config.mlp_depth = 3;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "need --field mlp"));
+    config = test_config();
+    config.width = 24;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "16, 32 or 64 with --field hash"));
+}
+
+static void configs_survive_json(void **state) {
+    (void)state;
+    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
+        const struct vw_config config = test_config_of(field);
+        struct vw_config back;
+        char *text = vw_config_to_json(&config, true), *again;
+        assert_true((strstr(text, "\"field\"") != NULL) == (field != VW_FIELD_HASH)); // older runs keep their names
+        char *whole = vw_config_to_json(&config, false);
+        ASSERT_OK(vw_config_from_json(whole, &back));
+        again = vw_config_to_json(&back, true);
+        assert_string_equal(text, again);
+        assert_int_equal(back.mlp_depth, config.mlp_depth);
+        free(text);
+        free(whole);
+        free(again);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_field_learns_whatever_its_batches),
+        cmocka_unit_test(a_run_in_parts_is_the_run),
+        cmocka_unit_test(a_saved_field_renders_as_the_trained_one),
+        cmocka_unit_test(what_a_field_cannot_have_is_refused_by_name),
+        cmocka_unit_test(configs_survive_json),
     };
     return cmocka_run_group_tests_name("fields", tests, NULL, test_gpu_close);
 }

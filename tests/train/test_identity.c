@@ -38,6 +38,15 @@ static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++
 static void change_validation(struct parts *parts) { parts->validate = false; }
 static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
 static void change_table_precision(struct parts *parts) { parts->config.table_precision = VW_TABLE_FLOAT16; }
+static void change_field(struct parts *parts) { parts->config = test_config_of(VW_FIELD_MLP); }
+static void change_mlp_depth(struct parts *parts) {
+    change_field(parts);
+    parts->config.mlp_depth = 2;
+}
+static void change_frequencies(struct parts *parts) {
+    change_field(parts);
+    parts->config.frequencies = 2;
+}
 static void change_loss(struct parts *parts) { parts->config.loss = VW_LOSS_HUBER; }
 static void change_huber_length(struct parts *parts) {
     change_loss(parts);
@@ -60,10 +69,11 @@ static void change_subset(struct parts *parts) {
 static void every_part_of_a_run_names_it(void **state) {
     (void)state;
     static void (*const changes[])(struct parts *) = {
-        change_scene,     change_subset,          change_seed,    change_rays,        change_learning_rate,
-        change_burn_in,   change_validation,      change_effects, change_background,  change_device,
-        change_driver,    change_to_unbounded,    change_box,     change_vary,        change_vary_to_pixels,
-        change_base_seed, change_table_precision, change_loss,    change_huber_length};
+        change_scene,     change_subset,          change_seed,    change_rays,         change_learning_rate,
+        change_burn_in,   change_validation,      change_effects, change_background,   change_device,
+        change_driver,    change_to_unbounded,    change_box,     change_vary,         change_vary_to_pixels,
+        change_base_seed, change_table_precision, change_loss,    change_huber_length, change_field,
+        change_mlp_depth, change_frequencies};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][VW_HASH_BYTES];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

@@ -18,13 +18,15 @@
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS, STEPS_MAX = 300, VIEWS = TEST_VALS }; // photos of test_scene()
 enum { CHECKED = 10 }; // steps that are made longer and shorter
 
-static struct vw_config lasting_config(void) {
-    struct vw_config config = test_config();
+static struct vw_config lasting_config_of(enum vw_field field) {
+    struct vw_config config = test_config_of(field);
     config.epochs = EPOCHS;
     config.rays = 120;
     config.loss = VW_LOSS_L2;
     return config;
 }
+
+static struct vw_config lasting_config(void) { return lasting_config_of(VW_FIELD_HASH); }
 
 struct replay {
     const struct test_run *run;
@@ -226,13 +228,15 @@ static void a_step_says_what_it_leaves(void **state) {
         double beta1;
         uint32_t epochs;
         uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
-    } cases[] = {{"none", 0, EPOCHS, 3 << 20},
-                 {"none", 0.9, EPOCHS, 3 << 20},
-                 {"occupancy", 0, 60, 9 << 20}, // the first 256 steps skip nothing
-                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20}};
+        enum vw_field field;
+    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH},
+                 {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH},
+                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH}, // the first 256 steps skip nothing
+                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH},
+                 {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_config config = lasting_config();
+        struct vw_config config = lasting_config_of(cases[i].field);
         struct vw_lasting_credit credits[STEPS_MAX + 1] = {0};
         double predicted[CHECKED], measured[CHECKED];
         config.epochs = cases[i].epochs;

@@ -21,9 +21,9 @@ static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, ui
     return NULL;
 }
 
-static void check_dispatches(const char *effects, uint32_t epochs) {
+static void check_dispatches(enum vw_field field, const char *effects, uint32_t epochs) {
     struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
+    struct vw_config config = test_config_of(field);
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
     struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
@@ -59,9 +59,10 @@ static void check_dispatches(const char *effects, uint32_t epochs) {
 
 static void every_dispatch_is_accounted_for(void **state) {
     (void)state;
-    check_dispatches("none", 3);
-    check_dispatches("sky,unbounded,appearance,appearance_code", 3);
-    check_dispatches("occupancy", 16); // 80 steps: 5 refreshes
+    check_dispatches(VW_FIELD_HASH, "none", 3);
+    check_dispatches(VW_FIELD_HASH, "sky,unbounded,appearance,appearance_code", 3);
+    check_dispatches(VW_FIELD_HASH, "occupancy", 16); // 80 steps: 5 refreshes
+    check_dispatches(VW_FIELD_MLP, "sky,appearance_code", 3);
 }
 
 // Of a pass, for a number of rays.
