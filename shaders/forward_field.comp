@@ -41,7 +41,8 @@ void main() {
     for (uint i = gl_LocalInvocationID.x; i < WEIGHT_COLUMNS; i += gl_WorkGroupSize.x) weight[i] = weights[i];
     if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) { // see mix_code
         barrier();
-        if (gl_LocalInvocationID.x < WIDTH4) weight[SHIFT_COLUMN + SHIFT_STRIDE * gl_LocalInvocationID.x] += code_shift[gl_LocalInvocationID.x];
+        uint unit4 = gl_LocalInvocationID.x;
+        if (unit4 < WIDTH4) weight[SHIFT_COLUMN + SHIFT_STRIDE * unit4] += code_shift[unit4];
     }
     barrier();
     uint slot = invocation_index();

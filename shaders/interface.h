@@ -47,7 +47,7 @@ typedef uint32_t vw_uint;
     X(21, LEARNING_RATE, learning_rate, float, 0.003) \
     X(22, BETA1, beta1, float, 0.0) \
     X(23, BETA2, beta2, float, 0.99) \
-    X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays; see adam.glsl */ \
+    X(24, GRADIENT_QUANTUM, gradient_quantum, float, 0.0001) /* loss gradient of one fixed-point unit, of a sum over rays */ \
     X(25, GRADIENT_CLAMP, gradient_clamp, float, 1.0)  /* largest fixed-point contribution of one sample, in the same unit */ \
     X(26, INVERSE_RAYS, inverse_rays, float, 0.002)    /* 1 / rays: turns the sum over rays into the mean */ \
     VW_LEVEL_CONSTANTS(X) \

@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_EVALUATOR_H
 #define VIEWWORTH_TRAIN_EVALUATOR_H
 
+#include "train/field.h"
 #include "train/fields/registry.h"
 
 extern const char evaluator_role[]; // of its passes, in the timers

@@ -73,6 +73,7 @@ void vw_preset_apply(const struct vw_preset *preset, struct vw_config *config) {
 void vw_preset_options(const struct vw_config *config, char text[VW_PRESET_TEXT_BYTES]) {
     size_t used = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        used += (size_t)snprintf(text + used, VW_PRESET_TEXT_BYTES - used, "%s--%s %u", i ? " " : "", parts[i].option,
-                                 *part_of(config, parts[i].there));
+        if (config->field == VW_FIELD_HASH || parts[i].field != VW_EXPLICIT_LOG2_TABLE)
+            used += (size_t)snprintf(text + used, VW_PRESET_TEXT_BYTES - used, "%s--%s %u", i ? " " : "",
+                                     parts[i].option, *part_of(config, parts[i].there));
 }

@@ -8,7 +8,6 @@
 
 #include "base/memory.h"
 #include "base/word_list.h"
-#include "train/fields/registry.h"
 
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
@@ -125,19 +124,6 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
         if (status) return status;
     }
     if (!exactly) follow_others(choice, verdicts, count);
-    return VW_OK;
-}
-
-enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                       uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        if (!verdicts[i].on || strcmp(verdicts[i].name, "occupancy") != 0) continue;
-        if (field_kind_of(config->field)->skips_samples) continue;
-        if (effects_names(config->effects, verdicts[i].name))
-            return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --field %s; leave it out", verdicts[i].name,
-                           vw_field_name(config->field));
-        verdicts[i].on = false;
-    }
     return VW_OK;
 }
 

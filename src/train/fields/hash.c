@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/fields/hash.h"
+#include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/half.h"
 #include "train/pass_costs.h"
@@ -195,7 +196,7 @@ static enum vw_status create_scatter(const struct field *field, const struct fie
     struct field_pass_params windowed = *params;
     windowed.bindings = bindings;
     windowed.binding_count++;
-    return field_pass_create(field, &windowed, scatter[field->model->scatter], params->specialization, pass);
+    return field_pass_create(field->gpu, &windowed, scatter[field->model->scatter], params->specialization, pass);
 }
 
 static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
@@ -209,7 +210,7 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
     };
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < (params->backward ? VW_ARRAY_COUNT(shaders) : 1) && status == VW_OK; i++)
-        status = field_pass_create(field, params, shaders[i], params->specialization, &passes->passes[i]);
+        status = field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
     for (uint32_t i = 0; i < model->window_count && params->backward && status == VW_OK; i++)
         status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
     return status;

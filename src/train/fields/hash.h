@@ -3,6 +3,7 @@
 #define VIEWWORTH_TRAIN_FIELDS_HASH_H
 
 #include "train/fields/registry.h"
+#include "train/model.h"
 
 // Places of its passes in a set; the last begins those of the grid's windows.
 enum { HASH_FORWARD, HASH_BACKWARD, HASH_GRADIENT, HASH_REDUCE, HASH_SCATTER };

@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/pass_costs.h"
 
@@ -116,7 +117,7 @@ static void lay_out(const struct vw_config *config, struct model *model) {
 static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
                           const struct vw_gpu_limits *limits, struct model *model) {
     (void)choices;
-    model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // which adam.glsl takes the mean of
+    model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
              partials = 16 * model->partial_columns * slices;
     if (model->weights.size_bytes > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)
@@ -203,8 +204,8 @@ static enum vw_status create_multiply(const struct field *field, const struct fi
         struct vw_specialization tiled = *params->specialization;
         tiled.tile_to4 = tiles.sizes[i].to4;
         tiled.tile_from4 = tiles.sizes[i].from4;
-        status = field_pass_create(field, params, back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer,
-                                   &tiled, &passes[i]);
+        status = field_pass_create(
+            field->gpu, params, back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer, &tiled, &passes[i]);
     }
     return status;
 }
@@ -220,7 +221,7 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
     };
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < (params->backward ? MULTIPLY : ACTIVATE_BACK) && status == VW_OK; i++)
-        status = field_pass_create(field, params, shaders[i], params->specialization, &passes->passes[i]);
+        status = field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
     if (status == VW_OK) status = create_multiply(field, params, false, passes->passes + MULTIPLY);
     if (status == VW_OK && params->backward)
         status = create_multiply(field, params, true, passes->passes + MULTIPLY + MULTIPLY_COUNT);

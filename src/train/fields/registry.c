@@ -1,8 +1,10 @@
 #include "train/fields/registry.h"
 
 #include <assert.h>
+#include <string.h>
 
 #include "base/memory.h"
+#include "train/effects/registry.h"
 
 static const struct field_kind *const kinds[] = {[VW_FIELD_HASH] = &field_hash, [VW_FIELD_MLP] = &field_mlp};
 
@@ -11,11 +13,24 @@ const struct field_kind *field_kind_of(enum vw_field field) {
     return kinds[field];
 }
 
+enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                       uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        if (!verdicts[i].on || strcmp(verdicts[i].name, "occupancy") != 0) continue;
+        if (field_kind_of(config->field)->skips_samples) continue;
+        if (effects_names(config->effects, verdicts[i].name))
+            return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --field %s; leave it out", verdicts[i].name,
+                           vw_field_name(config->field));
+        verdicts[i].on = false;
+    }
+    return VW_OK;
+}
+
 void field_passes_destroy(struct field_passes *passes) {
     for (size_t i = 0; i < FIELD_PASSES_MAX; i++) vw_pass_destroy(&passes->passes[i]);
 }
 
-enum vw_status field_pass_create(const struct field *field, const struct field_pass_params *params,
+enum vw_status field_pass_create(struct vw_gpu *gpu, const struct field_pass_params *params,
                                  const struct vw_shader *shader, const struct vw_specialization *specialization,
                                  struct vw_pass **pass) {
     const struct vw_pass_params created = {.shader = shader,
@@ -24,5 +39,5 @@ enum vw_status field_pass_create(const struct field *field, const struct field_p
                                            .bindings = params->bindings,
                                            .binding_count = params->binding_count,
                                            .role = params->role};
-    return vw_pass_create(field->gpu, &created, pass);
+    return vw_pass_create(gpu, &created, pass);
 }

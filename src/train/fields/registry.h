@@ -5,10 +5,15 @@
 #ifndef VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 #define VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 
-#include "train/field.h"
+#include "gpu/compute.h"
+#include "interface.h"
 #include "train/fields/initial_values.h"
-#include "train/trainer.h"
 #include "viewworth/train.h"
+
+struct field; // train/field.h, and so on
+struct model;
+struct device_choices;
+struct vw_pass_cost;
 
 enum { FIELD_PASSES_MAX = 32 };
 
@@ -79,7 +84,7 @@ const struct field_kind *const *field_kinds(uint32_t *count);
 
 void field_passes_destroy(struct field_passes *passes);
 // For create_passes(): one pass, with the set's specialization unless another is given.
-enum vw_status field_pass_create(const struct field *field, const struct field_pass_params *params,
+enum vw_status field_pass_create(struct vw_gpu *gpu, const struct field_pass_params *params,
                                  const struct vw_shader *shader, const struct vw_specialization *specialization,
                                  struct vw_pass **pass);
 
