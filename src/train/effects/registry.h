@@ -10,7 +10,7 @@
 
 struct effect {
     const char *name, *meaning; // meaning: what its evidence is, with the unit
-    size_t constant;            // offset of its switch in struct vw_specialization
+    size_t constant;            // offset of its switch in struct vw_specialization; SIZE_MAX: the host does all
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
     const char *conflicts;      // NULL, or the effect beside which this one is never called for; before it in the table
 };
