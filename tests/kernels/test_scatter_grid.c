@@ -66,7 +66,9 @@ static void every_form_gives_the_same_bits(void **state) {
 static void only_short_chunks_are_walked(void **state) {
     (void)state;
     struct vw_config config = vw_config_default;
-    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX] = {0};
+    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
+    uint32_t effect_count;
+    vw_effects_list(none, &effect_count);
     struct vw_scene scene = {0};
     for (config.samples = 1; config.samples <= 1024; config.samples++) {
         struct model model;
@@ -175,7 +177,9 @@ static void no_step_size_can_wrap(void **state) {
     (void)state;
     static const uint32_t sample_counts[] = {1, 7, 30, 31, 32, 48, 127, 4096};
     struct vw_config config = vw_config_default;
-    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX] = {0};
+    struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
+    uint32_t effect_count;
+    vw_effects_list(none, &effect_count);
     struct vw_scene scene = {0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(sample_counts); i++) {
         for (config.rays = 1; config.rays <= 65536; config.rays += 1 + config.rays / 7) {
