@@ -170,7 +170,7 @@ static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
          "UPDATE run SET seed = 5, config_json = replace(config_json, '\"seed\":1', '\"seed\":5')",
          "run_id is not that of"},
         {"other effects", "UPDATE run SET effects_json = replace(effects_json, '\"on\":false', '\"on\":true')",
-         "effect unbounded has no box"},
+         "has no box of four numbers"},
         {"a photo of another name",
          "UPDATE image SET name = 'view_999' WHERE split = 'train' AND image_id = "
          "(SELECT max(image_id) FROM image WHERE split = 'train')",
