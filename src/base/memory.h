@@ -3,6 +3,7 @@
 #define VIEWWORTH_MEMORY_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "viewworth/status.h"
 
@@ -15,6 +16,10 @@ void *vw_allocate(size_t count, size_t item_bytes);
 // Grows an array of `*capacity` items, by doubling, to at least `needed` items; new items are zero. After a failure the
 // array and its capacity are unchanged.
 enum vw_status vw_grow(void **array, size_t *capacity, size_t needed, size_t item_bytes);
+
+// VW_ERROR_MEMORY where the address space (ulimit -v) is limited to less than `base_mib` and 16 MiB for each of up to 32
+// processors: with less, the libraries of `what` crash or never come to an end of their start.
+enum vw_status vw_check_address_space(uint64_t base_mib, const char *what);
 
 // A copy of `text`, owned by the caller; NULL with a recorded message if memory is short.
 char *vw_copy_text(const char *text);

@@ -1,9 +1,6 @@
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include "base/memory.h"
 #include "gpu/debug.h"
@@ -161,23 +158,11 @@ static enum vw_status create_device(struct vw_gpu *gpu, bool statistics) {
     return VW_OK;
 }
 
-// Drivers crash when they get no address space: lavapipe below 700 MB on two processors, and its threads need more.
-static enum vw_status check_address_space(void) {
-    enum { BASE_MIB = 1024, THREAD_MIB = 16, THREADS_MAX = 32 };
-    struct rlimit limit;
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    long threads = processors < 1 ? 1 : processors > THREADS_MAX ? THREADS_MAX : processors;
-    uint64_t needed_mib = BASE_MIB + THREAD_MIB * (uint64_t)threads;
-    if (getrlimit(RLIMIT_AS, &limit) || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >> 20 >= needed_mib)
-        return VW_OK;
-    return vw_fail(VW_ERROR_MEMORY,
-                   "the address space is limited to %" PRIu64 " MiB, in which Vulkan drivers crash; allow %" PRIu64
-                   " MiB (ulimit -v)",
-                   (uint64_t)limit.rlim_cur >> 20, needed_mib);
-}
+// lavapipe crashes below 700 MB of address space on two processors, and its threads need more.
+enum { DRIVER_ADDRESS_SPACE_MIB = 1024 };
 
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu) {
-    enum vw_status status = check_address_space();
+    enum vw_status status = vw_check_address_space(DRIVER_ADDRESS_SPACE_MIB, "Vulkan drivers");
     if (!status) status = vw_loops_check_choice();
     if (status) return status;
     struct vw_gpu *made = vw_allocate(1, sizeof *made);

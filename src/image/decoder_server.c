@@ -20,7 +20,7 @@
 #include "base/memory.h"
 
 #define PROGRAM_NAME "viewworth-decode"
-enum { HELLO_TIME_OUT_MS = 120000, END_TIME_OUT_MS = 5000 };
+enum { HELLO_TIME_OUT_MS = 120000, END_TIME_OUT_MS = 5000, ADDRESS_SPACE_MIB = 1536 };
 
 // ---- Where the program is ----
 
@@ -113,6 +113,7 @@ static enum vw_status fail_start(const char *why) {
 enum vw_status vw_decoder_server_start(const char *given_path, bool without_seccomp, struct vw_decoder_server *server) {
     struct vw_decoder_server started = {0};
     int sockets[2];
+    if (vw_check_address_space(ADDRESS_SPACE_MIB, "the libraries that read photos")) return VW_ERROR_MEMORY;
     char *path = given_path ? vw_copy_text(given_path) : find_program();
     if (!path) return fail_start("it is neither beside the program nor in " VW_DECODER_FOLDER_FROM_PROGRAM);
     int error = socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets) ? errno : 0;

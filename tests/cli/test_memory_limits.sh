@@ -40,9 +40,12 @@ for i in 0 1 2; do
     frames+=("{\"file_path\": \"$i.png\", \"transform_matrix\": [[1,0,0,$i],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}")
 done
 (IFS=, && echo "{\"fl_x\": 17, \"frames\": [${frames[*]}]}" >"$folder/scene/transforms.json")
-check "info of photos" survives "info of photos" 20000 240000 1700000 info "$folder/scene" --quiet
-check "verify" survives verify 6600 150 9600 verify "$folder/run" --quiet
-check "select" survives select 6600 200 10000 select "$folder/run" --top 2 --to "$folder/new"
-check "import-steps" survives import 7000 1000 27000 import-steps "$folder/log.csv" --out "$folder/new" --quiet
-check "report" survives report 7000 300 13000 report "$folder/run" --no-thumbnails --quiet --to "$folder/report.html"
+check "info of photos" survives "info of photos" 20000 300000 2500000 info "$folder/scene" --quiet
+# What the loader takes before main differs by machine and build: the commands without a driver start from there.
+least=4000
+until (ulimit -v $least && exec "$program" --version) >"$folder/stdout" 2>&1 || [[ $least -gt 1000000 ]]; do least=$((least + 50)); done
+check "verify" survives verify "$least" 50 $((least + 1000)) verify "$folder/run" --quiet
+check "select" survives select "$least" 50 $((least + 1000)) select "$folder/run" --top 2 --to "$folder/new"
+check "import-steps" survives import "$least" 1000 $((least + 20000)) import-steps "$folder/log.csv" --out "$folder/new" --quiet
+check "report" survives report "$least" 200 $((least + 4000)) report "$folder/run" --no-thumbnails --quiet --to "$folder/report.html"
 conclude
