@@ -79,7 +79,7 @@ static enum vw_status make_photos(struct vw_gpu *gpu, const struct vw_recipe *re
         photo.pixels && depths ? vw_recipe_tracer_create(gpu, recipe, scene, &tracer) : VW_ERROR_MEMORY;
     for (uint32_t v = 0; !status && v < scene->view_count; v++)
         status = make_photo(tracer, recipe, v, scene, &photo, depths + v * pixel_count);
-    if (!status) status = vw_recipe_make_points(recipe, depths, scene);
+    if (!status && recipe->points == 0) status = vw_recipe_make_points(recipe, depths, scene);
     vw_recipe_tracer_destroy(&tracer);
     free(photo.pixels);
     free(depths);

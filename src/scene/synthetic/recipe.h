@@ -22,6 +22,7 @@
 //       cell (size of a cell); for stripes also axis: the direction across them ([0,0,1])
 //   cameras: path "orbit", centre, radius, count, field_of_view_deg (horizontal); elevation_deg [first, last] ([30,
 //     30]), start_deg (0), turns (1), look_at (centre), distortion {k1, k2, p1, p2}, provider, split
+//   points: "none" leaves out surface points and who sees them (all)
 //   defects: kind, strength, and one of views: [indices], every: n (each n-th clean train view), share: of the train
 //     views, by seed. The strength is for
 //     noise: standard deviation

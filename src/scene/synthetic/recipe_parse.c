@@ -184,7 +184,7 @@ void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, str
                           struct vw_box *box) {
     int64_t version = 0, seed = 0;
     vw_json_check_keys(reader, root,
-                       "viewworth_recipe seed image box background sun exposure shapes cameras transients defects");
+                       "viewworth_recipe seed image box background sun exposure shapes cameras transients points defects");
     vw_json_integer(reader, root, "viewworth_recipe", 1, 1, &version);
     vw_json_integer(reader, root, "seed", 0, INT64_MAX, &seed);
     recipe->seed = (uint64_t)seed;
@@ -196,6 +196,7 @@ void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, str
     vw_json_member(reader, root, "sun", false, read_sun, recipe);
     vw_json_member(reader, root, "exposure", false, read_exposure, recipe);
     vw_json_member(reader, root, "transients", false, read_transients, recipe);
+    vw_json_word(reader, root, "points", "all none", &recipe->points);
     struct shape_reader shapes = {.recipe = recipe, .box = box, .edge_world = 2 * box->half_extent_world};
     vw_json_each(reader, root, "shapes", VW_RECIPE_SHAPES_MAX, read_shape, &shapes);
 }

@@ -55,6 +55,7 @@ struct vw_recipe {
     double sun_intensity, ambient, sun_spread_deg;
     double gain_spread, tint_spread, bias_spread; // of all photos
     double transient_share, transient_size;
+    int points; // 0: all, 1: none
     struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];
     uint32_t shape_count;
     struct vw_recipe_defect *defects; // per view; owned
