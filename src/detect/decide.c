@@ -73,8 +73,11 @@ static bool is_possible(const struct search *search, uint32_t effect) {
     if (!(search->candidates >> effect & 1) || search->set >> effect & 1) return false;
     if (it->requires && !(search->set & bit_of(search, it->requires))) return false;
     if (search->set & bit_of(search, it->conflicts)) return false;
-    for (uint32_t i = 0; i < search->count; i++) // the other way round
-        if (search->set >> i & 1 && bit_of(search, search->effects[i].conflicts) == 1u << effect) return false;
+    for (uint32_t i = 0; i < search->count; i++) { // the other way round
+        const struct effect *on = &search->effects[i];
+        if (!(search->set >> i & 1)) continue;
+        if ((bit_of(search, on->conflicts) | bit_of(search, on->hides)) & 1u << effect) return false;
+    }
     return true;
 }
 

@@ -77,6 +77,21 @@ static void a_bright_sky_is_measured(void **state) {
     vw_scene_close(&scene);
 }
 
+// Beside unbounded a sky is hidden, and not measured.
+static void a_hidden_sky_goes(void **state) {
+    (void)state;
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    struct vw_config config = small_config();
+    struct vw_scene *scene = detection_sky_scene();
+    config.pilot_steps = 8;
+    strcpy(config.effects, "+unbounded,-appearance");
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+    const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
+    assert_true(isnan(sky->evidence) && !sky->on);
+    vw_scene_close(&scene);
+}
+
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
 static void verdicts_repeat_bit_for_bit(void **state) {
     (void)state;
@@ -269,6 +284,7 @@ int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recipes_show_their_facts),
         cmocka_unit_test(a_bright_sky_is_measured),
+        cmocka_unit_test(a_hidden_sky_goes),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
         cmocka_unit_test(a_wide_box_is_seen),

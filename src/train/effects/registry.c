@@ -15,19 +15,20 @@ static const char measured_gain[] = "gain in a short training over one without, 
 
 static const struct effect effects[] = {
     {"distortion", "largest shift of an image corner by lens distortion, px",
-     offsetof(struct vw_specialization, effect_distortion), NULL, NULL},
+     offsetof(struct vw_specialization, effect_distortion), NULL, NULL, NULL},
     {"background", "share of photos with transparent pixels", offsetof(struct vw_specialization, effect_background),
-     NULL, NULL},
-    {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL},
-    {"sky", measured_gain, offsetof(struct vw_specialization, effect_sky), NULL, NULL},
-    {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL},
-    {"wide_box", measured_gain, HOST_ONLY, NULL, "unbounded"},
-    {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL},
-    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL},
+     NULL, NULL, NULL},
+    {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL, NULL},
+    {"sky", measured_gain, offsetof(struct vw_specialization, effect_sky), NULL, NULL, NULL},
+    // Its last sample reaches so far that nothing behind is seen.
+    {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL, "sky"},
+    {"wide_box", measured_gain, HOST_ONLY, NULL, "unbounded", NULL},
+    {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL, NULL},
+    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL, NULL},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
     {"occupancy",
      "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB",
-     offsetof(struct vw_specialization, effect_occupancy), NULL, "unbounded"},
+     offsetof(struct vw_specialization, effect_occupancy), NULL, "unbounded", NULL},
 };
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 

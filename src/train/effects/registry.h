@@ -13,6 +13,7 @@ struct effect {
     size_t constant;            // offset of its switch in struct vw_specialization; SIZE_MAX: the host does all
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
     const char *conflicts;      // NULL, or the effect beside which this one is never called for; before it in the table
+    const char *hides;          // NULL, or the effect that changes nothing beside this one
 };
 
 // All effects, in the order of verdicts.
