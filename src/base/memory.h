@@ -17,8 +17,8 @@ void *vw_allocate(size_t count, size_t item_bytes);
 // array and its capacity are unchanged.
 enum vw_status vw_grow(void **array, size_t *capacity, size_t needed, size_t item_bytes);
 
-// VW_ERROR_MEMORY where the address space (ulimit -v) is limited to less than `base_mib` and 16 MiB for each of up to 32
-// processors: with less, the libraries of `what` crash or never come to an end of their start.
+// VW_ERROR_MEMORY where the address space (ulimit -v) is limited to less than `base_mib` and 16 MiB for each of up to
+// 32 processors: with less, the libraries of `what` crash or never come to an end of their start.
 enum vw_status vw_check_address_space(uint64_t base_mib, const char *what);
 
 // A copy of `text`, owned by the caller; NULL with a recorded message if memory is short.

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "train/code_fit.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/view_fit.h"
@@ -150,6 +151,16 @@ static void choose_all(const struct measured_field *measured, uint32_t view, str
         if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
 
+// Writes over the pixels that were seen.
+static enum vw_status fit_code(const struct measured_field *measured, uint32_t view, struct seen_view *seen,
+                               struct code_fit *code) {
+    const struct vw_scene *scene = measured->scene;
+    if (!measured->fits) return VW_OK;
+    uint32_t count = pixels_stratify(scene, view, view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, seen->pixels);
+    if (!measured->masks) pixels_unmask(scene, seen->pixels, count);
+    return code_fit_apply(measured->field, seen->pixels, count, code);
+}
+
 static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {
     uint32_t count = seen->count - seen->fit_count;
     whole->rendered = vw_allocate(count, 3 * sizeof *whole->rendered);
@@ -170,17 +181,21 @@ static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_
 enum vw_status measure_whole_view(const struct measured_field *measured, uint32_t view, struct vw_whole_view *whole) {
     const struct vw_image *image = &measured->scene->views[view].image;
     struct evaluator evaluator = {0};
+    struct code_fit code = {0};
     struct seen_view seen;
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
-    size_t most = (size_t)image->width_px * image->height_px + VIEW_FIT_RAYS_MAX;
+    size_t most = (size_t)image->width_px * image->height_px + CODE_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
     if (status == VW_OK)
         status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    if (status == VW_OK) status = fit_code(measured, view, &seen, &code);
     if (status == VW_OK) {
         choose_all(measured, view, &seen);
         status = see(measured, &evaluator, view, &seen, &whole->error);
     }
     if (status == VW_OK) status = keep_pixels(&seen, whole);
+    enum vw_status undone = code_fit_undo(measured->field, &code);
+    if (status == VW_OK) status = undone;
     evaluator_destroy(&evaluator);
     release(&seen);
     if (status != VW_OK) vw_whole_view_free(whole);

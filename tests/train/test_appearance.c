@@ -10,6 +10,7 @@
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
 #include "gpu/compute.h"
+#include "train/code_fit.h"
 #include "train/trainer.h"
 #include "base/memory.h"
 
@@ -144,12 +145,60 @@ static void gains_are_found(void **state) {
     vw_scene_close(&scene);
 }
 
+// Of a photo that nothing was trained on, and that is darker: its code brings the render nearer to it. Without the fit
+// the params are as before, and a whole view leaves them so.
+static void a_code_is_fitted_and_taken_away(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_with("appearance,appearance_code");
+    config.epochs = 30;
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    const struct vw_step_record *records;
+    uint32_t step_count = 1;
+    while (step_count) ASSERT_OK(vw_trainer_advance(trainer, &records, &step_count));
+    const uint32_t view = trainer->validation.views[0];
+    darken(&scene->views[view], 0.5);
+    struct vw_pixel pixels[CODE_FIT_RAYS_MAX];
+    vw_float4 colours[2][CODE_FIT_RAYS_MAX];
+    uint32_t count = pixels_stratify(scene, view, view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, pixels);
+    size_t bytes = trainer->model.param_bytes;
+    uint8_t *before = vw_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
+    double squares[2] = {0};
+    struct evaluator evaluator;
+    struct code_fit fit;
+    ASSERT_OK(evaluator_create(&trainer->field, count, &evaluator));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, bytes));
+    ASSERT_OK(evaluator_render(&evaluator, pixels, count, colours[0]));
+    ASSERT_OK(code_fit_apply(&trainer->field, pixels, count, &fit));
+    ASSERT_OK(evaluator_render(&evaluator, pixels, count, colours[1]));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, fitted, bytes));
+    ASSERT_OK(code_fit_undo(&trainer->field, &fit));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
+    assert_memory_not_equal(before, fitted, bytes);
+    assert_memory_equal(before, after, bytes);
+    for (int i = 0; i < 2; i++)
+        for (uint32_t k = 0; k < count; k++)
+            squares[i] += pow(colours[i][k].x - pixels[k].rgba.x, 2) + pow(colours[i][k].y - pixels[k].rgba.y, 2) +
+                          pow(colours[i][k].z - pixels[k].rgba.z, 2);
+    if (!(squares[1] < 0.8 * squares[0])) fail_msg("%g with the code, %g without", squares[1], squares[0]);
+    struct vw_whole_view whole;
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &whole));
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
+    assert_memory_equal(before, after, bytes);
+    vw_whole_view_free(&whole);
+    evaluator_destroy(&evaluator);
+    free(before);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_off_takes_no_room),
         cmocka_unit_test(halves_share_no_column),
         cmocka_unit_test(validation_is_a_function_of_the_params),
         cmocka_unit_test(gains_are_found),
+        cmocka_unit_test(a_code_is_fitted_and_taken_away),
     };
     return cmocka_run_group_tests(tests, NULL, test_gpu_close);
 }

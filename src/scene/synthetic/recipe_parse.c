@@ -183,8 +183,9 @@ static void read_shape(struct vw_json_reader *reader, const json_t *object, void
 void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
                           struct vw_box *box) {
     int64_t version = 0, seed = 0;
-    vw_json_check_keys(reader, root,
-                       "viewworth_recipe seed image box background sun exposure shapes cameras transients points defects");
+    vw_json_check_keys(
+        reader, root,
+        "viewworth_recipe seed image box background sun exposure shapes cameras transients points defects");
     vw_json_integer(reader, root, "viewworth_recipe", 1, 1, &version);
     vw_json_integer(reader, root, "seed", 0, INT64_MAX, &seed);
     recipe->seed = (uint64_t)seed;

@@ -24,7 +24,8 @@ static const struct effect effects[] = {
     {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL, "sky"},
     {"wide_box", measured_gain, HOST_ONLY, NULL, "unbounded", NULL},
     {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL, NULL},
-    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL, NULL},
+    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL,
+     NULL},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
     {"occupancy",
      "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB",
