@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples' rgb and raw density,
 // and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their number.
-// Sky and appearance are in the variant VW_RAY_EFFECTS alone: with their buffers there would be more than some devices bind.
+// Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone: with their buffers there would be more than some devices bind.
 #include "common.glsl"
 #include "background.glsl"
 #include "composite.glsl"
@@ -20,9 +20,11 @@ PUSH uniform Push { vw_push_samples push; };
 #ifdef VW_RAY_EFFECTS
 #include "appearance.glsl"
 #include "sky.glsl"
+#include "visibility.glsl"
 BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
+BUFFER(VW_SLOT_VISIBILITY) buffer Visibility { vec2 visibility[]; };
 #endif
 
 void main() {
@@ -54,6 +56,14 @@ void main() {
     if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     float loss = share * (value.x + value.y + value.z);
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_VISIBILITY != 0u && LOSS != LOSS_GIVEN) {
+        float visible = visibility[ray_index].x, hidden = 1.0 - visible, by_size = ray.target_weight.w * size_weight(push.key);
+        visibility[ray_index].y = loss - 2.0 * by_size * hidden;
+        loss = visible * loss + by_size * hidden * hidden;
+        share *= visible;
+    }
+#endif
     ray_loss[ray_index] = loss;
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // The curvature product at the colours of training rays: first the colours ahead along the direction, then those behind; their difference
 // times the loss's curvature is the slope from which the gradient is taken back, and replaces the ray's target. One ray per invocation.
-// Variant VW_RAY_EFFECTS: sky and appearance, as in backward_rays.
+// Variant VW_RAY_EFFECTS: sky, appearance and visibility, as in backward_rays; how visible a ray is, is held fixed.
 #include "common.glsl"
 #include "background.glsl"
 #include "composite.glsl"
@@ -20,6 +20,7 @@ PUSH uniform Push { vw_push_difference push; };
 #include "appearance.glsl"
 #include "sky.glsl"
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
+BUFFER(VW_SLOT_VISIBILITY) readonly buffer Visibility { vec2 visibility[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 #endif
 
@@ -52,5 +53,8 @@ void main() {
     vec3 ahead = seen_ahead[ray_index].rgb, error = 0.5 * (ahead + seen) - ray.target_weight.rgb;
     float inverse = sweep.epsilon > 0.0 && ray.target_weight.w != 0.0 ? 0.5 / sweep.epsilon : 0.0;
     vec3 curvature = vec3(loss_curvature(error.r), loss_curvature(error.g), loss_curvature(error.b));
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_VISIBILITY != 0u) curvature *= visibility[ray_index].x;
+#endif
     rays[ray_index].target_weight.rgb = curvature * (inverse * (ahead - seen));
 }

@@ -66,7 +66,9 @@ typedef uint32_t vw_uint;
     X(71, LAYER_ROWS, layer_rows, uint, 1)         /* rows of a sample's activations */ \
     X(72, D_LAYER_ROWS, d_layer_rows, uint, 1)     /* and of their gradients */ \
     X(73, TILE_TO4, tile_to4, uint, 1)             /* rows that an invocation of multiply_layer writes */ \
-    X(74, TILE_FROM4, tile_from4, uint, 1)         /* and reads */
+    X(74, TILE_FROM4, tile_from4, uint, 1)         /* and reads */ \
+    X(75, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
+    X(76, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -102,6 +104,7 @@ struct vw_specialization {
     uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows, stores_rows;
     float huber_length;
     uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
+    uint effect_visibility, visibility_column;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -206,7 +209,13 @@ VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // what layers take in and give out
 VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the way back is at
 VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
-VW_ENUM(VW_SLOT_COUNT, 63)
+// The rest only with the effect visibility, see visibility.glsl.
+VW_ENUM(VW_SLOT_VISIBILITY, 63)          // vec2 per ray: how visible it is, and the gradient by that, of the sum over rays; overwritten
+VW_ENUM(VW_SLOT_PHOTO_SCALES, 64)        // vec2 per view: 2 / width and 2 / height in px
+VW_ENUM(VW_SLOT_VISIBILITY_CODES, 65)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 66)  // vw_visibility_moments per view
+VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][VISIBILITY_COLUMNS]: shares of the network's gradient; overwritten
+VW_ENUM(VW_SLOT_COUNT, 68)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -260,6 +269,24 @@ VW_ENUM(CODE4, 12) // numbers of a photo's code / 4: 48, as in NeRF-W (Martin-Br
 
 struct vw_code_moments { // likewise
     vw_float4 moment1[CODE4], moment2[CODE4];
+    vw_uint visits;
+};
+
+// The network of visibility, in vec4 columns behind all others that update_weights moves: 4x4 blocks of the first layer, as in mlp.glsl,
+// those of the second, its biases, the weights of the logit, and its bias.
+VW_ENUM(VISIBILITY4, 4)            // width of both hidden layers / 4
+VW_ENUM(VISIBILITY_FREQUENCIES, 5) // of the encoding of a pixel's place
+VW_ENUM(VISIBILITY_PLACE4, 6)      // inputs / 4: the place and a constant 1, then the waves of each frequency,
+VW_ENUM(VISIBILITY_CODE4, 4)       // and the photo's code
+VW_ENUM(VISIBILITY_INPUT4, 10)     // inputs / 4 in all
+VW_ENUM(VISIBILITY_LAYER2, 160)    // first column of the second layer,
+VW_ENUM(VISIBILITY_BIAS2, 224)     // of its biases,
+VW_ENUM(VISIBILITY_LOGIT, 228)     // and of the logit
+VW_ENUM(VISIBILITY_COLUMNS, 233)
+VW_ENUM(VISIBILITY_GROUP, 32)      // rays whose gradients one workgroup sums: as many as fit 16 KiB of shared memory
+
+struct vw_visibility_moments { // as vw_code_moments
+    vw_float4 moment1[VISIBILITY_CODE4], moment2[VISIBILITY_CODE4];
     vw_uint visits;
 };
 
@@ -321,7 +348,7 @@ struct vw_push_recipe {
 // ---- Push constants --------------------------------------------------------------------------------------------------
 // `key` is what random numbers are keyed by: seed and step, low word first. No constant, so that trainings with other seeds share
 // their pipelines.
-struct vw_push_rays {        // generate_rays
+struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visibility
     vw_uint first_pixel;     // where this step's pixels start in the pixel buffer
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
     vw_uint4 key;            // in training
@@ -359,12 +386,12 @@ struct vw_push_refresh {     // refresh_occupancy
     vw_uint4 key;
     float remains;           // share of a cell's old density that is still believed
 };
-struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky
-    vw_uint count;           // rays; views
-    vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views and gradient_sky have none
+struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_sky, reduce_visibility
+    vw_uint count;           // rays; views; groups of rays
+    vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none
 };
-struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code
-    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
+struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility
+    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     float extra;             // share by which the step is longer: 0, except where the gate of lasting credit tries others
 };

@@ -1,6 +1,7 @@
 # Every compute shader that is embedded, in the order the data passes through them.
 viewworth_add_shader(generate_rays)
 viewworth_add_shader(mix_code)
+viewworth_add_shader(predict_visibility) # of the effect, as three below
 viewworth_add_shader(refresh_occupancy) # the four that skip empty space
 viewworth_add_shader(refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
 viewworth_add_shader(mark_samples)
@@ -17,19 +18,22 @@ viewworth_add_shader(composite_rays)
 viewworth_add_shader(fit_views)
 viewworth_add_shader(reduce_views)
 viewworth_add_shader(backward_rays)
-viewworth_add_shader(backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, appearance
+viewworth_add_shader(backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, appearance, visibility
 viewworth_add_shader(backward_field)
 viewworth_add_shader(gradient_weights)
 viewworth_add_shader(reduce_weights)
 viewworth_add_shader(gradient_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(reduce_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(gradient_sky) # of the effect alone
+viewworth_add_shader(gradient_visibility)
+viewworth_add_shader(reduce_visibility)
 viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
 viewworth_add_shader(reduce_loss)
 viewworth_add_shader(update_appearance)
 viewworth_add_shader(update_code)
+viewworth_add_shader(update_visibility)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(update_weights)

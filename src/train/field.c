@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "train/effects/contraction.h"
+#include "train/effects/visibility.h"
 #include "train/pixels.h"
 #include "gpu/compute.h"
 #include "base/memory.h"
@@ -64,6 +65,8 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         status =
             vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS},
                              &field->occupancy);
+    if (status == VW_OK && model->specialization.effect_visibility)
+        status = visibility_create_scales(gpu, scene, &field->photo_scales);
     if (status != VW_OK) field_destroy(field);
     return status;
 }
@@ -76,6 +79,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->d_rows);
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
+    vw_buffer_destroy(&field->photo_scales);
 }
 
 // Where there is no sky, shared passes declare it but do not read it.

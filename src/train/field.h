@@ -14,6 +14,7 @@ struct field {
     struct vw_buffer *d_rows;           // gradients by them, of the field mlp
     struct vw_buffer *step_state;       // one vw_step_state
     struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
+    struct vw_buffer *photo_scales;     // vec2 per view, with the effect visibility; else NULL
 };
 
 enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,

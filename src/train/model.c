@@ -6,6 +6,7 @@
 
 #include "train/effects/contraction.h"
 #include "train/effects/registry.h"
+#include "train/effects/visibility.h"
 #include "train/effects/wide_box.h"
 #include "train/fields/initial_values.h"
 #include "train/fields/registry.h"
@@ -66,6 +67,16 @@ static void lay_out_sky(struct model *model) {
     model->param_bytes += model->sky.size_bytes;
 }
 
+// Behind the sky: update_weights moves this too.
+static void lay_out_visibility(struct model *model) {
+    if (!model->specialization.effect_visibility) return;
+    model->specialization.visibility_column = model->moved_columns;
+    model->param_count += VISIBILITY_NETWORK_PARAMS;
+    model->visibility = (struct param_range){"visibility", model->param_bytes, sizeof(vw_float4) * VISIBILITY_COLUMNS};
+    model->moved_columns += VISIBILITY_COLUMNS;
+    model->param_bytes += model->visibility.size_bytes;
+}
+
 // Behind all that is laid out already.
 static struct param_range append_range(struct model *model, const char *name, uint64_t size_bytes) {
     struct param_range range = {name, round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
@@ -84,6 +95,10 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
         model->code_weights = append_range(model, "code_weights", 4 * code * width);
         model->codes = append_range(model, "codes", 4 * code * views);
         model->param_count += code * (width + trained);
+    }
+    if (s->effect_visibility) {
+        model->visibility_codes = append_range(model, "visibility_codes", sizeof(vw_float4) * VISIBILITY_CODE4 * views);
+        model->param_count += VISIBILITY_CODE_PARAMS * trained;
     }
 }
 
@@ -144,6 +159,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     s->field_columns = model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
     lay_out_sky(model);
+    lay_out_visibility(model);
     lay_out_photos(scene, train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN], model);
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
     enum vw_status status = choose_chunk(config, choices, limits, model);
@@ -163,4 +179,6 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     if (model->code_weights.size_bytes)
         fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn, model->specialization.width4,
                     CODE4);
+    if (model->visibility.size_bytes)
+        visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
 }

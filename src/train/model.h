@@ -35,6 +35,9 @@ struct model {
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
     // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
     struct param_range appearance, code_weights, codes;
+    // Of the effect visibility, empty without it: its network, the last of what update_weights moves; vec4 [view]
+    // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
+    struct param_range visibility, visibility_codes;
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding
@@ -45,7 +48,7 @@ struct model {
     bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // of the networks
-    uint32_t moved_columns;        // by update_weights: theirs and the sky's
+    uint32_t moved_columns;        // by update_weights: theirs, the sky's and those of visibility
     uint32_t partial_columns;      // whose partial sums are held at a time
     uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one

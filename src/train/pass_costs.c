@@ -37,6 +37,19 @@ static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass
     pass_cost_add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
 }
 
+static void add_visibility(const struct sizes *n, struct vw_pass_cost *costs, uint32_t *count) {
+    double network = VISIBILITY_NETWORK_PARAMS + 16 * VISIBILITY4 * VISIBILITY_CODE4,
+           groups = n->rays / VISIBILITY_GROUP, columns = 16.0 * VISIBILITY_COLUMNS,
+           pixels = n->rays * (sizeof(struct vw_pixel) + 8);
+    const struct vw_pass_cost passes[] = {
+        {"predict_visibility", NULL, 1, n->rays * network, pixels + n->rays / 64 * columns},
+        {"gradient_visibility", NULL, 1, 3 * n->rays * network, pixels + 2 * groups * columns},
+        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
+        {"update_visibility", NULL, 1, 0, columns},
+    };
+    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
+}
+
 static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = step->field->model;
     const struct sizes n = sizes_of(model, step->padded_rays);
@@ -64,6 +77,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
         pass_cost_add(costs, count,
                       (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
     }
+    if (step->visibility.predict) add_visibility(&n, costs, count);
     pass_cost_add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     if (windows)
         pass_cost_add(costs, count,

@@ -73,6 +73,7 @@ void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint
     field_bind(step->field, true, bindings, count);
     appearance_bind(step->field, &step->appearance, bindings, count);
     occupancy_bind(step->field, &step->occupancy, bindings, count);
+    visibility_bind(step->field, &step->visibility, bindings, count);
 }
 
 static enum vw_status create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
@@ -86,8 +87,9 @@ static enum vw_status create_pass(const struct step_passes *step, const struct v
     return vw_pass_create(step->field->gpu, &params, pass);
 }
 
-// Whose buffers are in a variant of backward_rays alone.
-static bool has_ray_effects(const struct vw_specialization *s) { return s->effect_sky || s->effect_appearance; }
+bool step_has_ray_effects(const struct vw_specialization *s) {
+    return s->effect_sky || s->effect_appearance || s->effect_visibility;
+}
 
 enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
                                struct gradient_passes *gradient) {
@@ -101,7 +103,7 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &gradient->generate},
-        {has_ray_effects(specialization) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays,
+        {step_has_ray_effects(specialization) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays,
          &gradient->backward_rays},
         {&vw_shader_gradient_sky, step->d_sky ? &gradient->gradient_sky : NULL},
     };
@@ -137,7 +139,8 @@ static enum vw_status create_update_passes(struct step_passes *step) {
     if (status == VW_OK)
         status = create_pass(step, specialization, &vw_shader_update_weights, bindings, count, &step->update_weights);
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
-    return status == VW_OK ? appearance_create_passes(step->field, bindings, count, &step->appearance) : status;
+    if (status == VW_OK) status = appearance_create_passes(step->field, bindings, count, &step->appearance);
+    return status == VW_OK ? visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
@@ -180,6 +183,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                                  .chunk_rays = field->model->specialization.chunk_samples / config->samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
+    if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
     if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
     if (status == VW_OK) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
@@ -199,6 +203,7 @@ void step_destroy(struct step_passes *step) {
         &step->grid_moment2,    &step->grid_visits, &step->d_sky};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
     appearance_destroy(&step->appearance);
+    visibility_destroy(&step->visibility);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
@@ -209,6 +214,7 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
     for (size_t i = 0; i < VW_ARRAY_COUNT(state); i++)
         if (state[i]) buffers[count++] = state[i]; // a field without grid has no more
     appearance_training_state(&step->appearance, buffers, &count);
+    visibility_training_state(&step->visibility, buffers, &count);
     if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
 }
@@ -249,11 +255,13 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
     vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
     appearance_record_forward(&step->appearance, step->field->model, batch);
+    visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
         gradient_record_chunk(step, &step->gradient, batch, &chunk);
     }
     gradient_record_sky(&step->gradient, batch, step->padded_rays);
+    visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
 }
 
 void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {
@@ -261,6 +269,7 @@ void step_record_update(const struct step_passes *step, struct vw_batch *batch, 
     struct vw_push_update update = {
         .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .extra = extra};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
+    visibility_record_update(&step->visibility, batch, &update);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

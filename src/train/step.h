@@ -8,6 +8,7 @@
 #include "train/fields/registry.h"
 #include "gpu/compute.h"
 #include "train/effects/occupancy.h"
+#include "train/effects/visibility.h"
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
 // of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
@@ -30,6 +31,7 @@ struct step_passes {
     struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
     struct appearance appearance;
     struct occupancy occupancy;
+    struct visibility visibility;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
@@ -45,6 +47,8 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
 // Bindings of a step's buffers and of its field's. Writes them behind `*count` and advances it.
 void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint32_t *count);
 
+// Whose buffers are in variants of the passes over rays alone: sky, appearance and visibility.
+bool step_has_ray_effects(const struct vw_specialization *specialization);
 // Another set of passes over the step's buffers.
 enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
                                struct gradient_passes *gradient);

@@ -199,7 +199,7 @@ static enum vw_status create_step_passes(struct sweep_passes *sweep) {
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_perturb_params, s, &sweep->perturb},
-        {s->effect_sky || s->effect_appearance ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
+        {step_has_ray_effects(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
          &sweep->difference},
         {&vw_shader_reduce_adjoint, s, &sweep->reduce},
         {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
@@ -214,12 +214,13 @@ static enum vw_status create_step_passes(struct sweep_passes *sweep) {
     return status;
 }
 
-// Validation as it is measured (decision 1: no jitter, no skipping, nobody's code), with activations stored.
+// Validation as it is measured (decision 1: no jitter, no skipping, nobody's code, all of it visible), with activations
+// stored.
 static struct vw_specialization validation_specialization(const struct model *model) {
     struct vw_specialization s = model->specialization;
     s.training = 0;
     s.loss = LOSS_GIVEN;
-    s.effect_occupancy = s.effect_appearance = s.effect_appearance_code = 0;
+    s.effect_occupancy = s.effect_appearance = s.effect_appearance_code = s.effect_visibility = 0;
     return s;
 }
 
@@ -307,6 +308,11 @@ uint64_t sweep_views_bytes(const struct sweep_passes *sweep) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
+// Without those of visibility, which the sweep holds fixed: their adjoint and their part of gradients stay 0.
+static uint32_t moved_columns(const struct model *model) {
+    return model->moved_columns - (uint32_t)(model->visibility.size_bytes / sizeof(vw_float4));
+}
+
 // `photos`: also what belongs to photos, of `rays` rays of one of them.
 static void record_gather(const struct sweep_passes *sweep, const struct gathered *gathered, struct vw_batch *batch,
                           bool adds, bool photos, uint32_t rays) {
@@ -316,7 +322,7 @@ static void record_gather(const struct sweep_passes *sweep, const struct gathere
         push.count = model->windows[i].pair_count;
         vw_batch_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
     }
-    push.count = model->moved_columns;
+    push.count = moved_columns(model);
     vw_batch_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
     if (gathered->photo && photos) vw_batch_dispatch(batch, gathered->photo, &push, sizeof push, 1);
@@ -390,17 +396,18 @@ void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch
 }
 
 // The slopes of a step's rays: J direction by differences, times the loss's curvature.
-static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, vw_uint4 key) {
+static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
     const struct step_passes *step = sweep->context->step;
     uint32_t block4 = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
         vw_batch_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
         appearance_record_forward(&step->appearance, model_of(sweep), batch);
+        visibility_record_forward(&step->visibility, batch, rays, step->padded_rays);
         for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-            const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, key);
+            const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
-                .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = ahead};
+                .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             gradient_record_forward(step, &sweep->forward, batch, &chunk);
             vw_batch_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
         }
@@ -418,7 +425,7 @@ static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *ba
     vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_batch_dispatch(batch, adjoint->direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
     vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
-    record_slopes(sweep, batch, rays->key);
+    record_slopes(sweep, batch, rays);
     record_restore(sweep, batch, sweep->blocks.before);
     appearance_record_forward(&step->appearance, model_of(sweep), batch);
     for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {

@@ -9,28 +9,31 @@
 #include "base/memory.h"
 #include "base/word_list.h"
 
+#define CONSTANT(effect) offsetof(struct vw_specialization, effect_##effect)
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
 static const char measured_gain[] = "gain in a short training over one without, dB, +- standard error";
+static const char on_request[] = "nothing: on where --effects names it";
 
+// clang-format off
 static const struct effect effects[] = {
-    {"distortion", "largest shift of an image corner by lens distortion, px",
-     offsetof(struct vw_specialization, effect_distortion), NULL, NULL, NULL},
-    {"background", "share of photos with transparent pixels", offsetof(struct vw_specialization, effect_background),
-     NULL, NULL, NULL},
-    {"masks", "share of photos with a mask file", HOST_ONLY, NULL, NULL, NULL},
-    {"sky", measured_gain, offsetof(struct vw_specialization, effect_sky), NULL, NULL, NULL},
+    {.name = "distortion", .constant = CONSTANT(distortion),
+     .meaning = "largest shift of an image corner by lens distortion, px"},
+    {.name = "background", .constant = CONSTANT(background), .meaning = "share of photos with transparent pixels"},
+    {.name = "masks", .constant = HOST_ONLY, .meaning = "share of photos with a mask file"},
+    {.name = "sky", .constant = CONSTANT(sky), .meaning = measured_gain},
     // Its last sample reaches so far that nothing behind is seen.
-    {"unbounded", measured_gain, offsetof(struct vw_specialization, effect_unbounded), NULL, NULL, "sky"},
-    {"wide_box", measured_gain, HOST_ONLY, NULL, "unbounded", NULL},
-    {"appearance", measured_gain, offsetof(struct vw_specialization, effect_appearance), NULL, NULL, NULL},
-    {"appearance_code", measured_gain, offsetof(struct vw_specialization, effect_appearance_code), "appearance", NULL,
-     NULL},
+    {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
+    {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = "unbounded"},
+    {.name = "appearance", .constant = CONSTANT(appearance), .meaning = measured_gain},
+    {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = measured_gain,
+     .requires = "appearance"},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
-    {"occupancy",
-     "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB",
-     offsetof(struct vw_specialization, effect_occupancy), NULL, "unbounded", NULL},
+    {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = "unbounded",
+     .meaning = "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
+    {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
 };
+// clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
 
 static int find_effect(struct vw_word name) {

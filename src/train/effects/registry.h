@@ -14,6 +14,7 @@ struct effect {
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
     const char *conflicts;      // NULL, or the effect beside which this one is never called for; before it in the table
     const char *hides;          // NULL, or the effect that changes nothing beside this one
+    bool on_request;            // nothing calls for it: it is on where --effects names it
 };
 
 // All effects, in the order of verdicts.
