@@ -121,6 +121,8 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     f->step = reference_step_create(&f->model, rays, RAYS);
     f->moved = reference_step_create(&f->model, rays, RAYS);
     f->step->view = f->moved->view = VIEW;
+    for (uint32_t i = 0; i < 2 * RAYS; i++)
+        f->step->places[i / 2][i % 2] = f->moved->places[i / 2][i % 2] = draw(setup->seed, 4000 + i);
     reference_step_forward(f->step, f->params, true, 1);
     reference_step_backward(f->step, f->params);
 }
@@ -220,6 +222,17 @@ static void compare_sky(struct fixture *f, int *skipped) {
         compare(f, "sky", i, &f->params->sky[i / 3][i % 3], f->step->d_sky[i / 3][i % 3], scale, skipped);
 }
 
+static void compare_visibility(struct fixture *f, int *skipped) {
+    if (!f->params->visibility_codes) return;
+    double scale = largest_of(f->step->d_visibility, REFERENCE_VISIBILITY), *code = f->params->visibility_codes[VIEW];
+    assert_true(scale > 0.0);
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY; i += 7) // every part of the network
+        compare(f, "visibility", i, &f->params->visibility[i], f->step->d_visibility[i], scale, skipped);
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY_CODE; i++)
+        compare(f, "visibility_codes", i, &code[i], f->step->d_visibility_code[i],
+                largest_of(f->step->d_visibility_code, REFERENCE_VISIBILITY_CODE), skipped);
+}
+
 // Those of the other photo have no gradient: nothing of it enters the loss.
 static int compare_photos(struct fixture *f, int *skipped) {
     const struct vw_specialization *s = &f->model.specialization;
@@ -248,11 +261,13 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     open_fixture(setup, loss, choice, &f);
     const struct model *m = &f.model;
     uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + m->sky.size_bytes + m->appearance.size_bytes +
-                      m->code_weights.size_bytes + m->codes.size_bytes;
-    assert_in_range(m->param_bytes - ranges, 0, 3 * 256); // there is no other range; some begin at multiples of 256
+                      m->code_weights.size_bytes + m->codes.size_bytes + m->visibility.size_bytes +
+                      m->visibility_codes.size_bytes;
+    assert_in_range(m->param_bytes - ranges, 0, 4 * 256); // there is no other range; some begin at multiples of 256
     compare_weights(&f, &skipped);
     compare_grid(&f, &skipped);
     compare_sky(&f, &skipped);
+    compare_visibility(&f, &skipped);
     int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_photos(&f, &skipped);
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
     close_fixture(&f);

@@ -132,6 +132,17 @@ static void check_photo_gradient(struct step_bench *bench, const struct referenc
     free(rays);
 }
 
+// Of the network, and by the sums in its first layer, whose biases have an input of 1, of the photo's code.
+static void check_visibility_gradient(const struct step_bench *bench, const struct reference_step *reference,
+                                      const float *d_weights) {
+    if (!bench->model.visibility.size_bytes) return;
+    const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
+    double tolerance = PHOTO_TOLERANCE * largest(reference->d_visibility, REFERENCE_VISIBILITY);
+    assert_true(tolerance > 0.0);
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY; i++)
+        check_value(bench->where, "visibility", i, d_network[i], reference->d_visibility[i], tolerance);
+}
+
 static void gradients_match_the_reference(void **state) {
     (void)state;
     for (uint32_t i = 0; i < step_case_count; i++) {
@@ -147,6 +158,7 @@ static void gradients_match_the_reference(void **state) {
                     LOSS_TOLERANCE * reference->loss);
         check_weight_gradients(bench, reference, d_weights);
         check_sky_gradient(bench, reference, d_weights);
+        check_visibility_gradient(bench, reference, d_weights);
         check_grid_gradients(bench, reference, words);
         check_photo_gradient(bench, reference);
         free(d_weights);
@@ -229,6 +241,10 @@ static void check_slopes(struct step_bench *bench, struct reference_step *refere
         gradient[i] = d_weights[4 * (bench->model.weight_columns + i / 3) + i % 3];
     if (bench->model.sky.size_bytes)
         check_slope(bench, reference, params, "sky", params->sky[0], gradient, 3 * VW_SKY_COLUMNS);
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY && s->effect_visibility; i++)
+        gradient[i] = d_weights[4 * s->visibility_column + i];
+    if (s->effect_visibility)
+        check_slope(bench, reference, params, "visibility", params->visibility, gradient, REFERENCE_VISIBILITY);
     reference_unpack_grid(&bench->model, words, quanta);
     for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
     check_slope(bench, reference, params, "grid", params->grid, gradient, features);

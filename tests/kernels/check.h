@@ -45,6 +45,8 @@ void check_between(const char *where, const char *what, uint64_t index, double d
 
 typedef void pass_check(struct step_bench *bench, enum input_kind kind);
 pass_check check_mix_code, check_update_appearance, check_update_code, check_fit_views;
+pass_check check_predict_visibility, check_gradient_visibility, check_reduce_visibility,
+    check_update_visibility; // likewise only with the effect `visibility`
 pass_check check_generate_rays, check_forward_field, check_composite_rays, check_reduce_views, check_backward_rays,
     check_backward_field, check_gradient_weights, check_reduce_weights, check_gradient_sky, check_scatter_grid,
     check_reduce_loss, check_update_grid, check_update_weights, check_trace_recipe, check_multiply_registers,

@@ -162,12 +162,28 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
 // ---- backward_rays --------------------------------------------------------------------------------------------------
 
 struct reference_loss {
-    double loss, loss_error, d_colour[3], d_colour_error[3];
+    double loss, loss_error, d_visible, d_colour[3], d_colour_error[3];
 };
 
 // How much the slope of a loss changes per error.
 static double curvature(const struct vw_specialization *s) {
     return s->loss == LOSS_L2 ? 2.0 : s->loss == LOSS_HUBER ? 1.0 / s->huber_length : 0.0;
+}
+
+// How visible a ray is: hidden, seen, and all between.
+static float visible_of(uint32_t ray) { return ray % 5 < 2 ? (float)(ray % 5) : 0.3f + 0.1f * (float)(ray % 7); }
+
+// The loss, its gradients and their errors with a part of the ray left out, as the effect visibility does.
+static void leave_out(const struct step_bench *bench, uint32_t ray, double weight, struct reference_loss *taken) {
+    if (!bench->model.visibility.size_bytes) return;
+    double visible = visible_of(ray), hidden = 1.0 - visible,
+           size_weight = weight * reference_size_weight(&bench->model.specialization, STEP);
+    taken->d_visible = taken->loss - 2.0 * size_weight * hidden;
+    taken->loss = visible * taken->loss + size_weight * hidden * hidden;
+    for (int c = 0; c < 3; c++) {
+        taken->d_colour[c] *= visible;
+        taken->d_colour_error[c] = visible * taken->d_colour_error[c] + FLOAT_ROUNDING * fabs(taken->d_colour[c]);
+    }
 }
 
 // `d_seen` are the gradients by the colours as the photo sees them.
@@ -192,6 +208,8 @@ static struct reference_loss take_loss(const struct step_bench *bench, const str
         taken.d_colour_error[c] =
             gain * share * (curvature(&bench->model.specialization) * error_error + 4.0 * FLOAT_ROUNDING);
     }
+    leave_out(bench, index, ray.weight, &taken);
+    for (int c = 0; c < 3 && bench->model.visibility.size_bytes; c++) d_seen[c] *= visible_of(index);
     return taken;
 }
 
@@ -248,15 +266,19 @@ static void check_share(const struct step_bench *bench, const struct reference *
     }
 }
 
-// `d_sky` and `shares`: NULL without their effects.
+// `d_sky`, `shares` and `visibility`: NULL without their effects.
 static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss,
-                      const vw_float4 *d_field, const vw_float4 *d_sky, const struct vw_appearance *shares) {
+                      const vw_float4 *d_field, const vw_float4 *d_sky, const struct vw_appearance *shares,
+                      const float *visibility) {
     double d_seen[3];
     struct reference reference;
     struct reference_d_point expected[SAMPLES_MAX];
     composite(bench, in, ray, true, &reference);
     struct reference_loss taken = take_loss(bench, in, ray, &reference, d_seen);
     if (shares) check_share(bench, &reference, &taken, d_seen, ray, &shares[ray]);
+    if (visibility)
+        check_value(bench->where, "gradient by how visible", ray, visibility[2 * ray + 1], taken.d_visible,
+                    taken.loss_error + 4.0 * FLOAT_ROUNDING * fabs(taken.d_visible));
     check_value(bench->where, "ray_loss", ray, device_loss, taken.loss, taken.loss_error);
     reference_composite_gradient(reference.points, in->samples, reference.backdrop, taken.d_colour, expected);
     if (d_sky) check_d_logit(bench, ray, &reference, &taken, &d_sky[ray]);
@@ -273,13 +295,20 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->step.samples, in.field);
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
+    float *visibility = bench->step.visibility.of_rays ? step_bench_read(bench, bench->step.visibility.of_rays) : NULL;
+    for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
+    if (visibility) step_bench_write(bench, bench->step.visibility.of_rays, visibility);
     step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
+    free(visibility);
+    visibility = bench->step.visibility.of_rays ? step_bench_read(bench, bench->step.visibility.of_rays) : NULL;
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
     vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
     struct vw_appearance *shares =
         bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
-    for (uint32_t ray = 0; ray < in.ray_count; ray++) check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares);
+    for (uint32_t ray = 0; ray < in.ray_count; ray++)
+        check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares, visibility);
+    free(visibility);
     free(shares);
     free(losses);
     free(d_sky);

@@ -25,6 +25,10 @@ static const struct pass {
     enum scatter_form scatter;
 } passes[] = {
     {"mix_code", &vw_shader_mix_code, check_mix_code, SCATTER_ATOMICS},
+    {"predict_visibility", &vw_shader_predict_visibility, check_predict_visibility, SCATTER_ATOMICS},
+    {"gradient_visibility", &vw_shader_gradient_visibility, check_gradient_visibility, SCATTER_ATOMICS},
+    {"reduce_visibility", &vw_shader_reduce_visibility, check_reduce_visibility, SCATTER_ATOMICS},
+    {"update_visibility", &vw_shader_update_visibility, check_update_visibility, SCATTER_ATOMICS},
     {"fit_views", &vw_shader_fit_views, check_fit_views, SCATTER_ATOMICS},
     {"update_appearance", &vw_shader_update_appearance, check_update_appearance, SCATTER_ATOMICS},
     {"update_code", &vw_shader_update_code, check_update_code, SCATTER_ATOMICS},
@@ -114,7 +118,7 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
 // Of backward_rays one case takes one variant.
 static bool takes_case(const struct pass *pass, const struct step_case *setup) {
     if (strncmp(pass->name, "backward_rays", strlen("backward_rays")) != 0) return true;
-    return (setup->sky || setup->appearance) == (pass->shader == &vw_shader_backward_rays_effects);
+    return (setup->sky || setup->appearance || setup->visibility) == (pass->shader == &vw_shader_backward_rays_effects);
 }
 
 static void run_pass(void **state) {
@@ -144,7 +148,7 @@ static void every_shader_is_listed(void **state) {
     }
 }
 
-// So that devices at the floor, such as v3dv, run everything but sky and appearance.
+// So that devices at the floor, such as v3dv, run everything but sky, appearance and visibility.
 static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **state) {
     (void)state;
     uint32_t most = 0;
@@ -154,8 +158,8 @@ static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **
         assert_int_equal(vw_spirv_read(vw_shaders[i], NULL, 0, &spirv), VW_OK);
         for (uint32_t k = 0; k < spirv.slot_count; k++) storage_buffers += !spirv.slots[k].texel;
         print_message("%s: %u storage buffers\n", vw_shaders[i]->name, storage_buffers);
-        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 11);
-        else if (vw_shaders[i] == &vw_shader_difference_rays_effects) assert_int_equal(storage_buffers, 9);
+        if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 12);
+        else if (vw_shaders[i] == &vw_shader_difference_rays_effects) assert_int_equal(storage_buffers, 10);
         else if (storage_buffers > most) most = storage_buffers;
     }
     assert_int_equal(most, vw_gpu_floor_limits.storage_buffers);
@@ -169,7 +173,7 @@ static void too_many_storage_buffers_are_refused_by_name(void **state) {
     const struct vw_pass_params params = {.shader = &vw_shader_backward_rays_effects};
     assert_int_equal(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE);
     assert_non_null(
-        strstr(vw_error_message(), "pass backward_rays: 11 storage buffers, the device binds 8; leave out"));
+        strstr(vw_error_message(), "pass backward_rays: 12 storage buffers, the device binds 8; leave out"));
     assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 

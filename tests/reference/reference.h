@@ -200,6 +200,20 @@ void reference_mix_code_gradient(uint32_t width, const double *code_weights, con
 // The gain beyond 1 and the bias that bring rendered values nearest to targets.
 void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias);
 
+// ---- visibility.c ---------------------------------------------------------------------------------------------------
+
+enum {
+    REFERENCE_VISIBILITY = 4 * VISIBILITY_COLUMNS,    // numbers of the network, at the places that the device has
+    REFERENCE_VISIBILITY_CODE = 4 * VISIBILITY_CODE4, // and of a photo's code
+};
+// What it costs to leave a pixel out, at step `step`.
+double reference_size_weight(const struct vw_specialization *s, uint64_t step);
+// How visible the field is at a place of a photo, -1 to 1 across it.
+double reference_visibility(const double *network, const double *code, const double place[2]);
+// Accumulates what a gradient by that says of the network and of the code.
+void reference_visibility_gradient(const double *network, const double *code, const double place[2], double d_visible,
+                                   double *d_network, double *d_code);
+
 // ---- fixed_point.c --------------------------------------------------------------------------------------------------
 
 // What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's
@@ -256,6 +270,8 @@ struct reference_params {
     double sky[VW_SKY_COLUMNS][3];  // 0 without the effect
     struct reference_photo *photos; // of every view; NULL without such effects
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
+    double visibility[REFERENCE_VISIBILITY];
+    double (*visibility_codes)[REFERENCE_VISIBILITY_CODE]; // of every view; NULL without that effect
 };
 
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's
@@ -277,6 +293,10 @@ struct reference_step {
     uint32_t view;                                               // whose photo it is, in training
     struct reference_photo d_photo;                              // likewise
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
+    double (*places)[2],
+        *visible;       // per ray: where in its photo, which the caller sets; how visible, 1 outside training
+    double size_weight; // of the step
+    double d_visibility[REFERENCE_VISIBILITY], d_visibility_code[REFERENCE_VISIBILITY_CODE]; // of the sum over rays
 };
 
 // In the place of a slot: the sample is skipped, as if it had density 0.

@@ -18,12 +18,19 @@ struct reference_params *reference_params_create(const struct model *model, cons
     for (uint32_t i = 0; i < photos; i++) reference->photos[i] = reference_photo_of(model, params, i);
     for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
         reference->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
+    size_t codes = model->visibility_codes.size_bytes / sizeof *params;
+    for (size_t i = 0; i < REFERENCE_VISIBILITY && codes; i++)
+        reference->visibility[i] = params[model->visibility.offset_bytes / sizeof *params + i];
+    if (codes) reference->visibility_codes = vw_allocate(codes, sizeof(double));
+    for (size_t i = 0; i < codes; i++)
+        reference->visibility_codes[0][i] = params[model->visibility_codes.offset_bytes / sizeof *params + i];
     return reference;
 }
 
 void reference_params_destroy(struct reference_params *params) {
     if (params) free(params->grid);
     if (params) free(params->photos);
+    if (params) free(params->visibility_codes);
     free(params);
 }
 
@@ -41,6 +48,8 @@ struct reference_step *reference_step_create(const struct model *model, const st
     step->left = vw_allocate(ray_count, sizeof *step->left);
     step->errors = vw_allocate(ray_count, sizeof *step->errors);
     step->losses = vw_allocate(ray_count, sizeof *step->losses);
+    step->places = vw_allocate(ray_count, sizeof *step->places);
+    step->visible = vw_allocate(ray_count, sizeof *step->visible);
     step->d_grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *step->d_grid);
     for (uint32_t i = 0; i < ray_count; i++) step->rays[i] = reference_ray_of(&rays[i]);
     return step;
@@ -57,6 +66,8 @@ void reference_step_destroy(struct reference_step *step) {
     free(step->left);
     free(step->errors);
     free(step->losses);
+    free(step->places);
+    free(step->visible);
     free(step->d_grid);
     free(step);
 }
@@ -81,13 +92,15 @@ static void forward_ray(struct reference_step *step, uint32_t index, const struc
     double unused, seen[3];
     list_points(step, index, points);
     step->left[index] = reference_composite(points, s->samples, step->backdrops[index], step->colours[index]);
-    step->losses[index] = 0.0;
+    double loss = 0.0, hidden = 1.0 - step->visible[index];
     memcpy(seen, step->colours[index], sizeof seen);
     if (photo) reference_appear(photo, step->colours[index], seen);
     for (int c = 0; c < 3; c++) {
         step->errors[index][c] = seen[c] - ray->target[c];
-        step->losses[index] += ray->weight / 3.0 * reference_loss(s, step->errors[index][c], &unused);
+        loss += ray->weight / 3.0 * reference_loss(s, step->errors[index][c], &unused);
     }
+    step->losses[index] =
+        step->visible[index] * loss + (hidden != 0.0 ? ray->weight * step->size_weight * hidden * hidden : 0.0);
     step->loss += step->losses[index];
 }
 
@@ -113,6 +126,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     const struct reference_photo *photo = training && params->photos ? &params->photos[step->view] : NULL;
     s.training = training;
     step->loss = 0.0;
+    step->size_weight = reference_size_weight(&s, number);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
@@ -122,11 +136,24 @@ void reference_step_forward(struct reference_step *step, const struct reference_
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, weights, sample);
         }
+        step->visible[ray] =
+            training && params->visibility_codes
+                ? reference_visibility(params->visibility, params->visibility_codes[step->view], step->places[ray])
+                : 1.0;
         reference_backdrop(&s, params->sky, step->rays[ray].direction, ray, key, step->backdrops[ray]);
         forward_ray(step, ray, photo, points);
     }
     free(points);
     free(weights);
+}
+
+// The gradient by how visible a ray is, and on to the network and the photo's code.
+static void visibility_backward(struct reference_step *step, const struct reference_params *params, uint32_t ray) {
+    double d_visible = -2.0 * step->size_weight * (1.0 - step->visible[ray]), unused;
+    for (int c = 0; c < 3; c++)
+        d_visible += reference_loss(&step->model->specialization, step->errors[ray][c], &unused) / 3.0;
+    reference_visibility_gradient(params->visibility, params->visibility_codes[step->view], step->places[ray],
+                                  step->rays[ray].weight * d_visible, step->d_visibility, step->d_visibility_code);
 }
 
 void reference_step_backward(struct reference_step *step, const struct reference_params *params) {
@@ -137,6 +164,8 @@ void reference_step_backward(struct reference_step *step, const struct reference
     memset(step->d_sky, 0, sizeof step->d_sky);
     step->d_photo = (struct reference_photo){0};
     memset(&step->d_weights, 0, sizeof step->d_weights);
+    memset(step->d_visibility, 0, sizeof step->d_visibility);
+    memset(step->d_visibility_code, 0, sizeof step->d_visibility_code);
     memset(step->d_grid, 0, 2 * (size_t)step->model->pair_count * sizeof *step->d_grid);
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
@@ -144,8 +173,9 @@ void reference_step_backward(struct reference_step *step, const struct reference
         double d_colour[3], d_logit[3];
         for (int c = 0; c < 3; c++) {
             reference_loss(s, step->errors[ray][c], &d_colour[c]);
-            d_colour[c] *= step->rays[ray].weight / 3.0;
+            d_colour[c] *= step->visible[ray] * step->rays[ray].weight / 3.0;
         }
+        if (params->visibility_codes) visibility_backward(step, params, ray);
         if (params->photos) {
             const double d_seen[3] = {d_colour[0], d_colour[1], d_colour[2]};
             reference_appear_gradient(&params->photos[step->view], step->colours[ray], d_seen, &step->d_photo,

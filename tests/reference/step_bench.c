@@ -23,14 +23,10 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
     const struct {
         const char *name;
         bool on;
-    } effects[] = {{"distortion", c->distortion},
-                   {"background", c->background},
-                   {"sky", c->sky},
-                   {"unbounded", c->unbounded},
-                   {"appearance", c->appearance},
-                   {"appearance_code", c->appearance_code},
-                   {"occupancy", c->occupancy},
-                   {"masks", c->masks}};
+    } effects[] = {
+        {"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
+        {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code},
+        {"occupancy", c->occupancy},   {"visibility", c->visibility}, {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
@@ -108,12 +104,14 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
         bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
     draw_photos(bench, &bench->model.appearance, 0.3f, &random);
     draw_photos(bench, &bench->model.codes, 0.5f, &random);
+    draw_photos(bench, &bench->model.visibility_codes, 0.5f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
-    bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes; // not 0, where it matters
+    bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
+                  bench->model.visibility_codes.size_bytes; // not 0, where it matters
     pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }
@@ -302,12 +300,20 @@ uint32_t *step_bench_slots(struct step_bench *bench) {
     return slots;
 }
 
+void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]) {
+    const struct vw_pixel *pixel = &bench->pixels[ray < bench->config.rays ? ray : bench->config.rays - 1];
+    const struct vw_image *image = &bench->scene->views[bench->view].image;
+    place[0] = 2.0 * pixel->x_px / image->width_px - 1.0;
+    place[1] = 2.0 * pixel->y_px / image->height_px - 1.0;
+}
+
 struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     reference->view = bench->view;
     free(reference->slots);
     reference->slots = step_bench_slots(bench);
+    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) step_bench_place(bench, ray, reference->places[ray]);
     free(rays);
     return reference;
 }

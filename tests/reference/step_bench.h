@@ -26,7 +26,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky, unbounded, appearance, appearance_code, masks;
+    bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks;
     bool random_background;    // its form
     bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
@@ -101,6 +101,8 @@ void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const 
 void step_bench_keep_all(struct step_bench *bench);
 // Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED. Owned by the caller.
 uint32_t *step_bench_slots(struct step_bench *bench);
+// Where in its photo the pixel of a ray lies, -1 to 1 across it.
+void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
 // The reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
 
