@@ -190,7 +190,8 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
     enum vw_status status = wide_box(scene, &wide);
     if (status != VW_OK) return status;
     for (uint32_t i = 0; i < search->count; i++)
-        if (!search->effects[i].on_request && !find_fact(search->effects[i].name) && !effects_names(choice, search->effects[i].name))
+        if (!search->effects[i].on_request && !find_fact(search->effects[i].name) &&
+            !effects_names(choice, search->effects[i].name))
             candidates |= 1u << i;
     // Where all photos have transparent pixels, these tell what lies behind the scene.
     if (fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");

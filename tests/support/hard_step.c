@@ -11,8 +11,9 @@
 
 // The bounds of tests/gradients and tests/kernels, where their reasons are given: positions are good to 2e-7 box edges,
 // which fine levels magnify; the device's exp2 and log2 enter the bias correction.
-static const double WEIGHT_TOLERANCE = 0x1p-7; // of the matrix's largest gradient: two bfloats, each good to 2^-8
-static const double SKY_TOLERANCE = 1e-4;      // of the largest gradient
+static const double WEIGHT_TOLERANCE = 0x1p-7;   // of the matrix's largest gradient: two bfloats, each good to 2^-8
+static const double SKY_TOLERANCE = 1e-4;        // of the largest gradient
+static const double VISIBILITY_TOLERANCE = 5e-4; // likewise
 static const double GRID_TOLERANCE =
     2e-3; // of the level's largest gradient, or of 4096 quanta: 8 may round the other way
 static const double LEAST_GRADIENT =
@@ -90,6 +91,15 @@ static void compare_sky_gradients(struct hard_finding *finding, const struct ste
                      SKY_TOLERANCE);
 }
 
+static void compare_visibility_gradients(struct hard_finding *finding, const struct step_bench *bench,
+                                         const struct reference_step *reference, const float *d_weights) {
+    const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
+    double scale = fmax(largest(reference->d_visibility, REFERENCE_VISIBILITY), LEAST_GRADIENT);
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY && bench->model.visibility.size_bytes; i++)
+        hard_compare(finding, "visibility gradient", i, d_network[i], reference->d_visibility[i], scale,
+                     VISIBILITY_TOLERANCE);
+}
+
 static void compare_grid_gradients(struct hard_finding *finding, const struct step_bench *bench,
                                    const struct reference_step *reference, const int64_t *quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -157,6 +167,7 @@ void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench
     compare_losses(finding, bench, reference);
     compare_weight_gradients(finding, bench, reference, gradients->weights);
     compare_sky_gradients(finding, bench, reference, gradients->weights);
+    compare_visibility_gradients(finding, bench, reference, gradients->weights);
     compare_grid_gradients(finding, bench, reference, gradients->quanta);
     reference_step_destroy(reference);
 }

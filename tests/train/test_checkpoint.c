@@ -20,7 +20,7 @@ static struct vw_config configs[] = {
     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
     {.noise_floor = true, .effects = "appearance,appearance_code"},
     {.beta1 = 0.9, .same_state = 2},
-    {.noise_floor = true, .same_state = 3, .effects = "appearance,sky"},
+    {.noise_floor = true, .same_state = 3, .effects = "appearance,sky,visibility"},
     {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
 
 static struct vw_config config_of(size_t index) {

@@ -74,6 +74,8 @@ static void a_bright_sky_is_measured(void **state) {
         strstr(sky->measured_on,
                "2 x 96 steps of 48 rays on 18 train photos, scored on 8 of them held out; beside no effect"));
     assert_true(isnan(verdict_of(verdicts, count, "unbounded")->evidence));
+    const struct vw_effect_verdict *visibility = verdict_of(verdicts, count, "visibility");
+    assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
     vw_scene_close(&scene);
 }
 

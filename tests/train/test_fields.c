@@ -41,7 +41,7 @@ static void a_run_in_parts_is_the_run(void **state) {
         config.beta1 = 0.9;
         config.burn_in_epochs = 0;
         config.noise_floor = true; // which saves and restores the state on the device
-        strcpy(config.effects, "sky,appearance,appearance_code");
+        strcpy(config.effects, "sky,appearance,appearance_code,visibility");
         struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
         for (uint32_t part = 0; part < 2; part++) {
             struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 3);

@@ -45,7 +45,8 @@ static double seen(const struct reference_step *step, uint32_t ray, int channel)
 
 // J^T L'' J direction, at `params`.
 static struct reference_step *reference_product(const struct model *model, const float *before, const float *direction,
-                                                const struct vw_ray *rays, uint32_t ray_count, uint32_t view) {
+                                                const struct vw_ray *rays, const double (*places)[2],
+                                                uint32_t ray_count, uint32_t view) {
     struct reference_params *params = reference_params_create(model, before),
                             *towards = reference_params_create(model, direction);
     struct reference_step *step = reference_step_create(model, rays, ray_count);
@@ -57,6 +58,7 @@ static struct reference_step *reference_product(const struct model *model, const
     }
     h = 1e-6 * sqrt(size / by);
     step->view = view;
+    memcpy(step->places, places, ray_count * sizeof *places);
     add_params(params, towards, h, model);
     reference_step_forward(step, params, true, STEP);
     for (uint32_t ray = 0; ray < ray_count; ray++)
@@ -114,6 +116,18 @@ static void *read_all(struct vw_buffer *buffer) {
     return data;
 }
 
+// Where in their photo pixels lie, -1 to 1 across it.
+static double (*places_of(const struct probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
+    double(*places)[2] = vw_allocate(count, sizeof *places);
+    const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
+    const struct vw_image *image = &context->scene->views[view].image;
+    for (uint32_t i = 0; i < count; i++) {
+        places[i][0] = 2.0 * pixels[i].x_px / image->width_px - 1.0;
+        places[i][1] = 2.0 * pixels[i].y_px / image->height_px - 1.0;
+    }
+    return places;
+}
+
 // One step back from a random adjoint: what it added against the reference.
 static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct model *model = lasting->context->field->model;
@@ -138,6 +152,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     for (uint64_t i = 0; i < count; i++) {
         double rate = gradient[i] != 0.0f ? ((double)before[i] - after[i]) / gradient[i] : 0.0;
         check_value(where, "direction", i, direction[i], -rate * lambda[i], 1e-5 * fabs(rate) + 1e-12);
+        if (gradient[i] == 0.0f) continue; // what is visible is held fixed
         credit += (double)lambda[i] * ((double)after[i] - before[i]);
         credit_size += fabs((double)lambda[i] * ((double)after[i] - before[i]));
     }
@@ -148,7 +163,9 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     vw_batch_dispatch(lasting->batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
     ASSERT_OK(lasting_run_batch(lasting));
     struct vw_ray *rays = read_all(step->ray_buffer);
-    struct reference_step *reference = reference_product(model, before, direction, rays, lasting->sweep.rays, view);
+    double(*places)[2] = places_of(lasting->context, pixel, view, lasting->sweep.rays);
+    struct reference_step *reference =
+        reference_product(model, before, direction, rays, (const double(*)[2])places, lasting->sweep.rays, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
     double factor = (double)step->rays / lasting->sweep.rays;
     for (uint64_t i = 0; i < count; i++) {
@@ -165,6 +182,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     free(direction);
     free(moved);
     free(rays);
+    free(places);
     free(expected);
     reference_step_destroy(reference);
 }
@@ -244,7 +262,9 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     struct reference_params *params = reference_params_create(model, after);
     struct reference_step *step = reference_step_create(&plain, rays, ray_count);
     free(params->photos);
+    free(params->visibility_codes);
     params->photos = NULL;
+    params->visibility_codes = NULL;
     reference_step_forward(step, params, false, 0);
     double(*colours)[3] = vw_allocate(ray_count, sizeof *colours),
     (*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
@@ -290,7 +310,8 @@ static void meets_the_reference(void **state) {
     } cases[] = {{"none", VW_LOSS_L2, 0},
                  {"none", VW_LOSS_L1, 64},
                  {"sky,unbounded", VW_LOSS_HUBER, 0},
-                 {"appearance,appearance_code", VW_LOSS_L2, 0}};
+                 {"appearance,appearance_code", VW_LOSS_L2, 0},
+                 {"visibility,sky", VW_LOSS_HUBER, 0}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = test_config();
