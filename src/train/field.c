@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "train/effects/contraction.h"
-#include "train/effects/visibility.h"
+#include "train/effects/visibility_network.h"
 #include "train/pixels.h"
 #include "gpu/compute.h"
 #include "base/memory.h"

@@ -6,7 +6,7 @@
 
 #include "train/effects/contraction.h"
 #include "train/effects/registry.h"
-#include "train/effects/visibility.h"
+#include "train/effects/visibility_network.h"
 #include "train/effects/wide_box.h"
 #include "train/fields/initial_values.h"
 #include "train/fields/registry.h"

@@ -2,6 +2,8 @@
 
 #include <assert.h>
 
+#include "train/effects/visibility_network.h"
+
 // Per sample, and sizes of the model; those of the grid are of the field hash.
 struct sizes {
     double samples, rays, encoding4, width4, gathers, pairs, pair_bytes;

@@ -10,21 +10,12 @@
 
 #include "gpu/compute.h"
 #include "train/field.h"
-#include "train/fields/initial_values.h"
 
 struct visibility { // all NULL when the effect is off
     struct vw_buffer *of_rays, *partials, *moments;
     struct vw_pass *predict, *gradient, *reduce, *update;
 };
 
-// Trainable numbers of the network, and of one photo's code.
-enum { VISIBILITY_NETWORK_PARAMS = 913, VISIBILITY_CODE_PARAMS = 4 * VISIBILITY_CODE4 };
-
-// Initial values of the network: `values` is its first number; all is visible to 1/2.
-void visibility_initialise(float *values, const struct drawn *drawn);
-
-// Scales from pixels to the network's coordinates, vec2 per view.
-enum vw_status visibility_create_scales(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_buffer **scales);
 enum vw_status visibility_create_buffers(const struct field *field, uint32_t padded_rays,
                                          struct visibility *visibility);
 // `bindings` are those of the step, with visibility_bind()'s among them.
