@@ -80,7 +80,7 @@ vw_ray box_ray(vec3 origin, vec3 direction, vec2 limits) {
     precise float far = min(min(leave.x, min(leave.y, leave.z)), limits.y);
     vw_ray ray;
     ray.origin_near = vec4(origin, near);
-    ray.direction_stride = vec4(direction, max(far - near, 0.0) / float(SAMPLES));
+    ray.direction_stride = vec4(direction, max(far - near, 0.0) / float(STRATA));
     ray.target_weight = vec4(0.0);
     return ray;
 }

@@ -4,7 +4,7 @@
 #include "common.glsl"
 #include "background.glsl"
 #include "composite.glsl"
-#include "sampling.glsl"
+#include "sample_places.glsl"
 #include "sky.glsl"
 layout(local_size_x = 64) in;
 
@@ -19,7 +19,7 @@ void main() {
     uint ray_index = push.first_ray + index;
     vw_ray ray = rays[ray_index];
     ray_march forward = ray_march(0.0, vec3(0.0));
-    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], stratum_length(ray, i));
+    for (uint i = 0u; i < SAMPLES; i++) march(forward, field[index * SAMPLES + i], sample_length(ray, index * SAMPLES + i, i));
     float left = transmittance(forward.tau);
     vec3 backdrop = background_colour(ray_index, push.key);
     if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);

@@ -3,7 +3,7 @@
 // What the field mlp takes in, one sample per invocation: positional encodings of the sample's position and of the ray's direction.
 #include "common.glsl"
 #include "positional_encoding.glsl"
-#include "sampling.glsl"
+#include "sample_places.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -15,7 +15,7 @@ void main() {
     uint ray_index = push.first_ray + slot / SAMPLES;
     uint sample_in_ray = slot - slot / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
-    vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
+    vec3 position = position_at(ray, sample_place(slot, ray_index, sample_in_ray, push.key));
     const uint position4 = VW_ENCODED4(POSITION_FREQUENCIES), direction4 = VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
     precise vec3 centred = 2.0 * position - 1.0;
     [[unroll]] for (uint row = 0u; row < position4; row++)

@@ -6,7 +6,7 @@
 #include "common.glsl"
 #include "bfloat.glsl"
 #include "grid_pair.glsl"
-#include "sampling.glsl"
+#include "sample_places.glsl"
 #include "spherical_harmonics.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
@@ -18,7 +18,6 @@ BUFFER(VW_SLOT_FIELD) writeonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_ROWS) writeonly buffer Rows { uvec2 rows[]; };
 BUFFER(VW_SLOT_GRID_ROWS) writeonly buffer GridRows { vec4 grid_rows[]; };
 BUFFER(VW_SLOT_CODE_SHIFT) readonly buffer CodeShift { vec4 code_shift[]; };
-BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 #define GRID_READS
@@ -51,7 +50,7 @@ void main() {
     uint ray_index = push.first_ray + of_chunk / SAMPLES;
     uint sample_in_ray = of_chunk - of_chunk / SAMPLES * SAMPLES;
     vw_ray ray = rays[ray_index];
-    vec3 position = sample_position(ray, sample_in_ray, stratum_offset(ray_index, sample_in_ray, push.key));
+    vec3 position = position_at(ray, sample_place(of_chunk, ray_index, sample_in_ray, push.key));
     if (STORES_ROWS != 0u) grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
 
     vec4 encoding[ENC4];

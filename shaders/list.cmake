@@ -7,6 +7,7 @@ viewworth_add_shader(refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --tab
 viewworth_add_shader(mark_samples)
 viewworth_add_shader(place_rays)
 viewworth_add_shader(list_samples)
+viewworth_add_shader(place_samples) # --importance-samples
 viewworth_add_shader(forward_field)
 viewworth_add_shader(forward_field VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(encode_samples) # the field mlp, with three variants below

@@ -23,7 +23,7 @@ void main() {
     for (uint first = 0u; first < SAMPLES; first += 32u) {
         uint bits = 0u;
         for (uint i = 0u; i < min(32u, SAMPLES - first); i++) {
-            vec3 position = sample_position(ray, first + i, stratum_offset(ray_index, first + i, push.key));
+            vec3 position = position_at(ray, even_place(ray_index, first + i, push.key));
             bool keep = warming_up || occupied(occupancy[occupancy_cell(position)]);
             bits |= (keep ? 1u : 0u) << i;
         }

@@ -1,7 +1,9 @@
-// Where the samples of a ray lie: one in each of SAMPLES strata. They are equally long and lie between the box's faces; with the effect
-// unbounded they are equal parts of the disparity between a near and a far distance from the camera:
+// Where the samples of a ray lie. A place is counted in strata, from 0 to STRATA. They are equally long and lie between the box's faces;
+// with the effect unbounded they are equal parts of the disparity between a near and a far distance from the camera:
 //   u(s) = 1 / ((1 - s) / near + s / far) = near / w(s), w(s) = 1 - s + s near / far, for s = 0 at the near distance to 1 at the far one
 // This form subtracts nothing from its like, however far far is.
+// Every stratum has one even sample. With importance samples all places of a chunk are listed (place_samples), and every sample stands for
+// what lies between the middles towards its neighbours.
 // What several passes compute from one ray is precise, so that they agree whatever a compiler fuses in each.
 #ifndef SAMPLING_GLSL
 #define SAMPLING_GLSL
@@ -15,9 +17,15 @@ float stratum_offset(uint ray, uint sample_in_ray, uvec4 key) {
     return random_unit(words[sample_in_ray & 3u]);
 }
 
-// w at stratum `place`, which may be a fraction.
+// Of the even sample of a stratum.
+float even_place(uint ray, uint stratum, uvec4 key) {
+    precise float place = float(stratum) + stratum_offset(ray, stratum, key);
+    return place;
+}
+
+// w at a place.
 float disparity_share(vw_ray ray, float place) {
-    precise float share = (float(SAMPLES) - place + place * (ray.origin_near.w / ray.direction_stride.w)) / float(SAMPLES);
+    precise float share = (float(STRATA) - place + place * (ray.origin_near.w / ray.direction_stride.w)) / float(STRATA);
     return share;
 }
 
@@ -29,30 +37,39 @@ float disparity_gap(vw_ray ray) {
 
 // u(s) - near: how far behind the near distance, where the ray's origin is.
 float disparity_parameter(vw_ray ray, float place) {
-    precise float behind = ray.origin_near.w * disparity_gap(ray) * place / (float(SAMPLES) * disparity_share(ray, place));
+    precise float behind = ray.origin_near.w * disparity_gap(ray) * place / (float(STRATA) * disparity_share(ray, place));
     return behind;
 }
 
 // Of one stratum, in box edges.
-float stratum_length(vw_ray ray, uint sample_in_ray) {
+float stratum_length(vw_ray ray, uint stratum) {
     precise float extent = ray.direction_stride.w;
     if (EFFECT_UNBOUNDED != 0u) {
-        precise float place = float(sample_in_ray), shares = disparity_share(ray, place) * disparity_share(ray, place + 1.0);
-        extent = ray.origin_near.w * disparity_gap(ray) / (float(SAMPLES) * shares);
+        precise float place = float(stratum), shares = disparity_share(ray, place) * disparity_share(ray, place + 1.0);
+        extent = ray.origin_near.w * disparity_gap(ray) / (float(STRATA) * shares);
     }
     return extent;
 }
 
+// Between two places, in box edges.
+float length_between(vw_ray ray, float from, float to) {
+    precise float extent = (to - from) * ray.direction_stride.w;
+    if (EFFECT_UNBOUNDED != 0u)
+        extent = ray.origin_near.w * disparity_gap(ray) * (to - from) /
+                 (float(STRATA) * (disparity_share(ray, from) * disparity_share(ray, to)));
+    return extent;
+}
+
 // In the field's unit cube; the clamp only meets rounding at the faces, and rays that miss.
-vec3 sample_position(vw_ray ray, uint sample_in_ray, float offset) {
+vec3 position_at(vw_ray ray, float place) {
     if (EFFECT_UNBOUNDED != 0u) {
-        float behind = disparity_parameter(ray, float(sample_in_ray) + offset);
-        precise vec3 place = ray.origin_near.xyz + behind * ray.direction_stride.xyz;
-        return clamp(contract(place), 0.0, 1.0);
+        float behind = disparity_parameter(ray, place);
+        precise vec3 position = ray.origin_near.xyz + behind * ray.direction_stride.xyz;
+        return clamp(contract(position), 0.0, 1.0);
     }
-    precise float t = ray.origin_near.w + (float(sample_in_ray) + offset) * ray.direction_stride.w;
-    precise vec3 place = ray.origin_near.xyz + t * ray.direction_stride.xyz;
-    return clamp(place, 0.0, 1.0);
+    precise float t = ray.origin_near.w + place * ray.direction_stride.w;
+    precise vec3 position = ray.origin_near.xyz + t * ray.direction_stride.xyz;
+    return clamp(position, 0.0, 1.0);
 }
 
 #endif

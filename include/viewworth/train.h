@@ -54,6 +54,8 @@ enum vw_table_precision {
 
 // At least so many validation rays are taken per view, whatever vw_config.val_rays says.
 enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
+// Of a ray, even ones and those placed by importance together.
+enum { VW_SAMPLES_MAX = 4096 };
 
 enum { VW_PILOT_STEPS_MOST = 100000 };
 #define VW_PILOT_STEPS_AUTO UINT32_MAX
@@ -66,12 +68,16 @@ struct vw_config {
     uint32_t epochs;         // not part of the run's identity: a run can be extended
     uint32_t burn_in_epochs; // first epochs, excluded from scores
     uint32_t rays;           // per step, 1 to 65536
-    uint32_t samples;        // per ray, 1 to 4096
+    uint32_t samples;        // per ray, 1 to 4096; with importance_samples: the even ones
+    uint32_t importance_samples; // per ray, beside: placed where the even ones show matter; 0: none
     uint32_t val_rays;       // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     enum vw_optimizer optimizer;
-    double learning_rate; // 1e-12 to 1e6; constant
+    double learning_rate; // 1e-12 to 1e6; at the first step
+    // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6
+    // to 1. Below 1 makes `epochs` part of the run's identity
+    double learning_rate_decay;
     double beta1;         // [0,1); 0: no momentum
     double beta2;         // [0,1)
     enum vw_field field;
@@ -112,7 +118,7 @@ struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 // Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
 // without `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are
-// absent.
+// absent; without `importance_samples` there are none, without `learning_rate_decay` the rate is constant.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
@@ -146,7 +152,7 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
 // an unknown effect.
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
-// Switches off what the config's field cannot have. VW_ERROR_USAGE, naming both, where config->effects names it.
+// Switches off what the config's field, or importance samples, cannot have. VW_ERROR_USAGE, naming both, where config->effects names it.
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count);
 // Whether the effect of that name is on; false for one that is not in the list.

@@ -42,6 +42,7 @@ struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) 
         config.frequencies = vw_config_default.frequencies;
     }
     config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
+    config.learning_rate_decay = 1.0;
     config.epochs = steps + TIMED_STEPS; // an epoch has at least one step
     return config;
 }
@@ -140,7 +141,7 @@ static enum vw_status measure_space(const struct pilots *pilots, const struct tr
     enum vw_status status = VW_OK;
     uint32_t count;
     const struct vw_effect_verdict *effects = vw_trainer_effects(training->trainer, &count);
-    if (!vw_effects_is_on(effects, count, "unbounded"))
+    if (!vw_effects_is_on(effects, count, "unbounded") && !pilots->config.importance_samples)
         status = occupied_share(vw_trainer_field(training->trainer), cells, &occupied);
     training->pilot->empty_share += (1.0 - occupied) / PILOT_FOLDS;
     return status;

@@ -20,6 +20,7 @@ const struct vw_config vw_config_default = {
     .huber_length = 0.1,
     .optimizer = VW_OPTIMIZER_LAZY_ADAM,
     .learning_rate = 3e-3,
+    .learning_rate_decay = 1.0,
     .beta1 = 0.0,
     .beta2 = 0.99,
     .mlp_depth = 8,
@@ -87,10 +88,14 @@ static const struct number {
     {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false, false},
     {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true, false},
     {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true, false},
-    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true, false},
+    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, VW_SAMPLES_MAX, true, false},
+    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0,
+     VW_SAMPLES_MAX - 1, true, true},
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
     {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
+    {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0, true,
+     true},
     {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true, false},
     {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true, false},
     {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true, true},
@@ -137,9 +142,14 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
 
 // What a table of ranges cannot say: the numbers together.
 static enum vw_status check_together(const struct vw_config *config) {
-    if ((uint64_t)config->rays * config->samples > 1u << 24)
-        return vw_fail(VW_ERROR_USAGE, "--rays times --samples is %" PRIu64 ": at most %u samples per step",
-                       (uint64_t)config->rays * config->samples, 1u << 24);
+    uint32_t samples = config->samples + config->importance_samples;
+    if (samples > VW_SAMPLES_MAX)
+        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples are %" PRIu32 " together: at most %d", samples,
+                       VW_SAMPLES_MAX);
+    if ((uint64_t)config->rays * samples > 1u << 24)
+        return vw_fail(VW_ERROR_USAGE, "--rays times --samples%s is %" PRIu64 ": at most %u samples per step",
+                       config->importance_samples ? " and --importance-samples" : "",
+                       (uint64_t)config->rays * samples, 1u << 24);
     if (config->levels * config->features % 4 != 0)
         return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels,
                        config->features);
@@ -206,9 +216,10 @@ static bool is_absent(const struct vw_config *config, const struct number *numbe
     return number->late && number_get(config, number) == number_get(&vw_config_default, number);
 }
 
-// From how many epochs there are follows which of them end in a state that is probed.
+// From how many epochs there are follows which of them end in a state that is probed, and how the learning rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
-    return number->identity || (config->same_state && number->offset == offsetof(struct vw_config, epochs));
+    bool epochs_decide = config->same_state || config->learning_rate_decay < 1.0;
+    return number->identity || (epochs_decide && number->offset == offsetof(struct vw_config, epochs));
 }
 
 char *vw_config_to_json(const struct vw_config *config, bool identity_only) {

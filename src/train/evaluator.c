@@ -26,7 +26,8 @@ static enum vw_status create_buffers(uint32_t rays, struct evaluator *evaluator)
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
         status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
-    return status;
+    return status == VW_OK ? importance_create_places(evaluator->field, evaluator->chunk_rays, &evaluator->places)
+                           : status;
 }
 
 static enum vw_status create_passes(struct evaluator *evaluator) {
@@ -34,9 +35,12 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     specialization.training = specialization.stores_rows = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
     struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels}, {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
-        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples}, {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .unused = true},        {.slot = VW_SLOT_OVERFLOW, .unused = true},
+        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
+        {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
+        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
+        {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->places, .unused = !evaluator->places},
+        {.slot = VW_SLOT_OVERFLOW, .unused = true},
     };
     uint32_t count = 6;
     field_bind(evaluator->field, false, bindings, &count);
@@ -61,6 +65,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     const struct field_pass_params field = {
         .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
     evaluator->passes.specialization = specialization;
+    if (status == VW_OK) status = importance_create(evaluator->field, &field, &evaluator->importance);
     return status == VW_OK ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
                            : status;
 }
@@ -83,11 +88,13 @@ void evaluator_destroy(struct evaluator *evaluator) {
     vw_batch_destroy(&evaluator->batch);
     vw_pass_destroy(&evaluator->generate);
     field_passes_destroy(&evaluator->passes);
+    importance_destroy(&evaluator->importance);
     vw_pass_destroy(&evaluator->composite);
     vw_buffer_destroy(&evaluator->pixels);
     vw_buffer_destroy(&evaluator->rays);
     vw_buffer_destroy(&evaluator->samples);
     vw_buffer_destroy(&evaluator->colours);
+    vw_buffer_destroy(&evaluator->places);
 }
 
 enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
@@ -105,6 +112,7 @@ void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch)
         uint32_t left = evaluator->ray_count - first;
         struct vw_push_samples push = {.first_ray = first,
                                        .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
+        importance_record(model, &evaluator->importance, batch, &push);
         model->kind->record_forward(model, &evaluator->passes, batch, &(struct field_chunk){.rays = &push});
         vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
     }

@@ -5,6 +5,7 @@
 
 #include "train/field.h"
 #include "train/fields/registry.h"
+#include "train/importance.h"
 
 extern const char evaluator_role[]; // of its passes, in the timers
 
@@ -13,8 +14,10 @@ struct evaluator {
     uint32_t ray_count;  // with padding
     uint32_t chunk_rays; // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;
+    struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
     struct vw_pass *generate, *composite;
     struct field_passes passes; // of the field
+    struct importance importance;
     struct vw_batch *batch;     // for evaluator_set_pixels
 };
 

@@ -19,7 +19,7 @@ _Static_assert((int)OPTIMIZER_LAZY_ADAM == VW_OPTIMIZER_LAZY_ADAM &&
                    (int)OPTIMIZER_DENSE_ADAM == VW_OPTIMIZER_DENSE_ADAM && (int)OPTIMIZER_SGD == VW_OPTIMIZER_SGD,
                "optimisers differ");
 _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND == VW_RANDOM_BACKGROUND &&
-                   (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY,
+                   (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY && (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
                "random purposes differ");
 
 enum {
@@ -35,11 +35,19 @@ vw_uint4 model_key_of_step(const struct model *model, uint64_t step) {
     return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
 }
 
+double model_rate_of_step(const struct model *model, uint64_t step) {
+    uint64_t last = model->planned_steps;
+    if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
+    return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
+}
+
 uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
 
 static void specialise(const struct vw_config *config, struct model *model) {
     struct vw_specialization *s = &model->specialization;
-    s->samples = config->samples;
+    s->strata = config->samples;
+    s->importance_samples = config->importance_samples;
+    s->samples = s->strata + s->importance_samples;
     s->training = s->stores_rows = 1;
     s->loss = config->loss;
     s->huber_length = (float)config->huber_length;
@@ -105,8 +113,8 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 // Whole groups of rays whose rows one binding holds, and no more than a step has.
 static enum vw_status choose_chunk(const struct vw_config *config, const struct device_choices *choices,
                                    const struct vw_gpu_limits *limits, struct model *model) {
-    uint32_t chunk = choices->chunk_samples, group_samples = model->ray_group * config->samples,
-             step_samples = model_pad_rays(model, config->rays) * config->samples;
+    uint32_t samples = model->specialization.samples, chunk = choices->chunk_samples,
+             group_samples = model->ray_group * samples, step_samples = model_pad_rays(model, config->rays) * samples;
     uint64_t bytes = (uint64_t)model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, VW_FIELD_GROUP),
              most = limits->storage_binding_bytes < ROWS_BYTES_MAX ? limits->storage_binding_bytes : ROWS_BYTES_MAX;
     assert(group_samples > 0); // the configuration has samples
@@ -114,7 +122,7 @@ static enum vw_status choose_chunk(const struct vw_config *config, const struct 
         return vw_fail(
             VW_ERROR_USAGE,
             "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
-            config->samples, group_samples);
+            samples, group_samples);
     uint64_t fits = VW_FIELD_GROUP * (most / bytes);
     if (chunk > fits) chunk = (uint32_t)fits;
     if (chunk > step_samples) chunk = step_samples;
@@ -147,7 +155,11 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
                             uint32_t train_count, const struct vw_effect_verdict *verdicts,
                             const struct device_choices *choices, const struct vw_gpu_limits *limits,
                             struct model *model) {
-    *model = (struct model){.kind = field_kind_of(config->field), .seed = vw_config_seed_of(config, VW_VARY_PIXELS)};
+    uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
+    *model = (struct model){.kind = field_kind_of(config->field),
+                            .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
+                            .learning_rate_decay = config->learning_rate_decay,
+                            .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
@@ -160,8 +172,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
     lay_out_sky(model);
     lay_out_visibility(model);
-    lay_out_photos(scene, train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN], model);
-    model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, config->samples);
+    lay_out_photos(scene, trained, model);
+    uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
+    model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
     enum vw_status status = choose_chunk(config, choices, limits, model);
     if (status != VW_OK) return status;
     specialise_for_device(choices, limits, model);

@@ -27,6 +27,8 @@ struct model {
     const struct field_kind *kind;           // fields/registry.h
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
+    double learning_rate_decay; // vw_config
+    uint64_t planned_steps;     // of all epochs
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     struct param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
@@ -70,6 +72,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
 // Initial values of the whole params block (param_bytes): those of the field, the sky mid grey, what belongs to photos
 // 0. A function of the seed alone.
 void model_initialise(const struct model *model, uint64_t seed, void *params);
+
+// The learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those taken.
+double model_rate_of_step(const struct model *model, uint64_t step);
 
 // What passes of a step key their random numbers by.
 vw_uint4 model_key_of_step(const struct model *model, uint64_t step);

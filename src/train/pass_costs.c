@@ -52,6 +52,19 @@ static void add_visibility(const struct sizes *n, struct vw_pass_cost *costs, ui
     for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
 }
 
+// Of the even samples of `rays`, by which importance samples are placed.
+static void add_placing(const struct model *model, double rays, uint32_t chunks, const char *role,
+                        struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_specialization *s = &model->specialization;
+    if (!s->importance_samples) return;
+    const struct field_work work = {
+        .samples = rays * s->strata, .chunks = chunks, .role = role ? even_validation_role : even_role};
+    model->kind->list_forward_costs(model, &work, costs, count);
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"place_samples", role, chunks, 0,
+                                        rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});
+}
+
 static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = step->field->model;
     const struct sizes n = sizes_of(model, step->padded_rays);
@@ -62,6 +75,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     pass_cost_add(
         costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
+    add_placing(model, n.rays, chunks, NULL, costs, count);
     model->kind->list_forward_costs(model, &work, costs, count);
     pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     model->kind->list_backward_costs(model, &work, costs, count);
@@ -92,6 +106,7 @@ static void add_validation(const struct validation *validation, struct vw_pass_c
     const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
     uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
     const struct field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
+    add_placing(evaluator->field->model, n.rays, chunks, evaluator_role, costs, count);
     evaluator->field->model->kind->list_forward_costs(evaluator->field->model, &work, costs, count);
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});

@@ -49,12 +49,14 @@ static enum vw_status create_buffers(struct step_passes *step) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) // an effect that is off has no bytes
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    if (status == VW_OK) status = importance_create_places(step->field, step->chunk_rays, &step->places);
     if (status == VW_OK && model->specialization.effect_occupancy)
         status = occupancy_create_buffers(step->field, &step->occupancy);
     return status;
 }
 
 void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint32_t *count) {
+    struct vw_buffer *listed = step->places ? step->places : step->occupancy.kept_samples; // never both
     const struct vw_binding own[] = {
         {.slot = VW_SLOT_OVERFLOW, .buffer = step->overflow},
         {.slot = VW_SLOT_PIXELS, .buffer = step->pixels},
@@ -67,6 +69,7 @@ void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint
         {.slot = VW_SLOT_D_WEIGHTS, .buffer = step->d_weights},
         {.slot = VW_SLOT_WEIGHT_MOMENTS, .buffer = step->weight_moments},
         {.slot = VW_SLOT_D_SKY, .buffer = step->d_sky, .unused = !step->d_sky},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = listed, .unused = !listed},
     };
     memcpy(bindings + *count, own, sizeof own);
     *count += VW_ARRAY_COUNT(own);
@@ -116,6 +119,7 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
                                             .binding_count = count,
                                             .d_grid = step->d_grid,
                                             .backward = true};
+    if (status == VW_OK) status = importance_create(step->field, &field, &gradient->importance);
     return status == VW_OK ? step->field->model->kind->create_passes(step->field, &field, &gradient->field) : status;
 }
 
@@ -124,6 +128,7 @@ void gradient_destroy(struct gradient_passes *gradient) {
     vw_pass_destroy(&gradient->backward_rays);
     vw_pass_destroy(&gradient->gradient_sky);
     field_passes_destroy(&gradient->field);
+    importance_destroy(&gradient->importance);
 }
 
 static enum vw_status create_update_passes(struct step_passes *step) {
@@ -180,7 +185,8 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                                  .scalars = scalars,
                                  .rays = config->rays,
                                  .padded_rays = model_pad_rays(field->model, config->rays),
-                                 .chunk_rays = field->model->specialization.chunk_samples / config->samples};
+                                 .chunk_rays = field->model->specialization.chunk_samples /
+                                               field->model->specialization.samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
@@ -200,7 +206,7 @@ void step_destroy(struct step_passes *step) {
     struct vw_buffer **buffers[] = {
         &step->ray_buffer,      &step->samples,     &step->d_samples,      &step->ray_loss, &step->overflow,
         &step->weight_partials, &step->d_weights,   &step->weight_moments, &step->d_grid,   &step->grid_moment1,
-        &step->grid_moment2,    &step->grid_visits, &step->d_sky};
+        &step->grid_moment2,    &step->grid_visits, &step->d_sky,          &step->places};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
     appearance_destroy(&step->appearance);
     visibility_destroy(&step->visibility);
@@ -231,6 +237,7 @@ void gradient_record_chunk(const struct step_passes *step, const struct gradient
                            struct vw_batch *batch, const struct vw_push_samples *chunk) {
     const struct model *model = step->field->model;
     const struct field_chunk samples = {chunk, step->occupancy.kept};
+    importance_record(model, &gradient->importance, batch, chunk);
     gradient_record_forward(step, &gradient->field, batch, chunk);
     vw_batch_dispatch(batch, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
     model->kind->record_backward(model, &gradient->field, batch, &samples);
@@ -266,8 +273,10 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
 
 void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {
     const struct model *model = step->field->model;
-    struct vw_push_update update = {
-        .count = model->moved_columns, .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number, .extra = extra};
+    double rate = (1.0 + extra) * model_rate_of_step(model, number);
+    struct vw_push_update update = {.count = model->moved_columns,
+                                    .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
+                                    .extra = (float)(rate - 1.0)};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     visibility_record_update(&step->visibility, batch, &update);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);

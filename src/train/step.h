@@ -9,6 +9,7 @@
 #include "gpu/compute.h"
 #include "train/effects/occupancy.h"
 #include "train/effects/visibility.h"
+#include "train/importance.h"
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
 // of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
@@ -17,6 +18,7 @@ struct gradient_passes {
     struct vw_pass *generate, *backward_rays;
     struct vw_pass *gradient_sky; // NULL without the effect
     struct field_passes field;
+    struct importance importance;
 };
 
 struct step_passes {
@@ -24,6 +26,7 @@ struct step_passes {
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
+    struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_sky; // NULL without the effect
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
@@ -56,7 +59,7 @@ void gradient_destroy(struct gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
                            struct vw_batch *batch, const struct vw_push_samples *chunk);
-// Its beginning, up to rgb and density of the samples, by these passes of the field.
+// Its beginning behind the placing of samples, up to their rgb and density, by these passes of the field.
 void gradient_record_forward(const struct step_passes *step, const struct field_passes *passes, struct vw_batch *batch,
                              const struct vw_push_samples *chunk);
 // The piece of `rays` that begins at `first`, up to a chunk.
@@ -67,7 +70,8 @@ void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch
 // Records the first part of a step, up to the loss of each ray and the gradients.
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel);
-// Records the optimiser's part, which moves the params by 1 + `extra` times what it says (0 in every run).
+// Records the optimiser's part at the step's learning rate, which moves the params by 1 + `extra` times what it says
+// (0 in every run).
 void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row].
 void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row);

@@ -29,6 +29,11 @@ static uint64_t adjoint_bytes(const struct model *model) {
     return model->param_bytes * (model->specialization.momentum ? 2 : 1);
 }
 
+static uint64_t places_bytes(const struct sweep_passes *sweep, uint32_t rays) {
+    const struct vw_specialization *s = &model_of(sweep)->specialization;
+    return s->importance_samples ? 4 * (uint64_t)rays * s->samples : 0;
+}
+
 static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_steps) {
     const struct probe_context *context = sweep->context;
     uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
@@ -44,6 +49,7 @@ static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_
         {&sweep->sums, {.name = "sweep_sums", .size_bytes = 2 * 16 * VW_SWEEP_GROUPS}},
         {&sweep->state, {.name = "sweep_state", .size_bytes = sizeof(struct vw_sweep_state)}},
         {&sweep->seen_ahead, {.name = "seen_ahead", .size_bytes = 16 * (uint64_t)context->step->padded_rays}},
+        {&sweep->places, {.name = "step_places", .size_bytes = places_bytes(sweep, sweep->padded_rays)}},
         {&sweep->val_rays,
          {.name = "slopes_of_views", .size_bytes = vw_buffer_size_bytes(context->validation->evaluator.rays)}},
         {&sweep->rows,
@@ -298,7 +304,8 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     struct vw_buffer **buffers[] = {
         &sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient, &sweep->blocks.moment, &sweep->direction,
-        &sweep->sums,          &sweep->state,        &sweep->seen_ahead,      &sweep->val_rays,      &sweep->rows};
+        &sweep->sums,          &sweep->state,        &sweep->seen_ahead,      &sweep->val_rays,      &sweep->rows,
+        &sweep->places};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
@@ -395,6 +402,20 @@ void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch
     }
 }
 
+// Where the step had its samples: by the params before it.
+static void record_places(const struct sweep_passes *sweep, struct vw_batch *batch, vw_uint4 key) {
+    const struct step_passes *step = sweep->context->step;
+    if (!sweep->places) return;
+    record_restore(sweep, batch, sweep->blocks.before);
+    appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, key);
+        importance_record(model_of(sweep), &sweep->product.importance, batch, &chunk);
+        vw_batch_copy(batch, step->places, 0, sweep->places, places_bytes(sweep, first),
+                      places_bytes(sweep, chunk.ray_count));
+    }
+}
+
 // The slopes of a step's rays: J direction by differences, times the loss's curvature.
 static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
     const struct step_passes *step = sweep->context->step;
@@ -408,6 +429,9 @@ static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *bat
             const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
+            if (sweep->places)
+                vw_batch_copy(batch, sweep->places, places_bytes(sweep, first), step->places, 0,
+                              places_bytes(sweep, chunk.ray_count));
             gradient_record_forward(step, &sweep->forward, batch, &chunk);
             vw_batch_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
         }
@@ -425,6 +449,7 @@ static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *ba
     vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_batch_dispatch(batch, adjoint->direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
     vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
+    record_places(sweep, batch, rays->key);
     record_slopes(sweep, batch, rays);
     record_restore(sweep, batch, sweep->blocks.before);
     appearance_record_forward(&step->appearance, model_of(sweep), batch);

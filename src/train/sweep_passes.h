@@ -37,6 +37,7 @@ struct sweep_passes {
     uint32_t rays, padded_rays;          // of a step that the product takes
     struct step_blocks blocks;           // owned
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
+    struct vw_buffer *places;                   // of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays;                 // vw_ray per ray of validation: slopes in place of targets
     struct vw_buffer *rows;                     // READBACK: vec4 per step of a batch and measure
     struct gradient_passes product, validation; // from slopes that are given

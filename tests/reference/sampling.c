@@ -14,7 +14,7 @@ double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray,
 
 // The distance from the camera at a place of all strata, by equal parts of disparity.
 static double distance_at(const struct vw_specialization *s, const struct reference_ray *ray, double place) {
-    double share = place / s->samples;
+    double share = place / s->strata;
     return 1.0 / ((1.0 - share) / ray->near + share / ray->far);
 }
 

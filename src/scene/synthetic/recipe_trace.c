@@ -70,6 +70,7 @@ static bool any_distortion(const struct vw_scene *scene) {
 static enum vw_status make_pass(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_recipe_tracer *tracer) {
     const struct vw_specialization specialization = {
         .samples = 1,
+        .strata = 1,
         .effect_distortion = any_distortion(scene) ? DISTORTION_BASIC : DISTORTION_NONE,
     };
     const struct vw_binding bindings[] = {

@@ -38,7 +38,6 @@ void occupancy_bind(const struct field *field, const struct occupancy *occupancy
         {.slot = VW_SLOT_OCCUPANCY, .buffer = field->occupancy, .unused = off},
         {.slot = VW_SLOT_KEPT_BITS, .buffer = occupancy->bits, .unused = off},
         {.slot = VW_SLOT_KEPT_BEGINS, .buffer = occupancy->begins, .unused = off},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = occupancy->kept_samples, .unused = off},
         {.slot = VW_SLOT_KEPT, .buffer = occupancy->kept, .unused = off},
     };
     memcpy(bindings + *count, bound, sizeof bound);

@@ -17,10 +17,12 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
                                        uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (!verdicts[i].on || strcmp(verdicts[i].name, "occupancy") != 0) continue;
-        if (field_kind_of(config->field)->skips_samples) continue;
+        bool skips = field_kind_of(config->field)->skips_samples;
+        if (skips && !config->importance_samples) continue;
         if (effects_names(config->effects, verdicts[i].name))
-            return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --field %s; leave it out", verdicts[i].name,
-                           vw_field_name(config->field));
+            return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --%s %s; leave it out", verdicts[i].name,
+                           skips ? "importance-samples" : "field",
+                           skips ? "above 0" : vw_field_name(config->field));
         verdicts[i].on = false;
     }
     return VW_OK;
